@@ -27,7 +27,7 @@ from carom.core import extension
 from carom.core.built import DIGEST
 from carom.engines.api import Adapter, Observation, Setting
 from carom.engines.registry import load_adapter, why_unavailable
-from carom.execution.fork_server import PATIENCE_S, Template
+from carom.execution.fork_server import PATIENCE_S, ForkServer
 
 # Hypothesis measures by the clock, which a busy machine stretches: neither an example nor the drawing of some is timed.
 UNTIMED: dict[str, Any] = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
@@ -44,7 +44,7 @@ ROOM_BYTES = 2**30
 pytest.MonkeyPatch().setattr("typer.main.get_command", cache(get_command))
 
 
-class _Shared(Template):
+class _Shared(ForkServer):
     """One for all pools, which ends with the tests."""
 
     def close(self) -> None:
@@ -52,7 +52,7 @@ class _Shared(Template):
 
 
 @cache
-def _template() -> Template:
+def _template() -> ForkServer:
     """A process that has a worker's imports done and forks workers, as that of `carom`; the tests' own has threads."""
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     its.set_inheritable(True)
@@ -79,7 +79,7 @@ def pytest_configure(config: pytest.Config) -> None:
         if room.f_bavail * room.f_frsize > ROOM_BYTES and not room.f_flag & os.ST_NOEXEC:
             os.environ["TMPDIR"], tempfile.tempdir = str(MEMORY), None
     if short and not config.getoption("cov_source", None):
-        pytest.MonkeyPatch().setattr(Template, "forked", _template)
+        pytest.MonkeyPatch().setattr(ForkServer, "forked", _template)
     if extension.compute_sources_digest() != DIGEST:
         raise pytest.UsageError(
             "the compiled extension was built from other .pyx, .pxd, .h or .c files than those here; build it again: "
@@ -91,7 +91,7 @@ def pytest_unconfigure() -> None:
     """End the process that forks workers, if there is one, and look for no cycles in what the system takes back."""
     gc.freeze()
     if _template.cache_info().currsize:
-        Template.close(_template())
+        ForkServer.close(_template())
 
 
 @pytest.hookimpl(wrapper=True)
@@ -126,7 +126,7 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     from carom.execution import engines, pool, scene_import, settings_code
 
     for module in (settings_code, engines, scene_import, pool):
-        monkeypatch.setattr(module, "LocalPool", lambda *_: pool.InProcess())
+        monkeypatch.setattr(module, "LocalPool", lambda *_: pool.InProcessPool())
 
 
 @cache

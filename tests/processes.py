@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from carom.execution.engine_run import Observe
+from carom.execution.engine_run import ObserveTask
 from carom.execution.job import AdapterTask
 
 #: Only guards against hanging, seconds: nothing that is waited for takes this long, even on a busy machine.
@@ -45,8 +45,8 @@ def noted(note: Path) -> int:
 def limit_only(patch: pytest.MonkeyPatch, *engines: str) -> None:
     """Let a pool's time limit end runs of these engines alone; a busy machine has `PATIENT_S` for anything else."""
     least_s = property(lambda task: 0.0 if task.engine in engines else PATIENT_S)
-    patch.setattr(Observe, "least_limit_s", least_s, raising=False)
-    patch.setattr(AdapterTask, "least_limit_s", PATIENT_S)
+    patch.setattr(ObserveTask, "min_time_limit_s", least_s, raising=False)
+    patch.setattr(AdapterTask, "min_time_limit_s", PATIENT_S)
 
 
 def ran(command: Sequence[str | Path], *, check: bool = True, **options: Any) -> subprocess.CompletedProcess[str]:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import carom
 from carom import Chain, Disc, Ring, Scene, Trace, Wall
 from carom.engines.api import Adapter, Observation
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.execution.results import Results
 from carom.model.walls import AnyWall
 
@@ -121,4 +121,4 @@ def crushed_rows() -> list[tuple[Scene, float]]:
 
 def cross_checked(scenes: Any, engines: Sequence[str], **options: Any) -> Results:
     """Return the results of a cross-check in this process, without timing: it is about what is said."""
-    return carom.cross_check(scenes, engines, timing=False, pool=InProcess(), **options)
+    return carom.cross_check(scenes, engines, timing=False, pool=InProcessPool(), **options)

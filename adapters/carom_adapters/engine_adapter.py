@@ -1,4 +1,4 @@
-"""What the adapters of Python packages have in common: an adapter around a class of worlds, and words of profiles."""
+"""Base of the adapters of Python packages: an adapter that wraps a world class, and helpers to declare profiles."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 Settings = Mapping[str, Setting]
 
-#: Reasons in `Profile.changed` of a `default`, which names all that is not as shipped by the engine's own name for it.
+#: Reason in `Profile.changed` of a `default` profile, which lists all settings that differ from the engine's defaults.
 OF_THE_SCENE = "the scene's"
-#: Said of a disc kept from turning. Friction is 0 where this is done and the disc is a circle: nothing turns it.
+#: Reason for a disc that is kept from turning. The friction of such a circle is 0, so that nothing could turn it.
 NOT_TURNED = "kept from turning where nothing spins or rubs, which alters roundings alone"
 
-#: The promise of a method without an error of its own.
+#: Declared accuracy of a method without an error of its own.
 SOUND = Accuracy()
 
 
@@ -32,15 +32,14 @@ class EngineAdapter:
     """An engine that is a Python package.
 
     Attributes:
-        name: The one given to ``--engine``.
+        name: Name for ``--engine``.
         engine: The engine.
-        capabilities: What it can do.
-        knobs: Settings that may be searched, and how far, by name.
+        capabilities: Its capabilities.
+        knobs: Settings that may be searched, with their ranges, by name.
         profiles: Its profiles, by name.
-        world: Makes a world of a scene and settings; raises AdapterError where one is outside what the engine can do.
-        code: Writes what `world` makes as code of the engine's own (`carom.engines.api.CodedAdapter`); None where there
-            is none.
-        read: Reads a file of the engine's as a scene (`carom.engines.api.ReadingAdapter`); None likewise.
+        world: Builds a world from a scene and settings. It raises AdapterError if the engine does not support them.
+        code: Writes the same world as code of the engine (`carom.engines.api.CodedAdapter`); None if not supported.
+        read: Reads a file of the engine as a scene (`carom.engines.api.ReadingAdapter`); None if not supported.
     """
 
     name: str
@@ -56,21 +55,21 @@ class EngineAdapter:
         """Build a world.
 
         Raises:
-            AdapterError: The scene or a setting is outside what the engine can do.
+            AdapterError: The engine does not support the scene or a setting.
         """
         return self.world(scene, settings)
 
 
 def vectors(found: Iterable[Iterable[float]]) -> NDArray[np.float64]:
-    """Return vectors of two numbers each as an array of shape ``(n, 2)``, as an `Observation` has them.
+    """Return vectors of two numbers as an array of shape ``(n, 2)``, for an `Observation`.
 
-    NumPy takes twice as long to make an array of small sequences as of numbers.
+    They are flattened first, since NumPy takes twice as long for an array of small sequences.
     """
     return np.array([*chain.from_iterable(found)], dtype=np.float64).reshape(-1, 2)
 
 
 def tuned(means: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND) -> Profile:
-    """Return the profile `tuned`; `means` says what its settings do."""
+    """Return the profile `tuned`; `means` describes the effect of its settings."""
     said = f"The most exact fixed-step settings known, from Carom's own measurements: {means}."
     return Profile(said, settings, accuracy)
 
@@ -78,6 +77,6 @@ def tuned(means: str, settings: Callable[[float], Settings], accuracy: Accuracy 
 def located(
     finder: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND, but: str = "", then: str = ""
 ) -> Profile:
-    """Return the profile `located`; `but` says what sets it apart from `tuned`, `then` what becomes of its steps."""
+    """Return the profile `located`; `but` describes its difference from `tuned`, and `then` the use of its steps."""
     said = f"The tuned settings{but}, each step cut at the instant from which on {finder} finds an overlap"
     return Profile(f"{said} (Carom's own bisection){then}.", settings, accuracy, located=True)

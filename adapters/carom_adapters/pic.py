@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class PicWorld:
-    """A PIC run, looked at every `dt_s`; how often it is looked at does not change it."""
+    """A PIC run, observed every `dt_s`. The observations do not change the run."""
 
     def __init__(self, run: Run, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
@@ -39,15 +39,15 @@ class PicWorld:
         self._warning = ""
 
     def advance(self, steps: int) -> None:
-        """Carry out every impact up to the step's end."""
+        """Advance the run, with all its impacts, to the end of the last step."""
         self._steps += steps
         outcome = self._run.advance_to(self._steps * self._dt_s)
-        # Contact that lasts is no failure: the state stays as it was then, and the harness scores nothing after it.
+        # Lasting contact is not a failure: the state no longer changes, and the harness scores nothing after it.
         if outcome is not Outcome.COMPLETED and not outcome.in_contact:
             self._warning = outcome.value
 
     def observe(self) -> Observation:
-        """Return the state at the last step's end and the impacts since the last look."""
+        """Return the state at the end of the last step, and the impacts since the previous observation."""
         log, seen = self._run.log, self._seen
         new = log.array()[seen:].tolist() if len(log) > seen else []
         turned = log.spins() if new else None

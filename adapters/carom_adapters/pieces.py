@@ -1,4 +1,4 @@
-"""What engines are given of walls: pieces of chains, how thick the thinnest are, materials, and pushes told as one."""
+"""Walls for engines: pieces of chains, thickness, materials, and the sum of the contacts of several pieces."""
 
 from __future__ import annotations
 
@@ -10,36 +10,36 @@ from carom.engines.api import Chain, Contact, Ring, Scene, factored_frictions, f
 
 Point = tuple[float, float]
 
-#: Half the width of a solid that stands for a wall of none, over the smallest radius: no more than positions are
-#: rounded by in an engine of 64 bits.
+#: Half the width of a solid that replaces a wall without width, as a fraction of the smallest radius: at most the
+#: rounding of positions in an engine with 64-bit floats.
 THINNEST = 1e-12
 
 
 def points_of(chain: Chain) -> list[Point]:
-    """Return the ends of all pieces in order; the first point of a closed chain is not told again at its end."""
+    """Return the ends of all pieces in order. The first point of a closed chain is not repeated at the end."""
     points = [point for edge in chain.outline.edges for point in _cut(edge.a, edge.b, chain.pieces)]
     return points if chain.closed else [*points, chain.points_m[-1]]
 
 
 def cut_chain(chain: Chain) -> list[tuple[Point, Point]]:
-    """Return where each piece of a chain begins and ends."""
+    """Cut a chain into its pieces, and return start and end of each."""
     points = points_of(chain)
     return list(zip(points, [*points[1:], *points[:1]] if chain.closed else points[1:], strict=False))
 
 
 def thickness_of(scene: Scene, wall: Chain | Ring) -> float:
-    """Return the radius with which a solid stands for a wall: a chain's half width, or a circle's outer radius.
+    """Return the radius of the solid that represents a wall: a chain's half width, or a circle's outer radius.
 
-    An engine of solids has none without a width; for that one stands which no disc can tell from it.
+    A wall without width gets a width too small to affect a disc, for engines that only have solids.
     """
     outer = wall.half_width_m if isinstance(wall, Chain) else wall.radius_m + wall.half_width_m
     return outer or THINNEST * min(disc.radius_m for disc in scene.discs)
 
 
 def factored_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
-    """Return restitution and friction of every disc, and of each wall, for an engine that multiplies those of a pair.
+    """Return restitution and friction of every disc and of each wall, for engines that multiply those of a pair.
 
-    In a scene that turns nothing friction is 0.
+    Friction is 0 in a scene in which nothing turns.
     """
     turns = scene.arrays.turns
     restitution, friction = factored_restitutions(scene)[0], factored_frictions(scene)[0] if turns else 0.0
@@ -49,25 +49,25 @@ def factored_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]
     return restitution, friction, walls
 
 
-def pieced(scene: Scene) -> frozenset[int]:
-    """Return the numbers of the walls that are several pieces."""
+def find_walls_in_pieces(scene: Scene) -> frozenset[int]:
+    """Return the body numbers of the walls that consist of several pieces."""
     chains = ((k, wall) for k, wall in enumerate(scene.walls) if isinstance(wall, Chain))
     return frozenset(wall_body(k) for k, wall in chains if len(cut_chain(wall)) > 1)
 
 
-def summed(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Contact, ...]:
-    """Return contacts of one time, with what several pieces of one of these walls gave a disc told as one, their sum.
+def sum_contacts(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Contact, ...]:
+    """Replace the contacts of a disc with several pieces of one of these walls at one time by their sum.
 
-    Pieces that face one another and push as hard have no sum, and stay as they are.
+    Contacts whose impulses cancel have no direction, and are returned unchanged.
     """
     groups: dict[object, list[Contact]] = {}
     for number, contact in enumerate(contacts):
         pair = (contact.first, contact.second)
         groups.setdefault(pair if contact.second in walls else number, []).append(contact)
-    return tuple(one for group in groups.values() for one in _sum(group))
+    return tuple(contact for group in groups.values() for contact in _sum_group(group))
 
 
-def _sum(group: list[Contact]) -> list[Contact]:
+def _sum_group(group: list[Contact]) -> list[Contact]:
     impulses = [(one.normal, one.impulse_n_s or 0.0, one.tangential_impulse_n_s) for one in group]
     along = [math.fsum(normal[axis] * impulse for normal, impulse, _ in impulses) for axis in (0, 1)]
     size = math.hypot(*along)
@@ -81,6 +81,6 @@ def _sum(group: list[Contact]) -> list[Contact]:
 
 
 def _cut(a: Point, b: Point, pieces: int) -> list[Point]:
-    """Return where the pieces of an edge begin."""
+    """Return the starts of the pieces of an edge."""
     parts = [k / pieces for k in range(pieces)]
     return [(a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])) for part in parts]

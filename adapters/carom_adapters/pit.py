@@ -34,22 +34,22 @@ class PitWorld:
         self._seen = 0
 
     def advance(self, steps: int) -> None:
-        """Test and move, frame by frame; frames at which nothing can touch are not looked at."""
+        """Test and move, frame by frame. Frames in which nothing can touch are skipped."""
         self._run.advance_frames(steps)
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Work so far."""
+        """Work counts so far."""
         return self._run.counts
 
     def observe(self) -> Observation:
-        """Return the state at the present frame and the impacts found since the last look."""
+        """Return the state at the present frame, and the impacts since the previous observation."""
         log, seen = self._run.log, self._seen
         new = log.array()[seen:].tolist() if len(log) > seen else []
         turned = log.spins() if new else None
         spins = [None] * len(new) if turned is None else turned[seen:].tolist()
         self._seen = len(log)
-        # PIT knows the velocities around each of several impacts of one frame; they travel with the contact.
+        # PIT knows the velocities around each of several impacts of one frame, so contacts contain them.
         contacts = tuple(
             Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)), spins_rad_s=spin)
             for (time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h)), spin in zip(new, spins, strict=True)

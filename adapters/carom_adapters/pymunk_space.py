@@ -1,4 +1,4 @@
-"""A pickled `pymunk.Space` as a scene: read by an unpickler that admits pymunk's own and plain types alone."""
+"""Reads a pickled `pymunk.Space` as a scene. The unpickler accepts only plain types and types of pymunk."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-#: What a space is made of, by module and name; nothing of it but pymunk's own `__setstate__` runs when it is read.
+#: Types in a space, by module and name. Reading runs no code of a type except pymunk's own `__setstate__`.
 _ADMITTED = {
     ("pymunk.space", "Space"),
     ("pymunk.body", "Body"),
@@ -39,7 +39,7 @@ _ADMITTED = {
             "SimpleMotor",
         )
     ),
-    # How the two oldest protocols spell an object, and containers that have no opcode of their own there.
+    # Objects in the two oldest protocols, and containers without an opcode of their own there.
     ("copyreg", "_reconstructor"),
     *(("builtins", name) for name in ("object", "tuple", "list", "dict", "set", "frozenset")),
 }
@@ -47,7 +47,7 @@ _ADMITTED = {
 
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        # Protocols below 3 have the names of Python 2, which the unpickler would translate.
+        # Protocols below 3 use the names of Python 2, which the unpickler would translate.
         known = {"__builtin__": "builtins", "copy_reg": "copyreg"}.get(module, module)
         if (known, name) not in _ADMITTED:
             raise AdapterError(
@@ -57,11 +57,11 @@ class _Unpickler(pickle.Unpickler):
 
 
 def scene_of(content: bytes, name: str, duration_s: float) -> Imported:
-    """Return the discs and walls of a pickled space, and in words all that a scene has no place for.
+    """Read the discs and walls of a pickled space, and list everything in it that scenes do not support.
 
     Raises:
-        AdapterError: The file is no pickle of a space, or asks for anything that a space is not made of.
-        SceneError: What is left is no scene: no disc, or bodies that overlap.
+        AdapterError: The file is not a pickle of a space, or contains a type that is not accepted.
+        SceneError: The supported part is not a valid scene: it has no disc, or bodies overlap.
     """
     import pymunk
 
@@ -69,7 +69,7 @@ def scene_of(content: bytes, name: str, duration_s: float) -> Imported:
         space = _Unpickler(io.BytesIO(content)).load()
     except AdapterError:
         raise
-    except Exception as error:  # whatever bytes make of an unpickler, and of pymunk
+    except Exception as error:  # invalid bytes can cause any exception in the unpickler and in pymunk
         raise AdapterError(f"it is no pickle of a pymunk.Space: {type(error).__name__}: {error}") from error
     if not isinstance(space, pymunk.Space):
         raise AdapterError(f"it holds a {type(space).__name__}, where a pymunk.Space must be")
@@ -77,7 +77,7 @@ def scene_of(content: bytes, name: str, duration_s: float) -> Imported:
 
 
 class _Reading:
-    """A space as it is read: discs first, since what becomes of a wall depends on where they are."""
+    """Reads a space: first discs, since the side of a wall depends on their positions."""
 
     def __init__(self, space: pymunk.Space) -> None:
         self.space = space
@@ -109,7 +109,7 @@ class _Reading:
         )
 
     def _stays(self, shape: pymunk.Shape, k: int) -> bool:
-        """Whether a shape has a place in a scene by the body that it belongs to."""
+        """Whether scenes support the body of a shape. If not, report the shape as dropped."""
         body, what = shape.body, f"shape {k}, a {type(shape).__name__}"
         if body is None or shape.sensor:
             self.dropped.append(f"{what}: {'it has no body' if body is None else 'a sensor, which pushes nothing'}")

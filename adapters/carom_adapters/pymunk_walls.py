@@ -1,4 +1,4 @@
-"""The walls of a scene as pymunk has them: deep polygons for half-planes, segments for chains, circles."""
+"""Walls of a scene as pymunk shapes: deep polygons for half-planes, segments for chains, circles for rings."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ Point = tuple[float, float]
 
 
 def _half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
-    """Return the corners of a rectangle that no disc of the scene can tell from the half-plane.
+    """Return the corners of a rectangle that acts on the discs of the scene like the half-plane.
 
-    Chipmunk has no half-plane. Through a thin segment fast discs pass, and a thick one takes its normal from the depth
-    of the overlap; a polygon's face has one normal, exact to rounding, and is as deep as it is made.
+    Chipmunk has no half-plane. Fast discs pass through a thin segment, and the normal of a thick segment depends on the
+    overlap. The face of a polygon has one normal, exact to rounding, and any depth.
     """
     (px, py), (nx, ny) = wall.point_m, wall.normal
     along = (px - centre[0]) * ny - (py - centre[1]) * nx
     gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
     foot_x, foot_y = px - along * ny, py + along * nx
-    # Twice as wide and deep as a disc can get: whatever sinks in is still nearest to the face. And no smaller than the
-    # coordinates themselves, for the face's direction is the difference of two corners, each rounded.
+    # Twice as wide and deep as any disc can reach, so that an overlapping disc is always nearest to the face. At least
+    # as large as the coordinates, since the direction of the face is the difference of two rounded corners.
     size = max(2.0 * (radius + gap), abs(foot_x), abs(foot_y))
     return [
         (foot_x + (a * ny - b * nx) * size, foot_y - (a * nx + b * ny) * size)
@@ -30,7 +30,7 @@ def _half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
 
 
 class _Segment(NamedTuple):
-    """An edge of a chain, or a piece of one: from a to b, with the points before a and after b."""
+    """An edge of a chain, or a piece of an edge, from a to b, with the points before a and after b."""
 
     a: Point
     b: Point
@@ -39,7 +39,7 @@ class _Segment(NamedTuple):
 
 
 def _segments(chain: Chain) -> list[_Segment]:
-    """Return the straight segments of a chain; at an open end the neighbour is the end itself, as pymunk has it."""
+    """Return the straight segments of a chain. At an open end the neighbour is the end itself, as pymunk requires."""
     points = points_of(chain)
     last = len(points) - 1
     return [
@@ -54,33 +54,33 @@ def _segments(chain: Chain) -> list[_Segment]:
 
 
 class Post(NamedTuple):
-    """A circle that is met from outside."""
+    """A circle that discs hit from outside."""
 
     centre: Point
     radius: float
 
 
-#: A wall as pymunk has it: a polygon's corners, segments with their radius, or a circle.
-Shaped = list[Point] | tuple[list[_Segment], float] | Post
+#: Shape of a wall: the corners of a polygon, segments with their radius, or a circle.
+WallShape = list[Point] | tuple[list[_Segment], float] | Post
 
 
-def _shape_of(scene: Scene, wall: Chain | Ring) -> Shaped:
+def _shape_of(scene: Scene, wall: Chain | Ring) -> WallShape:
     if isinstance(wall, Ring):
         return Post(wall.centre_m, thickness_of(scene, wall))
     return _segments(wall), wall.half_width_m
 
 
-def shapes_of_walls(scene: Scene, dt_s: float) -> list[Shaped]:
-    """Return the walls in order.
+def shapes_of_walls(scene: Scene, dt_s: float) -> list[WallShape]:
+    """Return the shapes of the scene's walls, in order.
 
     Raises:
-        AdapterError: A half-plane would have to be so long that its rounding is as large as a disc.
+        AdapterError: A half-plane would be so long that its rounding is as large as a disc.
     """
     centre, radius = reach(scene, dt_s)
-    shapes: list[Shaped] = [
+    shapes: list[WallShape] = [
         _half_plane(wall, centre, radius) if isinstance(wall, Wall) else _shape_of(scene, wall) for wall in scene.walls
     ]
-    # A face is placed to the rounding of its farthest corner.
+    # The position of a face has the rounding of its farthest corner.
     corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]
     farthest = max((abs(value) for corner in corners for value in corner), default=0.0)
     smallest = min(disc.radius_m for disc in scene.discs)

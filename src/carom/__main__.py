@@ -42,9 +42,9 @@ def main() -> None:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
         from carom.cli import command
-        from carom.execution.fork_server import allow
+        from carom.execution.fork_server import allow_forking
 
-        allow()
+        allow_forking()
         if CAME:  # and was lost: Python ignores what is raised where it tidies up after an import
             raise Ended(CAME[-1])
         code = command()

@@ -13,7 +13,7 @@ from tests.stage import Finish, Named, disc_at, staged, sure, wall_at
 
 from carom import Disc, Scene
 from carom.engines.api import Adapter
-from carom.execution.engine_run import able_adapter, observe_run
+from carom.execution.engine_run import load_supported_adapter, observe_run
 from carom.execution.job import Job, Method, UnsupportedError
 
 G = (0.5, -9.81)
@@ -107,12 +107,12 @@ def test_located_is_refused_where_discs_fall_onto_what_does_not(engine: Adapter)
     """Such a scene is unsupported by the located profile, with the speed in the sentence; the tuned one runs it."""
     job = Job(_drop(), Method(engine.name, "located"), 1 / 60)
     with pytest.raises(UnsupportedError, match=r"gains or loses up to g dt \(0\.164 m/s\)"):
-        able_adapter(job)
-    able_adapter(replace(job, method=Method(engine.name, "tuned")))
+        load_supported_adapter(job)
+    load_supported_adapter(replace(job, method=Method(engine.name, "tuned")))
     post = disc_at(0, -1, m=math.inf)
     onto_post = _drop().model_copy(update={"walls": (), "discs": (*_drop().discs, post)})
     with pytest.raises(UnsupportedError, match="this profile cuts its steps"):
-        able_adapter(replace(job, scene=onto_post))
+        load_supported_adapter(replace(job, scene=onto_post))
 
 
 def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -> None:
@@ -120,7 +120,7 @@ def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -
     discs = [disc_at(-1, 0, 1, r=0.25), disc_at(1, 0.1, -1, r=0.25)]
     scene = staged("pair", *discs, gravity_m_s2=(0, -9.81), duration_s=1.5)
     job = Job(scene, Method(engine.name, "located"), 1 / 60)
-    trace = observe_run(able_adapter(job), scene, "located", 1 / 60)
+    trace = observe_run(load_supported_adapter(job), scene, "located", 1 / 60)
     # The centres are 0.5 apart where they meet, 0.1 of it across, and close at 2 m/s from 2 apart.
     meeting_s = (2 - math.sqrt(0.5**2 - 0.1**2)) / 2
     assert trace.impacts["time_s"].tolist() == pytest.approx([meeting_s], abs=width(engine, 1e-12))

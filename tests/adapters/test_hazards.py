@@ -24,8 +24,8 @@ from carom.engines.api import Adapter, AdapterError, Contact, Setting, unsupport
 from carom.execution.engine_run import observe_run
 from carom.execution.job import Status
 from carom.execution.options import Options
-from carom.execution.plan import capabilities_of, plan_of
-from carom.execution.pool import InProcess
+from carom.execution.plan import build_plan, capabilities_of
+from carom.execution.pool import InProcessPool
 from carom.execution.results import Row
 from carom.model.trace import Outcome
 from carom.report.grid import reasons_of
@@ -332,7 +332,7 @@ def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(pybullet: 
 def test_the_plan_in_words_knows_a_profiles_own_limits(named: Named) -> None:
     """Above the clamp the plan skips PyBullet as shipped with that reason, and runs it tuned."""
     named("pybullet")
-    plan = plan_of([_struck(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"]), InProcess())
+    plan = build_plan([_struck(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"]), InProcessPool())
     default, tuned = list(explain(plan))[-2:]
     assert "default: skipped: a disc moves at 150 m/s, and this method's limit is 100 m/s" in default
     assert "tuned: run at" in tuned

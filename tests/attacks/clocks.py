@@ -18,7 +18,7 @@ from tests.unit.execution.test_clocks import SCENE, Adapter
 
 from carom.engines.registry import load_adapter
 from carom.execution.job import Method
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.studies.bench import timing_pass
 from carom.studies.bench.timing_pass import TimeScene
 
@@ -59,7 +59,7 @@ def _lost(draw: Random) -> str:
 
     try:
         with within(LONGEST_S), mock.patch.object(timing_pass, "load_adapter", found):
-            answer = TimeScene(SCENE, asked, rounds=3).answer(InProcess())
+            answer = TimeScene(SCENE, asked, rounds=3).run(InProcessPool())
     except HangError:
         return f"no end after {LONGEST_S:g} s, of a clock that shows {shown[:8]}"
     except Exception as error:  # noqa: BLE001 - this is what is looked for

@@ -26,7 +26,7 @@ from carom.execution import cluster
 from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Job, Method
 from carom.execution.journal import canonical
-from carom.execution.pool import InProcess, Pool
+from carom.execution.pool import InProcessPool, Pool
 from carom.execution.scoring import score_journal, sweep
 
 #: Long enough for a process to start on a machine that is busy.
@@ -87,7 +87,7 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
     """Return what is wrong after a cluster went away; empty where nothing is."""
     number, path, after_s = rng.randrange(2**32), folder / "journal.jsonl", rng.uniform(0.0, 4.0)
     path.unlink(missing_ok=True)
-    _sweep(number, InProcess(), path)
+    _sweep(number, InProcessPool(), path)
     alone = canonical(path)
     path.unlink()
     try:
@@ -106,13 +106,13 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
             finally:
                 killer.cancel()
     except ClusterError as error:
-        if not re.search(r"pieces? of work (is|are) left, and --resume goes on", str(error)):
+        if not re.search(r"tasks are left; --resume continues", str(error)):
             return f"{which} killed after {after_s:.2f} s, scene {number}: it does not say how to go on: {error}"
     except HangError:
         return f"{which} killed after {after_s:.2f} s, scene {number}: no end after {PATIENT_S:g} s"
     except Exception as error:  # noqa: BLE001 - this is what is looked for
         return f"{which} killed after {after_s:.2f} s, scene {number}: {type(error).__name__}: {str(error)[:200]!r}"
-    _sweep(number, InProcess(), path)
+    _sweep(number, InProcessPool(), path)
     return "" if canonical(path) == alone else f"{which} killed after {after_s:.2f} s, scene {number}: another journal"
 
 

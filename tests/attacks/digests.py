@@ -12,7 +12,7 @@ from tests.drawn import drawn
 
 from carom.execution.job import Job, Method
 from carom.execution.journal import canonical
-from carom.execution.pool import InProcess, LocalPool, Pool
+from carom.execution.pool import InProcessPool, LocalPool, Pool
 from carom.execution.scoring import score_journal, sweep
 
 
@@ -21,7 +21,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     while True:
         number = rng.randrange(2**32)
         path = folder / "digest.jsonl"
-        alone = _swept(number, InProcess(), path)
+        alone = _swept(number, InProcessPool(), path)
         for workers in (1, 2):
             with LocalPool(workers) as pool:
                 yield "" if _swept(number, pool, path) == alone else f"scene {number}: {workers} workers"

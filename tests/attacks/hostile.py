@@ -23,7 +23,7 @@ from tests.unit.execution.test_hostile import ACTS, SAYS, SOURCE, scene
 
 from carom.execution.job import Status
 from carom.execution.options import Options
-from carom.execution.plan import plan_of
+from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
 from carom.studies.cross_check.run import execute
 
@@ -54,7 +54,7 @@ def _lost(name: str, folder: Path) -> str:
             LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool,
         ):
             limit_only(patch, *[name] * (SAYS[name][0] is Status.TIMED_OUT))
-            rows = {row.job.engine: row for row in execute(plan_of([scene()], asked, pool), pool).rows}
+            rows = {row.job.engine: row for row in execute(build_plan([scene()], asked, pool), pool).rows}
     except HangError:
         return f"{name}: no end after {LONGEST_S:g} s"
     status, words = SAYS[name]

@@ -12,7 +12,7 @@ from tests.attacks.guard import tried
 from carom.catalogue import find_scenes
 from carom.errors import InputError
 from carom.execution.journal import canonical
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.execution.scoring import score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.options import BenchPlan
@@ -41,7 +41,7 @@ def _made(folder: Path) -> bytes:
         scene = find_scenes(["paper/late"])[0].scene
         plan = BenchPlan(engines=("pit",), dts=(0.1, 0.05), phases=2, error=ErrorKind.IMPACT, timing=False)
         with score_journal(path) as journal:
-            work_precision([scene], plan, InProcess(), notes=journal)
+            work_precision([scene], plan, InProcessPool(), notes=journal)
     return path.read_bytes()
 
 

@@ -19,7 +19,7 @@ from tests.attacks.guard import HangError, within
 from typer.testing import CliRunner
 
 from carom.cli import app
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 
 #: A command that is quickly done, and options of it that take a value.
 COMMANDS = {
@@ -87,8 +87,8 @@ def _tried(arguments: list[str], work: Path) -> str:
     return "" if "\x1b[31m" not in result.output else f"{shown!r}: an escape sequence in the output"
 
 
-def _in_process(*_: object, **__: object) -> InProcess:
-    return InProcess()
+def _in_process(*_: object, **__: object) -> InProcessPool:
+    return InProcessPool()
 
 
 def _as_a_command(arguments: list[str], work: Path) -> str:

@@ -14,9 +14,9 @@ from carom import cross_check, solve_pit
 from carom.catalogue import all_scenes
 from carom.execution.cache_key import job_key
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.journal import Entry
+from carom.execution.journal import JournalEntry
 from carom.execution.options import Options
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.report.records import records
 from carom.report.render.markdown import markdown
 from carom.studies.cross_check.observed import observed_journal
@@ -65,7 +65,7 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
     """Compare a spoilt results.jsonl with the sound one."""
     scenes = [all_scenes()[name].scene for name in ("paper/missed", "paper/wrong-direction", "spin/grip")]
     sound, path = folder / "sound.jsonl", folder / "results.jsonl"
-    checked = cross_check(scenes, ["pit", "pic"], profiles=["tuned"], dts=[1 / 60], timing=False, pool=InProcess())
+    checked = cross_check(scenes, ["pit", "pic"], profiles=["tuned"], dts=[1 / 60], timing=False, pool=InProcessPool())
     sound.write_text(records(checked), encoding="utf-8")
     lines = [json.loads(line) for line in sound.read_text(encoding="utf-8").splitlines()]
     while True:
@@ -88,7 +88,7 @@ def journals(rng: Random, folder: Path) -> Iterator[str]:
     path.unlink(missing_ok=True)
     trace, job = solve_pit(scene, frame_rate_hz=60), Job(scene, Method("pit", "tuned"), 1 / 60)
     with observed_journal(path, Options().stamp) as journal:
-        journal.add([Entry(job_key(job), Answer(Status.RAN, value=trace))])
+        journal.add([JournalEntry(job_key(job), Answer(Status.RAN, value=trace))])
     head, entry = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
     told = json.loads(entry["answer"]["value"])
     while True:

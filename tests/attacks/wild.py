@@ -26,7 +26,7 @@ from carom import Scene, cross_check
 from carom.catalogue import all_scenes
 from carom.engines.api import Contact, Observation
 from carom.execution.job import Status
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.execution.results import Results
 from carom.report.grid import build_grid
 from carom.report.records import records
@@ -111,7 +111,7 @@ def _lost(scene: Scene, folder: Path, *, whole: bool) -> str:
     try:
         with within(60.0):
             asked: dict[str, Any] = {"dts": [scene.duration_s / STEPS], "profiles": ["tuned"], "timing": False}
-            results: Results = cross_check([scene], ["pit", NAME], pool=InProcess(), **asked)
+            results: Results = cross_check([scene], ["pit", NAME], pool=InProcessPool(), **asked)
             if whole:
                 report_of(results).write(out)
                 text = (out / "results.jsonl").read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ from playwright.sync_api import Page
 from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.browser.test_replay import MISSED, opened
 
-from carom.report.grid import mark_read
+from carom.report.grid import parse_mark
 from carom.report.records import read_records
 from carom.support.escaping import visible
 
@@ -201,7 +201,7 @@ def test_every_cell_is_unpacked_when_it_is_opened_and_printed_then(page: Page, r
     scenes = details.locator("tbody th").all_inner_texts()
     assert scenes == [visible(line.scene) for line in lines]
     grades = details.locator("tbody tr td:nth-child(5)").all_inner_texts()
-    said = [mark_read(line.status, line.grade, line.float_bits) for line in lines]
+    said = [parse_mark(line.status, line.grade, line.float_bits) for line in lines]
     assert grades == [f"{mark.symbol} {mark.word}" for mark in said]
     page.emulate_media(media="print")
     assert details.locator("tbody tr").last.is_visible()

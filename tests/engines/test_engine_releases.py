@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from carom import solve_pic
 from carom.catalogue import find_scenes
-from carom.comparator.shift import begun_earlier
+from carom.comparator.shift import shift_start
 from carom.studies.history.cells import Moved
 from carom.studies.history.clients import CLIENTS, ClientError
 from carom.studies.history.options import HistoryOptions
@@ -145,7 +145,7 @@ def right(name: str, part: float = 1.0) -> NDArray[np.float64]:
     dt_s = 1 / scene.frame_rate_hz
     steps = round(scene.duration_s / dt_s) + 1 if part == 1.0 else math.ceil(part * scene.duration_s / dt_s - 1e-9)
     until = {"duration_s": steps * dt_s}
-    exact = [solve_pic(begun_earlier(scene, k / 32 * dt_s).model_copy(update=until)) for k in range(32)]
+    exact = [solve_pic(shift_start(scene, k / 32 * dt_s).model_copy(update=until)) for k in range(32)]
     return np.array([np.hstack([trace.final_position_m, trace.final_velocity_m_s]) for trace in exact])
 
 

@@ -373,7 +373,7 @@ def starts(scene: Scene, count: int = STARTS) -> tuple[Scene, ...]:
     return tuple(starts_of(scene, count))
 
 
-def spread_of(finding: Finding, adapter: Adapter) -> Spread:
+def compute_spread(finding: Finding, adapter: Adapter) -> Spread:
     """Measure a finding."""
     values = [
         finding.figure(adapter, scene, finding.profile, **finding.changes)
@@ -479,4 +479,4 @@ def measured(
         if tables and "findings" not in tables:
             continue
         for finding in (one for one in FINDINGS if one.engine == name and (chaotic or one.says not in CHAOTIC)):
-            yield Figure("findings", finding.says, name, finding.profile, spread_of(finding, adapter))
+            yield Figure("findings", finding.says, name, finding.profile, compute_spread(finding, adapter))

@@ -20,7 +20,7 @@ from carom.comparator import Grade, Verdict
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.cases import cases
 from carom.execution.job import Status
-from carom.execution.options import Limited
+from carom.execution.options import LimitOptions
 
 HERE = Path(__file__).parent
 #: Where adapters imported the interface from when 0.1 was released.
@@ -73,7 +73,7 @@ def test_an_adapter_is_forty_lines() -> None:
 
 def test_the_documentation_tells_every_check() -> None:
     """docs/reference/adapters.md has a row for each check of the suite."""
-    subject = Subject("pymunk", Limited())  # which has a profile of each kind
+    subject = Subject("pymunk", LimitOptions())  # which has a profile of each kind
     checks = {case.name.partition("[")[0] for case in cases(subject)}
     rows = [line for line in (DOCS / "reference" / "adapters.md").read_text().splitlines() if line.startswith("| `")]
     told = {name for row in rows for name in re.findall(r"`([\w-]+)`", row.split("|")[1])}

@@ -12,8 +12,8 @@ from carom.catalogue import find_scenes
 from carom.errors import InputError
 from carom.execution.journal import JOURNAL_FORMAT, canonical
 from carom.execution.options import Options
-from carom.execution.plan import plan_of
-from carom.execution.pool import InProcess
+from carom.execution.plan import build_plan
+from carom.execution.pool import InProcessPool
 from carom.report.files import FORMATS
 from carom.report.record import text_of
 from carom.report.records import read_records
@@ -44,8 +44,8 @@ def test_a_kept_journal_is_continued_from_or_refused_by_its_format(number: int, 
     """That of the present format has every answer of its run; an earlier one is named as such, and stays as it is."""
     path = tmp_path / "journal.jsonl"
     shutil.copy(KEPT / f"journal-{number}.jsonl", path)
-    before, pool = path.read_bytes(), InProcess()
-    plan = plan_of(find_scenes(list(SCENES)), OPTIONS, pool)
+    before, pool = path.read_bytes(), InProcessPool()
+    plan = build_plan(find_scenes(list(SCENES)), OPTIONS, pool)
     if number != JOURNAL_FORMAT:
         said = f"it is of format {number}, as another version of Carom wrote it, and this one is {JOURNAL_FORMAT}"
         with pytest.raises(InputError, match=said):

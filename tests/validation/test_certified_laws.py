@@ -18,7 +18,7 @@ from carom import CertifiedTrace, Disc, Scene, Wall, certify, solve_pic
 from carom.catalogue import catalogue
 from carom.comparator.horizon import Horizon
 from carom.errors import InputError
-from carom.execution.reference import reference_of
+from carom.execution.reference import build_reference
 from carom.solvers.certified.result import Degenerate, Ending
 
 FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
@@ -117,7 +117,7 @@ def test_a_ball_that_turns_back_at_the_ceiling_has_an_impact_only_if_it_gets_bey
 def test_the_reference_of_a_ball_that_lands_is_the_certified_run_where_that_is_asked_for() -> None:
     """It is proven to the end, and float64 agrees; impacts are scored up to where contact begins."""
     trace = solve_pic(of_catalogue("ladder", duration_s=5.0))
-    reference = reference_of(trace, asked=True, time_budget_s=1e6)  # proven to the end, however slow the machine is
+    reference = build_reference(trace, asked=True, time_budget_s=1e6)  # proven to the end, however slow the machine is
     assert reference.trace.method == "certified"
     assert reference.horizon_s == reference.trace.contact_s < reference.trace.end_time_s == 5.0
     assert isinstance(reference.certified, Horizon)

@@ -15,7 +15,7 @@ from tests.stage import disc_at, staged
 from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator.grades import Grade
-from carom.comparator.shift import begun_earlier
+from carom.comparator.shift import shift_start
 from carom.model.trace import free_flights, kinetic_energy
 from carom.report.tracks import SHARPNESS, reference_tracks
 
@@ -156,7 +156,7 @@ def test_pit_of_a_damped_scene_pays_for_sampling_alone(entry: CatalogueScene) ->
 @each("entry", SCENES)
 def test_a_damped_scene_that_begins_earlier_goes_on_the_same(entry: CatalogueScene) -> None:
     """Begun a thousandth of a second earlier, every impact is that much later and the end the same."""
-    truth, moved = solve_pic(entry.scene), solve_pic(begun_earlier(entry.scene, 1e-3))
+    truth, moved = solve_pic(entry.scene), solve_pic(shift_start(entry.scene, 1e-3))
     assert moved.impacts["time_s"] == pytest.approx(truth.impacts["time_s"] + 1e-3, abs=ROUNDING)
     assert moved.final_position_m == pytest.approx(truth.final_position_m, abs=ROUNDING)
     assert moved.final_velocity_m_s == pytest.approx(truth.final_velocity_m_s, abs=ROUNDING)

@@ -1,4 +1,4 @@
-"""What Box2D can take: its settings by name, its limits, and the refusal of what is beyond them."""
+"""Limits of Box2D: its settings by name, the range of scenes, and input checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The walls of a scene as Box2D has them: deep polygons for half-planes, edges or one chain of them for chains."""
+"""Walls of a scene as Box2D shapes: deep polygons for half-planes, edges or a chain of edges for chains."""
 
 from __future__ import annotations
 

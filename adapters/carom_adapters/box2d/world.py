@@ -1,4 +1,4 @@
-"""A world of Box2D: the bodies that a scene becomes, its steps, and what is seen of them."""
+"""World of Box2D: builds the bodies of a scene, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 
@@ -222,8 +222,8 @@ class Box2dWorld:
         """Call `b2World.Step` this many times; between steps driven bodies are told of their legs."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
-        for count in self._legs.stretches(steps):
-            for body, velocity in self._legs.begun(self._clock.now_s):
+        for count in self._legs.step_counts(steps):
+            for body, velocity in self._legs.start_due(self._clock.now_s):
                 body.linearVelocity = velocity
             for _ in range(count):
                 step(dt_s, *iterations)
@@ -329,11 +329,11 @@ class Box2dWorld:
             (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity)
             for body in (*self._movable, *self._driven)
         ]
-        return (self._clock.now_s, bodies, self._legs.told)
+        return (self._clock.now_s, bodies, self._legs.started)
 
     def restore(self, state: Any) -> None:
         """Put positions, velocities and spins back."""
-        time_s, bodies, self._legs.told = state
+        time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
         for body, position, velocity, spin in bodies:
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin

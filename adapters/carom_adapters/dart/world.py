@@ -1,4 +1,4 @@
-"""A world of DART: the skeletons that a scene becomes, its steps, and what is seen of them."""
+"""World of DART: builds the skeletons of a scene, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 

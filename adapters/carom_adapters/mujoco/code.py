@@ -1,4 +1,4 @@
-"""MuJoCo's settings as a model to paste: MJCF that anybody's MuJoCo loads, with the start as its keyframe."""
+"""MuJoCo settings as a model to paste: MJCF that MuJoCo loads without Carom, with the start as its keyframe."""
 
 from __future__ import annotations
 

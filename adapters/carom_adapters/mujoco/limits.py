@@ -1,4 +1,4 @@
-"""What MuJoCo can take: its settings by name, its limits, and the refusal of what is beyond them."""
+"""Limits of MuJoCo: its settings by name, the range of scenes, and input checks."""
 
 from __future__ import annotations
 

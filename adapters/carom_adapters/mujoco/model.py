@@ -1,4 +1,4 @@
-"""The model that a scene becomes, in MuJoCo's own language: geoms, joints, contacts, and how these are answered."""
+"""Model of a scene in MuJoCo: geoms, joints, and contacts with their parameters."""
 
 from __future__ import annotations
 

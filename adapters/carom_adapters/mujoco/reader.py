@@ -1,4 +1,4 @@
-"""An MJCF model as a scene: what of it lies in the plane z = 0, compiled by MuJoCo itself."""
+"""Reads an MJCF model as a scene: the part in the plane z = 0, as compiled by MuJoCo."""
 
 from __future__ import annotations
 

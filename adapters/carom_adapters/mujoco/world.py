@@ -1,4 +1,4 @@
-"""A world of MuJoCo: a scene's compiled model, its steps, and what is seen of them."""
+"""World of MuJoCo: compiles the model of a scene, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from carom_adapters.mujoco.limits import (
     require_usable,
 )
 from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bodies, mass_unit, mjcf
-from carom_adapters.pieces import pieced, summed
+from carom_adapters.pieces import find_walls_in_pieces, sum_contacts
 
 #: Compiled models that are kept for scenes that differ in their start states alone: one for each profile, and a few
 #: steps of each.
@@ -94,7 +94,7 @@ class MujocoWorld:
         # each of which makes more of a rounding across the plane, those of free spheres do.
         self._leans = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
         self._unit = mass_unit(scene, settings)
-        self._pieced = pieced(scene)
+        self._pieced = find_walls_in_pieces(scene)
         discs = [one for one in in_order_of_bodies(scene) if one >= 0]
         # Those that are driven are bodies of MuJoCo's that move, too.
         moving = [i for i in discs if scene.discs[i].driven or not scene.discs[i].immovable]
@@ -177,8 +177,8 @@ class MujocoWorld:
 
     def advance(self, steps: int) -> None:
         """Take the steps in MuJoCo's own loop; between steps driven bodies are told of their legs."""
-        for count in self._legs.stretches(steps):
-            for begin, velocity in self._legs.begun(self._clock.now_s):
+        for count in self._legs.step_counts(steps):
+            for begin, velocity in self._legs.start_due(self._clock.now_s):
                 self._data.qvel[begin : begin + 2] = velocity
             self._mujoco.mj_step(self._model, self._data, nstep=count)
             self._clock.count(count)
@@ -194,7 +194,7 @@ class MujocoWorld:
         if self._turns:
             spin = self._spin.copy()
             spin[self._turning] = self._data.qvel[self._about]
-        contacts = summed(self._contacts(), self._pieced) if self._data.ncon else ()
+        contacts = sum_contacts(self._contacts(), self._pieced) if self._data.ncon else ()
         return Observation(position, velocity, contacts, self._warning(), spin)
 
     def _contacts(self) -> list[Contact]:
@@ -282,11 +282,11 @@ class MujocoWorld:
 
     def save(self) -> object:
         """Return coordinates and velocities, which with these settings are all of a state."""
-        return (self._clock.now_s, self._legs.told, self._data.qpos.copy(), self._data.qvel.copy())
+        return (self._clock.now_s, self._legs.started, self._data.qpos.copy(), self._data.qvel.copy())
 
     def restore(self, state: Any) -> None:
         """Put coordinates and velocities back."""
-        time_s, self._legs.told, self._data.qpos[:], self._data.qvel[:] = state
+        time_s, self._legs.started, self._data.qpos[:], self._data.qvel[:] = state
         self._clock.restart(time_s)
 
     def close(self) -> None:

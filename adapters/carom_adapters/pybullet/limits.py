@@ -1,4 +1,4 @@
-"""What Bullet can take: its settings by name, and its limits."""
+"""Limits of Bullet: its settings by name, and the range of scenes."""
 
 from __future__ import annotations
 

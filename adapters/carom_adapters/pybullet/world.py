@@ -1,4 +1,4 @@
-"""A world of Bullet: the client that a scene is built in, its steps, and what is seen of them."""
+"""World of Bullet: builds a scene in a client of its own, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from carom.engines.api import (
 )
 from carom_adapters.engine_adapter import vectors
 from carom_adapters.legs import Driven, Legs, first_velocity
-from carom_adapters.pieces import cut_chain, factored_walls, pieced, summed, thickness_of
+from carom_adapters.pieces import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 from carom_adapters.pybullet.limits import (
     BODY_SETTINGS,
     CAPABILITIES,
@@ -181,7 +181,7 @@ class PybulletWorld:
         self._number: dict[int, int] = {}
         self._driven: list[tuple[int, Driven]] = []
         self._legs = Legs[tuple[int, float]]()  # of bodies with their spins
-        self._pieced = pieced(scene)
+        self._pieced = find_walls_in_pieces(scene)
         is_built = False
         if not _KEPT:
             self._client = self._bullet.connect(self._bullet.DIRECT)
@@ -327,8 +327,8 @@ class PybulletWorld:
     def advance(self, steps: int) -> None:
         """Call `stepSimulation` this many times; between steps driven bodies are told of their legs."""
         step, client = self._bullet.stepSimulation, self._client
-        for count in self._legs.stretches(steps):
-            for (body, spin), velocity in self._legs.begun(self._clock.now_s):
+        for count in self._legs.step_counts(steps):
+            for (body, spin), velocity in self._legs.start_due(self._clock.now_s):
                 self._bullet.resetBaseVelocity(body, [*velocity, 0.0], [0, 0, spin], client)
             for _ in range(count):
                 step(client)
@@ -368,7 +368,7 @@ class PybulletWorld:
 
     def _contacts_of_step(self) -> tuple[Contact, ...]:
         if self._seen is None:
-            self._seen = summed(self._contacts(), self._pieced)
+            self._seen = sum_contacts(self._contacts(), self._pieced)
         return self._seen
 
     def _contacts(self) -> list[Contact]:
@@ -418,12 +418,12 @@ class PybulletWorld:
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))
             for body in (*self._movable, *(body for body, _ in self._driven))
         ]
-        return (self._clock.now_s, bodies, self._legs.told)
+        return (self._clock.now_s, bodies, self._legs.started)
 
     def restore(self, state: Any) -> None:
         """Put positions, velocities and spins back."""
         bullet, client = self._bullet, self._client
-        time_s, bodies, self._legs.told = state
+        time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
         for body, place, velocity in bodies:
             bullet.resetBasePositionAndOrientation(body, *place, client)

@@ -1,4 +1,4 @@
-"""What Rapier can take: its settings by name, and its limits."""
+"""Limits of Rapier: its settings by name, and the range of scenes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A world of Rapier: the bodies that a scene becomes, its steps, and what is seen of them."""
+"""World of Rapier: builds the bodies of a scene, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from carom.engines.api import (
     wall_body,
 )
 from carom_adapters.legs import Legs, first_velocity
-from carom_adapters.pieces import cut_chain, pieced, summed, thickness_of
+from carom_adapters.pieces import cut_chain, find_walls_in_pieces, sum_contacts, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
 
 #: Relative rounding of a 32-bit float.
@@ -127,14 +127,14 @@ class RapierWorld:
     def advance(self, steps: int) -> None:
         """Take steps; between them driven bodies are told of their legs."""
         step = self._world.step
-        for count in self._legs.stretches(steps):
+        for count in self._legs.step_counts(steps):
             self._begin_legs()
             for _ in range(count):
                 step()
             self._clock.count(count)
 
     def _begin_legs(self) -> None:
-        for body, velocity in self._legs.begun(self._clock.now_s):
+        for body, velocity in self._legs.start_due(self._clock.now_s):
             self._all[body].linvel = (*velocity, 0.0)
 
     def observe(self) -> Observation:
@@ -158,7 +158,7 @@ class RapierWorld:
                 length = math.hypot(nx, ny)  # a unit vector to 32 bits only
                 a, b = self._number[pair.collider1], self._number[pair.collider2]
                 found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
-        return list(summed(found, pieced(self._scene)))
+        return list(sum_contacts(found, find_walls_in_pieces(self._scene)))
 
     def _warning(self, velocity: Any) -> str:
         # Made so fast by an impact, it is too late to refuse.
@@ -224,10 +224,10 @@ class RapierCuttableWorld(RapierWorld):
 
     def save(self) -> object:
         """Return positions and velocities, which with these settings are all of a state."""
-        return (self._clock.now_s, self._legs.told, self._states(), self._solved)
+        return (self._clock.now_s, self._legs.started, self._states(), self._solved)
 
     def restore(self, state: Any) -> None:
         """Make a world of the positions and velocities; one that was stepped keeps what it knows of contacts."""
-        time_s, self._legs.told, states, self._solved = state
+        time_s, self._legs.started, states, self._solved = state
         self._clock.restart(time_s)
         self._build(states)

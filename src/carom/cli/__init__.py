@@ -1,6 +1,6 @@
-"""The command line: parse, call, print. Of a command that is named, no other's module is loaded.
+"""Command line: parse, call, print.
 
-Each command is a module of `carom.cli.commands`.
+Each command is a module of `carom.cli.commands`. Only the module of the requested command is loaded.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from carom.cli import address_space, commands, common
 from carom.cli.command_line import Command
@@ -20,25 +21,15 @@ from carom.errors import CaromError
 
 __all__ = ["app", "app_of", "command"]
 
-#: In the order of `carom --help`; a command that is not named comes last.
-_FIRST = (
-    "demo",
-    "play",
-    "run",
-    "diff",
-    "report",
-    "bench",
-    "advise",
-    "certify",
-    "stress",
-    "tune",
-    "history",
-    "scenes",
-    "engines",
-    "explain",
-    "import",
-    "serve",
-)
+#: Commands by what a user wants to do, in the order of `carom --help`.
+GROUPS = {
+    "Check": ("run", "bench", "stress", "certify"),
+    "Choose": ("advise", "tune", "engines"),
+    "Compare": ("diff", "history", "report"),
+    "See": ("play", "demo", "scenes", "explain"),
+    "Connect": ("import", "serve"),
+}
+_FIRST = tuple(name for names in GROUPS.values() for name in names)
 
 #: Module and function of a command that is not the function of its own name in the module of that name.
 _SPELT = {"import": ("importing", "import_file")}
@@ -47,17 +38,31 @@ _MODULES = {path.stem for path in Path(commands.__path__[0]).glob("[!_]*.py")} -
 COMMANDS = (*_FIRST, *sorted(_MODULES - {*_FIRST}))
 
 
+class CommandGroup(TyperGroup):
+    """The commands of Carom, listed under headings."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write one section per group; a command without a group is listed under *Other*."""
+        rows = {name: self.commands[name].get_short_help_str(1000) for name in self.list_commands(ctx)}
+        width = max(map(len, rows), default=0)
+        for title, names in {**GROUPS, "Other": [name for name in rows if name not in _FIRST]}.items():
+            if listed := [(name.ljust(width), rows[name]) for name in names if name in rows]:
+                with formatter.section(title):
+                    formatter.write_dl(listed)
+
+
 def app_of(names: Sequence[str]) -> typer.Typer:
     """Return the command line with these commands; Typer reads the options of each that it is given."""
     found = typer.Typer(
+        cls=CommandGroup,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,  # boxes around a help text would cost more processor time than all else of `--help`
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
-        help="Cross-check disc collisions: collision times and post-impact velocities of physics engines, "
-        "scored against the analytic result.",
-        epilog="Exit codes: 0 conforms, 1 a violation, 2 bad usage or bad scene, 3 a requested engine is unavailable "
-        "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
+        help="Check how accurately physics engines compute disc collisions: "
+        "impact times and velocities, compared with the exact solution.",
+        epilog="Exit codes: 0 no violation, 1 violation found, 2 wrong usage or invalid scene, "
+        "3 a requested engine is not available or nothing could be run, 4 an adapter crashed or timed out.",
     )
     for name in names:
         module, function = _SPELT.get(name, (name, name))

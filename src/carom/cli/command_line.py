@@ -30,6 +30,15 @@ def _plain_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
     return "" if argument and "|" not in named else _WORDS.get(named, named)
 
 
+def with_default(text: str, default: str, span: str = "") -> str:
+    """Return the help text of an option, with its default and range after the first sentence."""
+    facts = "; ".join(filter(None, (default and f"default: {default}", span)))
+    if not facts:
+        return text
+    first, dot, rest = text.partition(". ")
+    return f"{first} ({facts}). {rest}" if dot else f"{text.removesuffix('.')} ({facts})."
+
+
 class Command(TyperCommand):
     """A command that keeps what it was asked, and names types in `--help` by plain words."""
 

@@ -1,4 +1,4 @@
-"""What the commands of `carom` share: exit codes, options, errors as sentences, and what is read and printed."""
+"""Shared by all commands: exit codes, common options, error messages, reading and printing."""
 
 from __future__ import annotations
 
@@ -36,31 +36,29 @@ EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
 
 Parameters = ParamSpec("Parameters")
 
-SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern.")
+SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes.")
 
 
 def engines_named(words: list[str] | None) -> list[str] | None:
     """Return names of engines; a manifest becomes known, and is its engine's name."""
-    from carom.engines.registry import engine_named
+    from carom.engines.registry import resolve_engine
 
     try:
-        return words and [engine_named(word) for word in words]
+        return words and [resolve_engine(word) for word in words]
     except AdapterError as error:
         raise typer.BadParameter(str(error)) from None
 
 
 Resume = Annotated[
     bool,
-    typer.Option("--resume", help="Continue from the journal in the folder of results: run what is missing in it."),
+    typer.Option("--resume", help="Continue an interrupted run from the journal in the output folder."),
 ]
 
 Retry = Annotated[
-    bool, typer.Option("--retry", help="As --resume, and run again what crashed, timed out or raised an error.")
+    bool, typer.Option("--retry", help="Like --resume, and repeat runs that crashed, timed out or raised an error.")
 ]
 
-Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", help="Print the evidence: every table, not the answer alone.")
-]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print every table, not only the answer.")]
 
 
 def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:

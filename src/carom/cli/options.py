@@ -5,20 +5,17 @@ from __future__ import annotations
 import dataclasses
 import inspect
 from collections.abc import Callable
-from enum import Enum
 from functools import wraps
 from typing import Annotated, Any, Concatenate, ParamSpec, TypeVar, get_type_hints
 
 import typer
 
+from carom.cli.command_line import with_default
 from carom.cli.common import guarded
-from carom.support.options import DeclaredOptions, Option, declared
+from carom.support.options import DeclaredOptions, Option, declared, format_bound
 
 Asked = TypeVar("Asked", bound=DeclaredOptions)
 Parameters = ParamSpec("Parameters")
-
-#: What these take, their word and the sentence before it say.
-_PLAIN = {"", "NAME", "ANGLE", "NAME=VALUE", "OLD=NEW"}
 
 
 def asking(
@@ -53,15 +50,11 @@ def asking(
 
 
 def shown_option(kind: type[DeclaredOptions], name: str) -> Any:
-    """Return an option as `--help` shows it: what it is, its bounds, and its default."""
+    """Return an option as `--help` shows it: its description, default and range."""
     one = declared(kind)[name]
     (default,) = (field.default for field in dataclasses.fields(kind) if field.name == name)
-    said = one.default or _default(one, default)
-    measured = one.kind.word not in _PLAIN and not isinstance(default, Enum)
-    bounds = f"{one.kind.said[0].upper()}{one.kind.said[1:]}" if measured else ""
-    more = "; ".join(part for part in (bounds, f"{said} by default" if said else "") if part)
-    what = f"{one.what} {more[0].upper()}{more[1:]}." if more else one.what
-    return typer.Option(*one.flags, metavar=one.kind.word or None, help=what)
+    text = with_default(one.what, one.default or _default(one, default), one.kind.range)
+    return typer.Option(*one.flags, metavar=one.kind.word or None, help=text)
 
 
 def _default(one: Option, default: Any) -> str:
@@ -70,8 +63,8 @@ def _default(one: Option, default: Any) -> str:
     if default is True:
         return one.flags[0].partition("/")[0]
     if one.many:
-        return " and ".join(map(repr, default))
-    return f"{default:g}" if isinstance(default, float) else str(default)
+        return ", ".join(default)
+    return format_bound(default) if isinstance(default, int | float) else str(default)
 
 
 def _type(one: Option) -> Any:

@@ -1,4 +1,4 @@
-"""Scoring: align the impacts of two traces, measure the errors, pass a verdict, grade."""
+"""Comparison of two traces of one scene: alignment, errors, verdicts and a grade."""
 
 from carom.comparator.compare import Score, compare
 from carom.comparator.grades import Grade

@@ -1,10 +1,10 @@
-"""Which observed impact is which reference impact: hit or miss, decided before any error is measured.
+"""Alignment of the impacts of two traces: matched, missed and spurious impacts, found before any error is measured.
 
-Each pair of bodies is aligned on its own, in order (an alignment never crosses), with as many matches as possible and,
-among those, the least total time difference. An observed impact can only be a given reference impact if it falls in
-that impact's *window*: between the neighbouring reference impacts of its bodies, since outside it the bodies are, in
-the reference, on other paths. A frame-sampled method stamps an impact up to two steps late (one to notice it, one more
-where the stamp is that of the step's end), so the window is that much longer at either end.
+Each pair of bodies is aligned on its own and in order (an alignment never crosses). The alignment has as many matches
+as possible and, among those, the least total time difference. An observed impact can match a reference impact only
+within that impact's *window*: between the neighbouring reference impacts of its bodies. Outside the window the bodies
+are on other paths in the reference. A frame-sampled method stamps an impact up to two steps late: one step to notice
+it, and one more where the stamp is the end of the step. So the window is longer by two steps at either end.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from numpy.typing import NDArray
 
 from carom.model.trace import Trace
 
-#: One step to notice an overlap, one more where the engine stamps a contact with the end of its step.
+#: A stamp is late by one step to notice an overlap, and one more where the engine stamps the end of its step.
 LATEST_STAMP_STEPS = 2
 
 Pair = tuple[int, int]
 
 
-class Reach(NamedTuple):
-    """Up to where a reference is believed, and a run compared with it: its horizon.
+class ComparisonRange(NamedTuple):
+    """The part of a run that is compared with its reference: up to the horizon, or all of it.
 
     Attributes:
-        impacts: How many of the reference's impacts lie within it.
-        until_s: When it ends, seconds; infinite where the whole run is compared.
+        impacts: Number of the reference's impacts within it.
+        until_s: End of the range, seconds; infinite where the whole run is compared.
     """
 
     impacts: int
     until_s: float
 
     @property
-    def whole(self) -> bool:
+    def is_whole_run(self) -> bool:
         """Whether the whole run is compared."""
         return not math.isfinite(self.until_s)
 
 
 @dataclass(frozen=True)
 class Alignment:
-    """Which impact of a reference is which of an observed trace.
+    """Matching of the impacts of a reference with those of an observed trace.
 
     Attributes:
         matched: Index pairs ``(reference, observed)`` in order of reference time.
@@ -60,15 +60,15 @@ class Alignment:
     spurious: tuple[int, ...]
     undecided: tuple[int, ...]
 
-    def within(self, reach: Reach, observed_s: NDArray[np.float64]) -> Alignment:
-        """Return what of it lies within a horizon, given the times of the observed impacts."""
-        if reach.whole:
+    def within(self, compared: ComparisonRange, observed_s: NDArray[np.float64]) -> Alignment:
+        """Return the part of the alignment within a range, given the times of the observed impacts."""
+        if compared.is_whole_run:
             return self
         return Alignment(
-            matched=tuple((r, o) for r, o in self.matched if r < reach.impacts),
-            missed=tuple(r for r in self.missed if r < reach.impacts),
-            spurious=tuple(o for o in self.spurious if observed_s[o] <= reach.until_s),
-            undecided=tuple(r for r in self.undecided if r < reach.impacts),
+            matched=tuple((r, o) for r, o in self.matched if r < compared.impacts),
+            missed=tuple(r for r in self.missed if r < compared.impacts),
+            spurious=tuple(o for o in self.spurious if observed_s[o] <= compared.until_s),
+            undecided=tuple(r for r in self.undecided if r < compared.impacts),
         )
 
 
@@ -76,11 +76,11 @@ def align(reference: Trace, observed: Trace) -> Alignment:
     """Align the impacts of two traces of one scene."""
     slack = LATEST_STAMP_STEPS * observed.dt_s
     windows = _windows(reference, slack)
-    timed = np.isfinite(observed.impacts["time_s"])  # what comes at no time is no impact of the reference
-    observed_by_pair = {pair: [o for o in found if timed[o]] for pair, found in by_pair(observed.impacts).items()}
+    timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing
+    observed_by_pair = {pair: [o for o in found if timed[o]] for pair, found in group_by_pair(observed.impacts).items()}
     times = (reference.impacts["time_s"], observed.impacts["time_s"])
     matched: list[tuple[int, int]] = []
-    for pair, expected in by_pair(reference.impacts).items():
+    for pair, expected in group_by_pair(reference.impacts).items():
         matched += _align_pair(expected, observed_by_pair.get(pair, []), *times, windows)
     matched.sort()
     hit, used = {r for r, _ in matched}, {o for _, o in matched}
@@ -101,21 +101,21 @@ def align(reference: Trace, observed: Trace) -> Alignment:
 
 
 def _has_passed(impact: np.void, observed: Trace) -> bool:
-    """Whether the two bodies of an impact that was not observed part in the observed final state.
+    """Whether the two bodies of an unobserved impact separate in the observed final state.
 
-    Then they have gone through each other, and no later step would have found them: that is a miss. A wall is a
-    half-plane, which nothing goes through.
+    Then they have passed through each other, and no later step would have found them: that is a miss. A wall is a
+    half-plane, which nothing passes through.
     """
     first, second = int(impact["first"]), int(impact["second"])
     if second < 0 or impact["time_s"] > observed.end_time_s:
         return False
-    apart = observed.final_position_m[second] - observed.final_position_m[first]
-    moving = observed.final_velocity_m_s[second] - observed.final_velocity_m_s[first]
-    return bool(apart @ moving >= 0.0)
+    separation = observed.final_position_m[second] - observed.final_position_m[first]
+    relative_velocity = observed.final_velocity_m_s[second] - observed.final_velocity_m_s[first]
+    return bool(separation @ relative_velocity >= 0.0)
 
 
-def by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
-    """Return the indices of the impacts of each pair of bodies, in order."""
+def group_by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
+    """Group the indices of impacts by pair of bodies, in order."""
     indices: dict[Pair, list[int]] = defaultdict(list)
     for k, (first, second) in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
         indices[first, second].append(k)
@@ -123,10 +123,10 @@ def by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
 
 
 def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
-    """Earliest and latest time at which each reference impact may be observed."""
+    """Return the earliest and latest time at which each reference impact may be observed."""
     impacts = reference.impacts
     rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
-    # Standing still through an impact, an immovable disc or a wall is on no path that the impact could end.
+    # An immovable disc or a wall that stands still through an impact has no path that the impact could end.
     moved = impacts["velocity_second_before"] != impacts["velocity_second_after"]
     times: dict[int, list[float]] = defaultdict(list)
     bodies: list[list[int]] = []
@@ -139,10 +139,10 @@ def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
     for (time, _, _), involved in zip(rows, bodies, strict=True):
         earliest, latest = -math.inf, math.inf
         for body in involved:
-            mine = times[body]
-            before, after = bisect_left(mine, time), bisect_right(mine, time)
-            earliest = max(earliest, mine[before - 1] if before > 0 else -math.inf)
-            latest = min(latest, mine[after] if after < len(mine) else math.inf)
+            own_times = times[body]
+            before, after = bisect_left(own_times, time), bisect_right(own_times, time)
+            earliest = max(earliest, own_times[before - 1] if before > 0 else -math.inf)
+            latest = min(latest, own_times[after] if after < len(own_times) else math.inf)
         windows.append((earliest - slack, latest + slack))
     return windows
 
@@ -154,18 +154,18 @@ def _align_pair(
     observed_time: NDArray[np.float64],
     windows: list[tuple[float, float]],
 ) -> list[tuple[int, int]]:
-    """Monotone alignment of one pair's impacts by dynamic programming, the cost (unmatched, total time difference).
+    """Align one pair's impacts in order by dynamic programming; the cost is (unmatched, total time difference).
 
-    ``cost(r, c)`` is that of the impacts from r and from c on. Windows begin and end in the order of the impacts, so a
-    row is worked out only for what lies in its window: what comes before can't be matched from here on any more, and
-    what comes after not yet.
+    ``cost(r, c)`` is the cost of the impacts from r and from c on. Windows begin and end in the order of the impacts.
+    So a row is computed only for the columns in its window. Earlier columns can no longer be matched, later ones not
+    yet.
     """
     rows, columns = len(expected), len(found)
     times = observed_time[found]
     low = np.searchsorted(times, [windows[r][0] for r in expected], side="left").tolist()
     high = np.searchsorted(times, [windows[r][1] for r in expected], side="right").tolist()
     if rows == columns and all(low[k] <= k < high[k] for k in range(rows)):
-        return list(zip(expected, found, strict=True))  # in order, no other leaves none unmatched
+        return list(zip(expected, found, strict=True))  # only this alignment leaves none unmatched
     table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
     stamps: list[float] = times.tolist()
 

@@ -1,4 +1,4 @@
-"""Whether a run agrees with itself: what a method reports of its impacts, and its own states.
+"""Consistency of a run: whether its reported impacts and its own states agree.
 
 What is asked, and what of it sampling and gravity explain, stands in `docs/theory/scoring.md`, section 5. It is asked
 of every run, beyond any horizon, without any reference.
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.scales import Scales, largest, own_scales_of
+from carom.comparator.scales import Scales, compute_own_scales, largest
 from carom.comparator.slowing import Slowing
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.scene import Wall
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Slip:
+class Deviation:
     """The largest deviation of one kind, and where it was seen.
 
     Attributes:
@@ -39,7 +39,7 @@ class Slip:
 
 @dataclass(frozen=True)
 class Consistency:
-    """How far a run is from what its own impacts and states lead to; 0 where nothing can be checked.
+    """Deviations of a run from what its own impacts and states imply; 0 where nothing can be checked.
 
     Attributes:
         velocity: Largest change of a velocity between impacts, or after the last, over the scene's speed.
@@ -62,10 +62,10 @@ class Consistency:
         unchecked: How many free flights could not be followed, for several contacts of a disc in one step.
     """
 
-    velocity: Slip
-    spin: Slip
-    position: Slip
-    excess: Slip
+    velocity: Deviation
+    spin: Deviation
+    position: Deviation
+    excess: Deviation
     stamp_s: float
     across: float
     normal_rad: float
@@ -79,13 +79,13 @@ class Consistency:
     unchecked: int
 
 
-def consistency_of(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
-    """Hold a run, whose numbers are finite where they are known, against itself, up to a time, over its scales.
+def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
+    """Measure how far a run's impacts and states contradict each other, up to a time, over its scales.
 
     What happens later than `until_s` does not count: where a disc comes to rest, free flight has ended.
     """
     flights = np.concatenate(list(_flights(trace, until_s)))
-    reach = own_scales_of(trace).reach_m[flights["disc"]]
+    reach = compute_own_scales(trace).reach_m[flights["disc"]]
     across, normal_rad = _normals(trace, scales)
     angular, excess, arm = _angular(trace) if trace.spins is not None else (0.0, 0.0, math.nan)
     return Consistency(
@@ -107,19 +107,19 @@ def consistency_of(trace: Trace, scales: Scales, until_s: float = math.inf) -> C
     )
 
 
-#: One free flight of a disc: how far its velocity, its rim's speed and its place come out otherwise than it set out
-#: (NaN where it could not be followed), and how far a contact at either end may have moved it.
+#: One free flight of a disc: the deviations of its velocity, its rim's speed and its position at the end (NaN where it
+#: could not be followed), and how far a contact at either end may have moved it.
 _FLIGHT_DTYPE = np.dtype(
     [("disc", "i8"), ("since_s", "f8"), ("turned", "f8"), ("spun", "f8"), ("moved", "f8"), ("allowed", "f8")]
 )
 
 
-def _worst(sizes: Array, flights: NDArray[np.void]) -> Slip:
-    known = np.where(np.isnan(sizes), 0.0, sizes)  # what could not be followed is counted apart
+def _worst(sizes: Array, flights: NDArray[np.void]) -> Deviation:
+    known = np.where(np.isnan(sizes), 0.0, sizes)  # flights that could not be followed are counted separately
     at = int(np.argmax(known))
     if not known[at] > 0.0:
-        return Slip(0.0, 0, 0.0)
-    return Slip(float(known[at]), int(flights["disc"][at]), float(flights["since_s"][at]))
+        return Deviation(0.0, 0, 0.0)
+    return Deviation(float(known[at]), int(flights["disc"][at]), float(flights["since_s"][at]))
 
 
 def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
@@ -138,7 +138,7 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
     start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
     rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
-        if disc.legs:  # no impact turns it, and its path turns all the same
+        if disc.legs:  # its path turns without impacts
             continue
         rows = order[first_of[number] : first_of[number + 1]]
         own = rows % max(count, 1)
@@ -159,14 +159,14 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
         pull = math.hypot(gx, gy)
         if pull > 0.0:
             along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
-            # Velocities are those of step boundaries, so gravity has acted from one such to another, and no longer than
+            # Velocities are those of step boundaries, so gravity acts from one boundary to another, and no longer than
             # from the step that reported the one contact to the step that ended the next.
             most = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begun[own]]))
             beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most), 0.0)
             turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
         else:
             turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
-            # Steps that are straight end off a path on which a disc slows down by up to half of what that takes a step.
+            # A straight step deviates from the path of a slowed disc by up to half of the step's loss.
             distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept), 0.0)
         followed = np.isfinite(lasted) & (time[1:] <= until_s)
         flights = np.empty(len(lasted), _FLIGHT_DTYPE)
@@ -178,7 +178,7 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
 
 
 def _slowed(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:
-    """What is left of speeds after some seconds, over them, and how long discs that nothing slows would take as far."""
+    """Return the part of speeds left after some seconds, and the time that unslowed discs would take as far."""
     if not slowing:
         return np.ones_like(lasted), lasted
     flights = list(zip(lasted.tolist(), speed.tolist(), strict=True))
@@ -187,22 +187,22 @@ def _slowed(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array
 
 
 def _turning_times(trace: Trace) -> Array:
-    """Instants at which paths turn; NaN where that is not known, and the reported ones where there are no others."""
+    """Return effective times of impacts, NaN where not known; the reported times where the method has no others."""
     times: Array = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
     return times
 
 
 def _turning_places(trace: Trace, turning: Array) -> Array:
-    """Where the bodies of the impacts were when their paths turned, shape ``(2, m, 2)``; NaN where not known."""
+    """Return positions of the bodies of impacts when their paths turned, shape ``(2, m, 2)``; NaN where not known."""
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
     waited, before = np.broadcast_to(turning - state["time_s"], (2, len(turning))), velocities(trace.impacts, "before")
     slowing = Slowing.of(trace.scene)
-    if slowing:  # known is the velocity at the turn: seen from there the flight lies in the past
+    if slowing:  # the velocity at the turn is known: relative to it the flight is in the past
         speed = np.hypot(before[..., 0], before[..., 1])
         waited = np.array([-_slowed(slowing, -lasted, fast)[1] for lasted, fast in zip(waited, speed, strict=True)])
-        if slowing.table_m_s2:  # what has stopped on the way comes from nobody knows where
+        if slowing.table_m_s2:  # the origin of a disc that has stopped is not known
             waited = np.where(speed > 0.0, waited, math.nan)
     flown = before * waited[..., None]
     places: Array = np.stack([state["position_first"], state["position_second"]]) + flown
@@ -210,7 +210,7 @@ def _turning_places(trace: Trace, turning: Array) -> Array:
 
 
 def _off_path(place: Array, flown: Array) -> Array:
-    """How far each known place of a disc is from where the last known one before it led, shape ``(k, 2)``.
+    """Return the distance of each known position of a disc from that predicted by the last one, shape ``(k, 2)``.
 
     Args:
         place: Where the disc was at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN where
@@ -224,13 +224,13 @@ def _off_path(place: Array, flown: Array) -> Array:
     anchor = np.maximum.accumulate(np.where(known, np.arange(len(place)), 0))[:-1]
     here = np.arange(1, len(place))
     off: Array = place[here] - (place[anchor] + (path[here] - path[anchor]))
-    # What has overflowed is far off, and no less than that.
+    # A distance that has overflowed is infinite, not NaN.
     off = np.where(known[here, None] & np.isnan(off), math.inf, off)
     return np.where((gaps[here] == gaps[anchor])[:, None], off, math.nan)
 
 
 def _stamps(trace: Trace) -> float:
-    """How far a stamp lies outside the step that reported its contact, or outside the run, seconds."""
+    """Return how far a stamp is outside the step that reported its contact, or outside the run, seconds."""
     stamp = trace.impacts["time_s"]
     outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
     if trace.state_before is not None:
@@ -240,7 +240,7 @@ def _stamps(trace: Trace) -> float:
 
 
 def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
-    """Largest part of a change of velocity that is across the normal, over the speed, and the angle between the two.
+    """Return the largest change of velocity across the normal, over the speed, and the angle between the two.
 
     A half-plane's normal is known. Of a finite wall, as between discs it is along what the impact changes of their
     relative velocity, except for what friction adds across it (its coefficient times the part along it, at most) and
@@ -267,7 +267,7 @@ def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
 
 
 def _pulled(trace: Trace) -> Array:
-    """What gravity may have added across the normals of discs that strike immovable ones, metres a second."""
+    """Return what gravity may add across the normals of discs that strike immovable ones, metres a second."""
     impacts = trace.impacts
     movable = trace.scene.arrays.movable
     alone = (impacts["second"] >= 0) & (movable[impacts["first"]] != movable[np.maximum(impacts["second"], 0)])
@@ -276,7 +276,7 @@ def _pulled(trace: Trace) -> Array:
 
 
 def _momentum(trace: Trace) -> float:
-    """Largest change of the velocity of two movable discs' centre of mass at their impact, metres a second.
+    """Return the largest velocity change of two discs' centre of mass at an impact, metres a second.
 
     What gravity adds to it while the contact lasts is no fault, and what nobody can tell apart is not asked for.
     """
@@ -285,15 +285,15 @@ def _momentum(trace: Trace) -> float:
     first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
     asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_turning_times(trace))
     changes = velocities(impacts, "after") - velocities(impacts, "before")
-    with np.errstate(invalid="ignore"):  # an immovable disc is not asked
-        share = 1.0 / (1.0 + second / first)  # of the first in the mass of both
+    with np.errstate(invalid="ignore"):  # immovable discs are excluded
+        share = 1.0 / (1.0 + second / first)  # mass of the first over the mass of both
         centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
     off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _lasted(trace)
     return largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)
 
 
 def _angular(trace: Trace) -> tuple[float, float, float]:
-    """Largest change of a disc's angular momentum about the contact, its part beyond sampling, and the arm there.
+    """Return the largest change of angular momentum about a contact, its part beyond sampling, and the arm.
 
     An impulse at the contact has no moment about it: what friction takes of a disc's velocity across the normal, it
     takes of ``k R w``, k the inertia factor, and of the second body the opposite. In metres a second, over the mass and
@@ -320,7 +320,7 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
         body = np.maximum(impacts[side], 0)
         inertia, radius = start.inertia[body], start.radius_m[body]
         taken = sign * np.sum(change[k] * tangent, axis=1)
-        with np.errstate(invalid="ignore"):  # what can't turn is not asked
+        with np.errstate(invalid="ignore"):  # discs that can't turn are excluded
             turned = inertia * spun[k]
         asked = known & (impacts[side] >= 0) & start.movable[body] & np.isfinite(inertia)
         off = np.where(asked, np.maximum(np.abs(turned - taken) - pulled, 0.0), 0.0)
@@ -337,7 +337,7 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
 
 
 def _lasted(trace: Trace) -> Array:
-    """Seconds for which each contact may have lasted: twice from its first step's start to the turn, and a step."""
+    """Return how long each contact may have lasted: twice from its first step's start to the turn, and a step."""
     lasted = np.full(len(trace.impacts), trace.dt_s)
     if trace.state_before is not None:
         waited = _turning_times(trace) - trace.state_before["time_s"]
@@ -346,6 +346,6 @@ def _lasted(trace: Trace) -> Array:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Magnitude of the cross product of two rows of vectors, shape ``(m,)``."""
+    """Return the magnitude of the cross product of two rows of vectors, shape ``(m,)``."""
     size: Array = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     return size

@@ -1,9 +1,9 @@
-"""What a run does where discs slide, roll and rest, against Coulomb's law in closed form.
+"""Scores of contact: runs in which discs slide, roll and rest, compared with Coulomb's law in closed form.
 
-The states that a run was seen in are compared with the reference's at the same instants. PIT, which knows no contact
-and lets discs bounce at its frames, says what sampling costs. An integrator that moves a disc a step at one
-speed is off by ``dt / 2`` times what that changes by, at most a step's way; its velocities by what gravity and friction
-change in a step, ``g dt (1 + f)``; and an impact may be late by a step. None of these counts against a run.
+The observed states are compared with the reference's at the same instants. PIT has no contact and lets discs bounce at
+its frames; its errors are the cost of sampling. Three further errors do not count against a run. An integrator that
+moves a disc a step at one speed has a position error of ``dt / 2`` times the change of that speed. Its velocities
+differ by what gravity and friction change in a step, ``g dt (1 + f)``. An impact may be late by a step.
 """
 
 from __future__ import annotations
@@ -17,7 +17,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.contact_intervals import LAST, ContactQuality, Ends, ends, kept, touches
+from carom.comparator.contact_intervals import (
+    LAST,
+    ContactQuality,
+    Ends,
+    find_contact_intervals,
+    measure_contact_quality,
+    measure_late_ends,
+)
 from carom.comparator.grades import Grade
 from carom.comparator.scales import Scales
 from carom.comparator.stepwise.rest import RESTING_STEPS
@@ -42,17 +49,17 @@ class ContactErrors(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactScore:
-    """How a run does in contact.
+    """Errors and grade of a run in contact.
 
     Attributes:
         begin_s: When contact begins, by the reference.
         end_s: Up to when it is compared: the end, or an instant that has no unique answer.
-        looks: How many states were compared.
+        looks: Number of states that were compared.
         own: The run's errors.
         pit: Those of PIT at the same step; None for a run without steps.
-        allowed: What sampling and an integrator's step explain.
-        beyond_m: What is left of the places' error without ``dt / 2`` times what a velocity has changed by since the
-            first look: so much an integrator is off by that moves a disc a step at one speed.
+        allowed: Errors that sampling and an integrator's step explain.
+        beyond_m: The position error without ``dt / 2`` times the change of velocity since the first state, which is
+            the error of an integrator that moves a disc a step at one speed.
         momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius: friction, whatever it
             is, has no part in it. NaN where a disc meets others, or several walls.
         rest_m_s: How fast discs still are on average at the end that rest there; NaN where none does.
@@ -81,12 +88,12 @@ class ContactScore:
 
     @property
     def ends_in_time(self) -> bool:
-        """Whether bounces and slips end when they should, as far as sampling tells."""
+        """Whether bounces and slips end in time, as far as sampling can show."""
         return not any(abs(late) > most for late, most in zip(self.late, self.late_allowed, strict=True))
 
 
-def contact_score(reference: Trace, observed: Trace, scales: Scales) -> ContactScore | None:
-    """Score a run where the reference is in contact; None where it is not, or where states were not kept."""
+def score_contact(reference: Trace, observed: Trace, scales: Scales) -> ContactScore | None:
+    """Score a run where the reference is in contact; None where it is not, or states were not kept."""
     looks, begin_s = observed.looks, reference.contact_s
     if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
         return None
@@ -104,7 +111,7 @@ def contact_score(reference: Trace, observed: Trace, scales: Scales) -> ContactS
     own, dt_s = _errors(reference, truth, seen), observed.dt_s
     pit, allowed, late_allowed = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0)
     slow = RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
-    held = kept(reference, truth, seen, dt_s)
+    quality = measure_contact_quality(reference, truth, seen, dt_s)
     rest_m_s, frozen = _at_the_end(truth, seen, slow)
     fast = 0.0
     if dt_s:
@@ -112,12 +119,20 @@ def contact_score(reference: Trace, observed: Trace, scales: Scales) -> ContactS
         of_pit = _only(hopping, inside[until])
         pit = _errors(reference, truth, of_pit)
         allowed = _allowed(reference.scene, truth, dt_s, pit, len(struck_s))
-        late_allowed = _late_allowed(reference, ends(reference, whole, hopping, dt_s, end_s), looks.time_s, dt_s)
+        late_allowed = _late_allowed(
+            reference, measure_late_ends(reference, whole, hopping, dt_s, end_s), looks.time_s, dt_s
+        )
         # PIT never rests: it hops the higher the more its wall gives back.
         fast = float(
-            np.fmax.reduce([slow, _at_the_end(truth, of_pit, slow)[0], kept(reference, truth, of_pit, dt_s).hop_m_s])
+            np.fmax.reduce(
+                [
+                    slow,
+                    _at_the_end(truth, of_pit, slow)[0],
+                    measure_contact_quality(reference, truth, of_pit, dt_s).hop_m_s,
+                ]
+            )
         )
-    moves = rest_m_s > fast or held.hop_m_s > fast
+    moves = rest_m_s > fast or quality.hop_m_s > fast
     wrong = moves or frozen or not all(math.isfinite(error) for error in own)
     rounding = THRESHOLDS.rounding_of(observed.float_bits)
     place = THRESHOLDS.place_rounding_of(observed.float_bits, scales.time_s / dt_s if dt_s else 0.0) * scales.reach_m
@@ -136,8 +151,8 @@ def contact_score(reference: Trace, observed: Trace, scales: Scales) -> ContactS
         momentum_m_s=_momentum_error(reference, seen),
         rest_m_s=rest_m_s,
         frozen=frozen,
-        kept=held,
-        late=ends(reference, whole, seen_whole, dt_s, end_s),
+        kept=quality,
+        late=measure_late_ends(reference, whole, seen_whole, dt_s, end_s),
         late_allowed=late_allowed,
         grade=Grade.WRONG if wrong else _grade(own, exact, allowed),
     )
@@ -151,7 +166,7 @@ def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> E
     A hop that counts by a rounding lasts as many steps as it takes to rise and fall again; looks are some steps apart.
     """
     materials = reference.scene.arrays.materials
-    own = (materials[wall_index(touch.wall)].restitution for touch in touches(reference))
+    own = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
     lost = max(
         (dt_s / (1.0 - e) for e in own if e < 1.0), default=0.0
     )  # where all is given back, no hops close on rest
@@ -160,14 +175,14 @@ def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> E
 
 
 def _beyond_an_integrator(truth: States, seen: States, dt_s: float) -> float:
-    """Return what is left of the places' error without half a step of an integrator's, of the better sign."""
+    """Return the position error without half a step of an integrator's, for the sign that leaves less."""
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
     off = seen.position_m - truth.position_m
     return min(float(np.max(np.hypot(*np.moveaxis(off - sign * half, 2, 0)))) for sign in (1.0, -1.0))
 
 
 def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int) -> ContactErrors:
-    """Return what sampling and an integrator's step explain, with as many impacts in contact."""
+    """Return the errors that sampling and an integrator's step explain, with some impacts in contact."""
     arrays = scene.arrays
     speed = float(np.max(np.hypot(*np.moveaxis(truth.velocity_m_s, 2, 0))))
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
@@ -178,8 +193,8 @@ def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impac
     return ContactErrors(max(pit.place_m, place), pit.velocity_m_s + fall + rubs, pit.rim_m_s + max(rubs, rims))
 
 
-def without_contacts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
-    """Return which impacts of a run are invented, and are not the beginning of contact that the reference has.
+def drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
+    """Return the spurious impacts of a run that are not the beginning of a contact that the reference has.
 
     An engine reports what touches, and may stamp it with the start of its step.
     """
@@ -196,7 +211,7 @@ def without_contacts(reference: Trace, observed: Trace, invented: Sequence[int])
 
 
 def motion_at(trace: Trace, times_s: Array) -> States:
-    """Return where the discs of a trace are at ascending times within it, and how fast, by its impacts and modes."""
+    """Return the states of a trace at ascending times within it, by its impacts and modes."""
     count = len(trace.scene.discs)
     place, velocity = np.zeros((2, len(times_s), count, 2))
     for flight in free_flights(trace):
@@ -252,7 +267,7 @@ def _errors(reference: Trace, truth: States, seen: States) -> ContactErrors:
 
 @lru_cache(maxsize=32)
 def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
-    """Return the states of PIT at some ascending times, which are frames of its: after it has looked."""
+    """Return the states of PIT at some ascending times, which are its frames, after the check for overlap."""
     run = pit_run(scene, FrameClock(step_s=dt_s))
     places, velocities, spins = [], [], []
     for time_s in times_s:
@@ -269,7 +284,7 @@ def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> Sta
 
 
 def _at_the_end(truth: States, seen: States, slow: float) -> tuple[float, bool]:
-    """Return how fast discs are on average at the end that rest there, and whether one stands still that moves."""
+    """Return the mean final speed of discs that should rest, and whether one stands still that should move."""
     true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-LAST:], 2, 0)) for s in (truth, seen))
     rests = (true_speed == 0.0).all(axis=0)
     moves = (true_speed > 2.0 * slow).all(axis=0)
@@ -307,14 +322,14 @@ def _grade(own: ContactErrors, exact: ContactErrors, allowed: ContactErrors) -> 
     return Grade.SAMPLED if within(1.0) else Grade.INACCURATE
 
 
-def in_contact(score: ContactScore) -> str:
+def format_contact(score: ContactScore) -> str:
     """Return how far a run is off in contact, as the reason of a verdict."""
 
-    def told(errors: ContactErrors) -> str:
+    def describe(errors: ContactErrors) -> str:
         rim = f" and {number(errors.rim_m_s, 3)} m/s of the rim" if errors.rim_m_s else ""
         return f"{metres(errors.place_m)}, {number(errors.velocity_m_s, 3)} m/s{rim}"
 
-    pit = f"; PIT by {told(score.pit)}" if score.pit is not None else ""
+    pit = f"; PIT by {describe(score.pit)}" if score.pit is not None else ""
     wrong = "; stands still where it moves" if score.frozen else ""
     if score.beyond_m < 0.5 * score.own.place_m:
         wrong += f"; all but {metres(score.beyond_m)} is half a step of an integrator's, v dt / 2"
@@ -331,4 +346,4 @@ def in_contact(score: ContactScore) -> str:
             wrong += f"; its {what} end {seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
     if score.momentum_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
         wrong += f"; angular momentum about the wall, which no friction changes, by {number(score.momentum_m_s, 3)} m/s"
-    return f"from {instant(score.begin_s)} on by up to {told(score.own)}{wrong}{pit}"
+    return f"from {instant(score.begin_s)} on by up to {describe(score.own)}{wrong}{pit}"

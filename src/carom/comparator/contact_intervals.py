@@ -1,4 +1,4 @@
-"""How a run keeps discs on their walls, and when: gap, overlap, hops, and how late bounces and slips end."""
+"""Intervals of contact between discs and walls: gap, overlap, hops, and how late bounces and slips end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.model.trace import Mode, Trace, wall_index
 
 Array = NDArray[np.float64]
 
-#: States at the end that tell how fast a disc is there: a jitter goes to and fro from one to the next.
+#: Number of final states over which the speed of a disc is averaged, because jitter alternates between states.
 LAST = 8
 
 
@@ -29,7 +29,7 @@ class ContactInterval(NamedTuple):
 
 
 class ContactQuality(NamedTuple):
-    """How a run keeps discs on their walls; NaN where none was seen there.
+    """How well a run keeps discs on their walls; NaN where none was observed there.
 
     Attributes:
         gap_m: How far off its wall a disc is on average at the end, of that which is farthest off: negative in overlap.
@@ -45,7 +45,7 @@ class ContactQuality(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """By how much a run is late, seconds, early below 0; NaN where that can't be told.
+    """How late a run ends bounces and slips, seconds, negative if early; NaN where that is not known.
 
     Attributes:
         bounces_s: To end its bounces: to no longer be faster, off or into a wall, than by what it falls in a few steps.
@@ -56,7 +56,7 @@ class Ends(NamedTuple):
     slips_s: float
 
 
-def touches(reference: Trace) -> list[ContactInterval]:
+def find_contact_intervals(reference: Trace) -> list[ContactInterval]:
     """Return where discs of the reference are in contact with half-planes."""
     walls, found = reference.scene.arrays.walls, list[ContactInterval]()
     if reference.modes is None:
@@ -74,11 +74,11 @@ def touches(reference: Trace) -> list[ContactInterval]:
     return found
 
 
-def kept(reference: Trace, truth: States, seen: States, dt_s: float) -> ContactQuality:
-    """Return how a run keeps discs on their walls, where the reference's states at the same instants are in contact."""
+def measure_contact_quality(reference: Trace, truth: States, seen: States, dt_s: float) -> ContactQuality:
+    """Measure how well a run keeps discs on their walls, where the reference is in contact at the same instants."""
     slow = 0.5 * math.hypot(*reference.scene.gravity_m_s2) * dt_s
     gaps, depths, hops, left = [math.nan], [math.nan], [math.nan], [math.nan]
-    for touch in touches(reference):
+    for touch in find_contact_intervals(reference):
         inside = (seen.time_s >= touch.begin_s) & (seen.time_s <= touch.end_s)
         if not inside.any():
             continue
@@ -93,15 +93,15 @@ def kept(reference: Trace, truth: States, seen: States, dt_s: float) -> ContactQ
     return ContactQuality(farthest, *(float(np.fmax.reduce(of)) for of in (depths, hops, left)))
 
 
-def ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: float) -> Ends:
-    """Return how late a run ends bounces and slips, by states at the same instants from the start on.
+def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: float) -> Ends:
+    """Measure how late a run ends bounces and slips, by states at the same instants from the start on.
 
-    Both are asked for the last state that is faster than `RESTING_STEPS` steps change, so that hops and slips that no
-    step shows count for neither.
+    In both runs the last state counts that is faster than `RESTING_STEPS` steps change. So hops and slips that no step
+    shows count for neither.
     """
     arrays, few = reference.scene.arrays, RESTING_STEPS * dt_s
     bounces, slips = [math.nan], [math.nan]
-    for touch in touches(reference):
+    for touch in find_contact_intervals(reference):
         if touch.begin_s > until_s:
             continue
         rows = truth.time_s <= min(touch.end_s, until_s)
@@ -125,7 +125,7 @@ def ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: fl
 
 
 def _late(times_s: Array, truth: Array, seen: Array, fast: float) -> float:
-    """Return by how much later the last state is that is faster than something."""
+    """Return how much later the last fast state is in the observed run than in the reference."""
     last = [np.flatnonzero(speeds > fast) for speeds in (truth, seen)]
     at_s = [float(times_s[rows[-1]]) if len(rows) else 0.0 for rows in last]
     return at_s[1] - at_s[0]

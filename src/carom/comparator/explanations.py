@@ -1,11 +1,11 @@
-"""When each verdict is said, and each grade given: what `docs/theory/scoring.md` has, and ``carom explain`` prints."""
+"""Conditions of each verdict and each grade, as in `docs/theory/scoring.md` and printed by ``carom explain``."""
 
 from __future__ import annotations
 
 from carom.comparator.grades import Grade
 from carom.comparator.verdict import Verdict
 
-#: When a verdict is said. The table of `docs/theory/scoring.md` is this one, by test.
+#: Condition of each verdict. A test compares this with the table of `docs/theory/scoring.md`.
 SAID_WHEN = {
     Verdict.MISSED: (
         "one impact of the reference has none of the run to go with it: the two bodies passed through each other, or "
@@ -103,7 +103,7 @@ SAID_WHEN = {
     ),
 }
 
-#: When a grade is given, likewise.
+#: Condition of each grade, with the same test.
 GRADED_WHEN = {
     Grade.EXACT: (
         "every impact found; times, velocities, spins, energy and final state right to the rounding of the floats "

@@ -1,4 +1,4 @@
-"""From numbers to verdicts, each with the numbers that it was derived from as its reason."""
+"""Verdicts derived from measured errors, each with its numbers as a reason."""
 
 from __future__ import annotations
 
@@ -8,92 +8,102 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.contact import in_contact
+from carom.comparator.contact import format_contact
 from carom.comparator.evidence import Evidence
 from carom.comparator.grades import Grade
-from carom.comparator.measure import untold
+from carom.comparator.measure import unknown_velocities
 from carom.comparator.order import MOST_EDITS
 from carom.comparator.scales import largest
-from carom.comparator.self_consistency import in_seconds, own_path
+from carom.comparator.self_consistency import format_seconds_and_steps, report_own_trajectory
 from carom.comparator.step_findings import (
-    bad_steps,
-    has_left,
-    misreported,
-    parted,
-    polygons,
-    sinking,
-    steps_are_exact,
+    has_diverged_before_miss,
+    has_exact_steps,
+    report_bad_steps,
+    report_divergence,
+    report_misreports,
+    report_polygons,
+    report_sinking,
 )
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.model.trace import Outcome, pair_name
 from carom.support.formatting import instant, number, seconds
 
-#: What a disc does that neither comes to rest nor slides or rolls, by how the reference ended.
-_OTHERWISE = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
+#: How a disc ends that neither rests nor slides or rolls, by the outcome of the reference.
+_OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
 
 
-def findings(evidence: Evidence) -> tuple[Finding, ...]:
-    """Derive every verdict that the numbers support, each with its reason."""
-    errors, crushed = evidence.measured.errors, evidence.reference.outcome is Outcome.CRUSHED
-    # Beyond the instant at which two trajectories part, which impact is which is chance.
-    apart = (parted, misreported) if has_left(evidence) else (_hits, _order, _timing, _motion, _turning, _end)
-    # Where every step is PIC's, what is off of an impact is what was not told apart.
-    rules = (_convention, *(() if steps_are_exact(evidence) else (_ending, *apart)), own_path, sinking)
-    found = [Finding(Verdict.NOT_FINITE, evidence.broken)] if evidence.broken else []
+def derive_findings(evidence: Evidence) -> tuple[Finding, ...]:
+    """Derive all verdicts on a run, each with its reason."""
+    errors, is_crushed = evidence.measured.errors, evidence.reference.outcome is Outcome.CRUSHED
+    # After two trajectories diverge, their impacts match only by chance.
+    trajectory_rules = (
+        (report_divergence, report_misreports)
+        if has_diverged_before_miss(evidence)
+        else (_report_hits, _report_order, _report_timing, _report_velocities, _report_spins, _report_end_state)
+    )
+    # Where every step is PIC's, errors of impacts come only from velocities that are not known.
+    rules = (
+        _report_convention,
+        *(() if has_exact_steps(evidence) else (_report_ending, *trajectory_rules)),
+        report_own_trajectory,
+        report_sinking,
+    )
+    found = [Finding(Verdict.NOT_FINITE, evidence.non_finite)] if evidence.non_finite else []
     found += [finding for rule in rules for finding in rule(evidence)]
-    found += list(bad_steps(evidence, told=bool(found)))
-    found += polygons(evidence) if found else ()
+    found += list(report_bad_steps(evidence, has_findings=bool(found)))
+    found += report_polygons(evidence) if found else ()
     if evidence.contact is not None and evidence.contact.grade is not Grade.EXACT:
-        found.append(Finding(Verdict.CONTACT, in_contact(evidence.contact)))
+        found.append(Finding(Verdict.CONTACT, format_contact(evidence.contact)))
     if found:
-        found += _not_told(evidence)
+        found += _report_unknown_velocities(evidence)
     if errors and found and evidence.sampling is None:
         found.append(Finding(Verdict.UNCOMPARED, "whether sampling explains the errors is not known"))
-    if evidence.nothing_compared and evidence.contact is None:
+    if evidence.has_nothing_compared and evidence.contact is None:
         times = evidence.reference.impacts["time_s"]
         first = (
             f"the first impact, at {instant(times[0])}, lies beyond it" if len(times) else "there is none in the scene"
         )
-        found.append(Finding(Verdict.NOTHING_COMPARED, f"{instant(evidence.reach.until_s)}; {first}"))
-    if not found and not evidence.reach.impacts and evidence.reach.whole:
+        found.append(Finding(Verdict.NOTHING_COMPARED, f"{instant(evidence.compared.until_s)}; {first}"))
+    if not found and not evidence.compared.impacts and evidence.compared.is_whole_run:
         local = evidence.local_truth
         steps = "; every step agrees with free flight to rounding" if local is not None and local.agrees_alone else ""
         found.append(Finding(Verdict.NO_IMPACT, f"{instant(evidence.scales.time_s)} of free flight{steps}"))
     if not found:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
-        unknown = "".join(f"; not told apart: {finding.reason}" for finding in _not_told(evidence))
-        until = "" if evidence.reach.whole else f" up to {instant(evidence.reach.until_s)}"
-        looked = not (evidence.reach.whole or crushed or evidence.local_truth is None)
-        rest = "; to the end every step agrees with PIC from its own state" if looked else ""
-        reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{unknown}{rest}"
+        unknown = "".join(f"; not told apart: {finding.reason}" for finding in _report_unknown_velocities(evidence))
+        until = "" if evidence.compared.is_whole_run else f" up to {instant(evidence.compared.until_s)}"
+        is_checked_beyond = not (evidence.compared.is_whole_run or is_crushed or evidence.local_truth is None)
+        rest = "; to the end every step agrees with PIC from its own state" if is_checked_beyond else ""
+        reason = f"{len(errors)} of {evidence.compared.impacts} impacts found{until}{floats}{unknown}{rest}"
         if (contact := evidence.contact) is not None:
             reason += f"; from {instant(contact.begin_s)} on {contact.looks} states are as Coulomb's law says"
         found.append(Finding(Verdict.CONFORMS, reason))
     if evidence.reference.contact_s < math.inf:
         beyond = "its states were not looked at" if evidence.local_truth is None else "steps are compared to the end"
-        if crushed:
+        if is_crushed:
             beyond = "nothing is compared"
-        there = _OTHERWISE.get(evidence.reference.outcome, "")
-        found.append(Finding(Verdict.RESTED, f"at {instant(evidence.reference.contact_s)}{there}; from there {beyond}"))
+        ending = _OTHER_ENDINGS.get(evidence.reference.outcome, "")
+        reason = f"at {instant(evidence.reference.contact_s)}{ending}; from there {beyond}"
+        found.append(Finding(Verdict.RESTED, reason))
     return tuple(found)
 
 
-def lucky_phase(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
-    """Return the findings of a run that is PIT's, and as good as it is at some phases of the step only, with that said.
+def add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
+    """Add to the findings of a run with PIT's results that they are as right only at some phases of the step.
 
-    Of one that conforms it stands in the reason: nothing is wrong with it.
+    For a run that conforms this is added to the reason, because nothing is wrong with the run.
     """
-    share = f"PIT's impacts are as right at {as_right} of {phases} phases of the step"
+    note = f"PIT's impacts are as right at {as_right} of {phases} phases of the step"
     if not any(finding.verdict is Verdict.CONFORMS for finding in found):
-        return (*found, Finding(Verdict.LUCKY_PHASE, share))
+        return (*found, Finding(Verdict.LUCKY_PHASE, note))
     return tuple(
-        Finding(finding.verdict, f"{finding.reason}; {share}") if finding.verdict is Verdict.CONFORMS else finding
+        Finding(finding.verdict, f"{finding.reason}; {note}") if finding.verdict is Verdict.CONFORMS else finding
         for finding in found
     )
 
 
-def _convention(evidence: Evidence) -> Iterator[Finding]:
+def _report_convention(evidence: Evidence) -> Iterator[Finding]:
     reference, match = evidence.reference, evidence.convention
     if match is None:
         return
@@ -112,43 +122,47 @@ def _convention(evidence: Evidence) -> Iterator[Finding]:
             reason += (
                 f"; matches none of {count} admissible outcomes: {number(match.distance, 3)} of the speed from {which}"
             )
-    if evidence.up_to_tie is not None:
-        word = (
-            "undecided" if evidence.up_to_tie is Grade.UNGRADED else evidence.up_to_tie.name.lower().replace("_", ", ")
+    if evidence.grade_before_tie is not None:
+        grade_name = (
+            "undecided"
+            if evidence.grade_before_tie is Grade.UNGRADED
+            else evidence.grade_before_tie.name.lower().replace("_", ", ")
         )
-        reason += f"; up to there the run is {word}"
+        reason += f"; up to there the run is {grade_name}"
     yield Finding(Verdict.CONVENTION, reason)
 
 
-def _ending(evidence: Evidence) -> Iterator[Finding]:
+def _report_ending(evidence: Evidence) -> Iterator[Finding]:
     observed = evidence.observed
-    if evidence.cut_short:
+    if evidence.is_cut_short:
         note = f": {observed.notes[0]}" if observed.notes else ""
         yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {instant(observed.end_time_s)}")
-    elif evidence.ended_otherwise:
+    elif evidence.has_other_ending:
         reference = evidence.reference
         yield Finding(Verdict.WENT_ON, f"{reference.outcome.value}, at {instant(reference.end_time_s)}")
 
 
-def _hits(evidence: Evidence) -> Iterator[Finding]:
-    alignment, believed = evidence.measured.alignment, evidence.reach.impacts
+def _report_hits(evidence: Evidence) -> Iterator[Finding]:
+    alignment, reliable_impacts = evidence.measured.alignment, evidence.compared.impacts
     expected, found = evidence.reference.impacts, evidence.observed.impacts
     if missed := alignment.missed:
         kind = Verdict.MISSED if len(missed) == 1 else Verdict.MULTIPLE_MISSED
-        yield Finding(kind, f"{len(missed)} of {believed}, {_first(missed, expected)}")
+        yield Finding(kind, f"{len(missed)} of {reliable_impacts}, {_format_first(missed, expected)}")
     if alignment.spurious:
-        yield Finding(Verdict.SPURIOUS, f"{len(alignment.spurious)}, {_first(alignment.spurious, found)}")
+        yield Finding(Verdict.SPURIOUS, f"{len(alignment.spurious)}, {_format_first(alignment.spurious, found)}")
     if undecided := alignment.undecided:
         first_s = expected["time_s"][undecided[0]]
-        yield Finding(Verdict.UNDECIDED, f"{len(undecided)} of {believed} impacts, the first at {instant(first_s)}")
+        yield Finding(
+            Verdict.UNDECIDED, f"{len(undecided)} of {reliable_impacts} impacts, the first at {instant(first_s)}"
+        )
 
 
-def _first(indices: Sequence[int], impacts: NDArray[np.void]) -> str:
+def _format_first(indices: Sequence[int], impacts: NDArray[np.void]) -> str:
     first = impacts[indices[0]]
     return f"the first at {instant(first['time_s'])} between {pair_name(first)}"
 
 
-def _order(evidence: Evidence) -> Iterator[Finding]:
+def _report_order(evidence: Evidence) -> Iterator[Finding]:
     order, impacts = evidence.order, evidence.reference.impacts
     if not order.inverted:
         return
@@ -161,17 +175,17 @@ def _order(evidence: Evidence) -> Iterator[Finding]:
     )
 
 
-def _timing(evidence: Evidence) -> Iterator[Finding]:
-    # Two impacts that have changed places are each at the other's time: that is said already.
+def _report_timing(evidence: Evidence) -> Iterator[Finding]:
+    # Two swapped impacts have each other's times, which is reported as an order.
     swapped = {index for pair in evidence.order.inverted for index in pair}
     errors = [error.time_s for error in evidence.measured.errors if error.reference not in swapped]
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
         worst = largest((sign * error for error in errors if sign * error > 0.0), default=0.0)
         if worst > evidence.rounding_s:
-            yield Finding(verdict, f"by up to {in_seconds(worst, evidence)}")
+            yield Finding(verdict, f"by up to {format_seconds_and_steps(worst, evidence)}")
 
 
-def _motion(evidence: Evidence) -> Iterator[Finding]:
+def _report_velocities(evidence: Evidence) -> Iterator[Finding]:
     own, scales = evidence.measured.own.speed_m_s, evidence.scales
     off = [
         e for e in evidence.measured.errors if not e.velocity * scales.speed_m_s <= evidence.rounding * own[e.reference]
@@ -188,24 +202,23 @@ def _motion(evidence: Evidence) -> Iterator[Finding]:
     turned, energy = evidence.measured.largest.direction_rad, evidence.measured.largest.energy
     if turned > THRESHOLDS.direction_rad:
         yield Finding(Verdict.WRONG_DIRECTION, f"by up to {number(math.degrees(turned), 3)} degrees")
-    falls = any(evidence.reference.scene.gravity_m_s2)  # then what is higher is slower, and has lost nothing
+    falls = any(evidence.reference.scene.gravity_m_s2)  # then a higher disc is slower without a loss of energy
     if abs(energy) > THRESHOLDS.energy and not falls:
         verdict = Verdict.ENERGY_GAINED if energy > 0 else Verdict.ENERGY_LOST
         yield Finding(verdict, f"{number(abs(energy), 3)} of the energy at the start")
 
 
-def _not_told(evidence: Evidence) -> Iterator[Finding]:
-    """What of a run nobody can judge."""
+def _report_unknown_velocities(evidence: Evidence) -> Iterator[Finding]:
+    """Report velocities that are not known."""
     impacts = evidence.observed.impacts
-    if unknown := np.flatnonzero(untold(evidence.observed).any(axis=0)).tolist():
-        reason = (
-            f"{len(unknown)} of {len(impacts)} impacts, {_first(unknown, impacts)}: the last one in the step is judged"
-        )
+    if unknown := np.flatnonzero(unknown_velocities(evidence.observed).any(axis=0)).tolist():
+        first = _format_first(unknown, impacts)
+        reason = f"{len(unknown)} of {len(impacts)} impacts, {first}: the last one in the step is judged"
         yield Finding(Verdict.NOT_TOLD_APART, reason)
 
 
-def _turning(evidence: Evidence) -> Iterator[Finding]:
-    """What is off about spins; NaN if no disc spins."""
+def _report_spins(evidence: Evidence) -> Iterator[Finding]:
+    """Report errors of spins, which are NaN if no disc spins."""
     own, scales, impacts = evidence.measured.own.rim_m_s, evidence.scales, evidence.observed.impacts
     off = [e.spin for e in evidence.measured.errors if e.spin * scales.rim_m_s > evidence.rounding * own[e.reference]]
     if off:
@@ -213,11 +226,11 @@ def _turning(evidence: Evidence) -> Iterator[Finding]:
         yield Finding(Verdict.WRONG_SPIN, f"by up to {number(worst, 3)} of the scene's speed of rims")
     for verdict, wrong in ((Verdict.SLID, evidence.branches.slid), (Verdict.STUCK, evidence.branches.stuck)):
         if wrong:
-            yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_first(wrong, impacts)}")
+            yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_format_first(wrong, impacts)}")
 
 
-def _end(evidence: Evidence) -> Iterator[Finding]:
-    """Where the run ended, if the reference decides on that: one answer, no impact left open, and no horizon."""
+def _report_end_state(evidence: Evidence) -> Iterator[Finding]:
+    """Report errors of the final state, if the reference has a unique one and no impact is undecided."""
     if evidence.convention is not None or evidence.measured.alignment.undecided:
         return
     place, velocity = evidence.measured.largest.final_position, evidence.measured.largest.final_velocity

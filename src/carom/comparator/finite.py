@@ -1,4 +1,4 @@
-"""Numbers of a trace that are NaN or infinite: no comparison with them means anything, and `max` passes over them."""
+"""Numbers of a trace that are NaN or infinite. They must be found before a comparison, because `max` ignores NaN."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def finite_impacts(trace: Trace) -> NDArray[np.bool_]:
     """Return for each impact whether all of its own numbers are finite, shape ``(m,)``."""
     numbers = [trace.impacts[name] for name in _NUMBERS]
     numbers += [] if trace.spins is None else [trace.spins[name] for name in _SPINS]
-    if all(np.isfinite(values).all() for values in numbers):  # the rule
+    if all(np.isfinite(values).all() for values in numbers):  # the usual case
         return np.ones(len(trace.impacts), dtype=np.bool_)
-    sound: NDArray[np.bool_] = np.all([_rows(values) for values in numbers], axis=0)
+    sound: NDArray[np.bool_] = np.all([_finite_rows(values) for values in numbers], axis=0)
     return sound
 
 
@@ -39,53 +39,55 @@ def turned(before: NDArray[np.float64], after: NDArray[np.float64], float_bits: 
     return found
 
 
-def not_finite(trace: Trace) -> str:
-    """Return which number of a trace is NaN or infinite, the first of them, as a clause; empty where there is none.
+def find_non_finite(trace: Trace) -> str:
+    """Return the first number of a trace that is NaN or infinite, as a clause; empty where there is none.
 
     NaN has a meaning in two places. The state before an impact is not known where its positions are NaN, all of them.
-    The effective time is not known where that state is not, or where the impact turned no path.
+    The effective time is not known where that state is not, or where the impact changed no path.
     """
-    return next(_broken(trace), "")
+    return next(_iterate_non_finite(trace), "")
 
 
-def _broken(trace: Trace) -> Iterator[str]:
+def _iterate_non_finite(trace: Trace) -> Iterator[str]:
     impacts, state, effective, samples = trace.impacts, trace.state_before, trace.effective_time_s, trace.samples
     for name in _NUMBERS:
-        yield from _named(f"{name} of impact", impacts[name])
+        yield from _first_non_finite(f"{name} of impact", impacts[name])
     if trace.spins is not None:
         for name in _SPINS:
-            yield from _named(f"spin {name} of impact", trace.spins[name])
+            yield from _first_non_finite(f"spin {name} of impact", trace.spins[name])
     unknown = np.zeros(len(impacts), dtype=np.bool_)
     if state is not None:
         places = np.concatenate([state["position_first"], state["position_second"]], axis=1)
         unknown = np.isnan(places).all(axis=1) & ~np.isinf(state["time_s"])
         for name in state.dtype.names or ():
-            yield from _named(f"{name} of the state before impact", state[name], unknown)
+            yield from _first_non_finite(f"{name} of the state before impact", state[name], unknown)
     if effective is not None:
         changed = turned(velocities(impacts, "before"), velocities(impacts, "after"), trace.float_bits)
-        yield from _named("effective_time_s of impact", effective, np.isnan(effective) & (unknown | ~changed))
-    yield from _named("final_position_m of disc", trace.final_position_m)
-    yield from _named("final_velocity_m_s of disc", trace.final_velocity_m_s)
+        yield from _first_non_finite(
+            "effective_time_s of impact", effective, np.isnan(effective) & (unknown | ~changed)
+        )
+    yield from _first_non_finite("final_position_m of disc", trace.final_position_m)
+    yield from _first_non_finite("final_velocity_m_s of disc", trace.final_velocity_m_s)
     if trace.final_spin_rad_s is not None:
-        yield from _named("final_spin_rad_s of disc", trace.final_spin_rad_s)
+        yield from _first_non_finite("final_spin_rad_s of disc", trace.final_spin_rad_s)
     for name in ("end_time_s", "dt_s"):
         if not math.isfinite(getattr(trace, name)):
             yield f"{name} is {getattr(trace, name)}"
     if samples is not None:
-        yield from _named("time_s of sample", samples.time_s)
-        yield from _named("position_m of sample", samples.position_m)
+        yield from _first_non_finite("time_s of sample", samples.time_s)
+        yield from _first_non_finite("position_m of sample", samples.position_m)
 
 
-def _rows(values: ArrayLike) -> NDArray[np.bool_]:
+def _finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
     """Return for each row of an array whether it is finite."""
     array = np.asarray(values, dtype=np.float64)
     return np.asarray(np.isfinite(array).all(axis=tuple(range(1, array.ndim))), dtype=np.bool_)
 
 
-def _named(what: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False) -> Iterator[str]:
+def _first_non_finite(what: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False) -> Iterator[str]:
     """Yield the first row that is not finite, unless it is allowed not to be."""
     if np.isfinite(values).all():
         return
-    for row in np.flatnonzero(~(_rows(values) | allowed))[:1].tolist():
+    for row in np.flatnonzero(~(_finite_rows(values) | allowed))[:1].tolist():
         shown = ", ".join(f"{value:g}" for value in np.ravel(np.asarray(values)[row])[:2].tolist())
         yield f"{what} {row} is {shown}"

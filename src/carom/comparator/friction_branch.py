@@ -1,9 +1,9 @@
-"""Stick taken for slide and the reverse: which branch of friction each impact took, and which it should have taken.
+"""Wrong branches of friction: impacts that stick where they should slide, or slide where they should stick.
 
-Asked of each impact with its own velocities before, its own normal and its own push, so that neither when it was found
-nor how hard it pushed plays a part. What it did along the tangent is one impulse; the law of friction offers two, and
-takes the lesser (`core/impact.h`). Nearer to the other than to the law's is the wrong branch. Where both are
-one, between stick and slide, none is wrong.
+Each impact is checked with its own velocities before, its own normal and its own normal impulse. So neither the time at
+which it was found nor the size of that impulse matters. The law of friction has two candidate tangential impulses and
+takes the smaller one (`core/impact.h`). An impact whose tangential impulse is nearer to the other one took the wrong
+branch. Where both are equal, between stick and slide, neither is wrong.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ class WrongBranches:
     stuck: tuple[int, ...] = ()
 
 
-def wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
-    """Return which impacts of a trace took the wrong branch of friction by more than rounding, over the scene's speed.
+def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
+    """Find the impacts that took the wrong branch of friction by more than rounding, over the scene's speed.
 
-    Of several contacts of a disc in one step nobody can tell which did what.
+    Impacts of a disc that has several contacts in one step are excluded: their effects can't be separated.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     if not start.rubs or not len(impacts):

@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Grade(Enum):
-    """A grade that a reader can use, from best to worst except the last; the value is the sentence shown."""
+    """A grade, from best to worst except the last; the value is the sentence shown."""
 
     EXACT = "exact: to the rounding of the floats that the method declares"
     CLOSE = "close: finds every impact, with at most a hundredth of the errors that checking once per step has at worst"
@@ -21,6 +21,6 @@ class Grade(Enum):
     UNGRADED = "not graded: no unique answer, or nothing to decide by"
 
     def is_at_least_as_bad_as(self, other: Grade) -> bool:
-        """Whether this grade is no better than another; what is not graded is neither better nor worse than any."""
+        """Whether this grade is no better than another; UNGRADED is neither better nor worse than any."""
         order = list(Grade)
         return self is not Grade.UNGRADED and order.index(self) >= order.index(other)

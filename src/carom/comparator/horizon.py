@@ -1,4 +1,4 @@
-"""Up to where a reference is reliable: given, certified, or estimated from what an ulp at the start leads to."""
+"""Horizons: how far a reference is reliable; given, certified, or estimated by moving the start by one ulp."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import Reach, by_pair
+from carom.comparator.align import ComparisonRange, group_by_pair
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
 from carom.model.scene import Disc, Scene, as_scene
@@ -17,10 +17,10 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 
-#: What a reference must be good for to be believed: times over the scene's duration, velocities over its speed. A
-#: thousand times the rounding threshold of the verdicts, and a thousandth of what sampling costs at any usual step, so
-#: that neither depends on where exactly the line is drawn; and enough compared with engines in float32 (1e-7).
-BELIEVED = 1e-9
+#: Largest error of a reliable reference: times over the scene's duration, velocities over its speed. It is a thousand
+#: times the rounding threshold of the verdicts and a thousandth of the cost of sampling at any usual step, so neither
+#: depends on its exact value. It is also small enough for engines in float32 (1e-7).
+RELIABLE_ERROR = 1e-9
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Horizon:
 def horizon(
     scene: Scene | str,
     *,
-    tolerance: float = BELIEVED,
+    tolerance: float = RELIABLE_ERROR,
     max_impacts: int | None = None,
     time_budget_s: float | None = None,
 ) -> Horizon:
@@ -72,7 +72,7 @@ def horizon(
     Args:
         scene: The scene, or its name in the catalogue.
         tolerance: As in `Horizon`.
-        max_impacts: Look no further than this impact; None for no limit.
+        max_impacts: The last impact to compare; None for no limit.
         time_budget_s: Seconds for the certified run; None for no limit.
 
     Raises:
@@ -88,10 +88,10 @@ def horizon(
     return horizon_of(certified, trace, tolerance=tolerance)
 
 
-def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BELIEVED) -> Horizon:
+def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RELIABLE_ERROR) -> Horizon:
     """Return how far a trace agrees with a certified run of the same scene.
 
-    Impacts whose order makes no difference may stand either way round.
+    Impacts whose order makes no difference may come in either order.
 
     Raises:
         InputError: The traces are of different scenes, or the tolerance is not above 0.
@@ -109,9 +109,9 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BE
     order_differs = int(same.argmin()) if not same.all() else None
     if order_differs is None and len(found) != len(truth) and complete:
         order_differs = common
-    # Radii are part of the error: what was not proven to the tolerance does not agree to it.
+    # Radii are part of the error: an impact that was not proven to the tolerance does not agree to it.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
-    if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # what starts at rest gains speed
+    if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # discs that start at rest gain speed
         speed = largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
     end = common if order_differs is None else order_differs
     rims = np.zeros(end)
@@ -122,7 +122,9 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BE
             radius = np.append(scene.arrays.radius_m, 0.0)[np.maximum(truth[side][:end], -1)]
             off = np.abs(spins[0] - spins[1]) + certified.spin_radii[f"{side}_after"][:end]
             rims = np.maximum(rims, radius * off / speed)
-    error = np.maximum(_apart(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end]), rims)
+    error = np.maximum(
+        _largest_difference(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end]), rims
+    )
     beyond = np.flatnonzero(~(error <= tolerance))
     agreed = int(beyond[0]) if len(beyond) else end
     whole = complete and agreed == len(truth) and order_differs is None
@@ -130,10 +132,10 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BE
     return Horizon(tolerance, agreed, order_differs, len(truth), complete, end_s)
 
 
-def _apart(
+def _largest_difference(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
-    """Largest difference of each two impacts, in time and in velocities after, over a time and a speed; NaN keeps."""
+    """Return the largest difference of each two impacts, in time and velocities after, over scales; NaN stays NaN."""
     found = np.zeros(len(one))
     for name, scale in (("time_s", time_s), ("velocity_first_after", speed_m_s), ("velocity_second_after", speed_m_s)):
         difference = np.abs(one[name] - two[name]) + (0.0 if radii is None else radii[name])
@@ -142,11 +144,11 @@ def _apart(
 
 
 def _certified_order(certified: CertifiedTrace, trace: Trace, alike_s: float) -> NDArray[np.intp]:
-    """Return which of the trace's impacts come where: two that commute stand as the certified run has them.
+    """Return the trace's impacts in the certified order: two that commute come as in the certified run.
 
-    Of infinitely many bounces those are left out that the certified run has as part of a landing no later than that.
+    Bounces that the certified run has as part of a landing at that time or earlier are left out.
     """
-    truth, order = certified.trace.impacts, np.flatnonzero(~_of_landings(certified.trace, trace, alike_s))
+    truth, order = certified.trace.impacts, np.flatnonzero(~_belongs_to_landing(certified.trace, trace, alike_s))
     found = trace.impacts[order]
     bodies = ["first", "second"]
     for a, b in certified.commuted:
@@ -156,8 +158,8 @@ def _certified_order(certified: CertifiedTrace, trace: Trace, alike_s: float) ->
     return order
 
 
-def _of_landings(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
-    """Return which impacts of a trace are bounces that another ends by a landing, so near to it that they are alike."""
+def _belongs_to_landing(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
+    """Return which impacts of a trace are bounces that the certified run ends by a landing at nearly the same time."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
         theirs, ours = (
@@ -171,90 +173,90 @@ def _of_landings(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.b
     return parts
 
 
-def reach_of(reference: Trace, horizon: float | None) -> Reach:
-    """Return what of a reference lies within a horizon, given as in `carom.compare`.
+def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange:
+    """Return the range of a reference within a horizon, given as in `carom.compare`.
 
     Raises:
         InputError: It is negative or not a number.
     """
     count = len(reference.impacts)
     if horizon is None:
-        return Reach(count, math.inf)
+        return ComparisonRange(count, math.inf)
     if isinstance(horizon, bool) or not horizon >= 0:
         raise InputError(f"horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
     times = reference.impacts["time_s"]
     if isinstance(horizon, int):
         if horizon >= count:
-            return Reach(count, math.inf)
-        # The first impact that is not believed ends it.
-        return Reach(horizon, float(np.nextafter(times[horizon], -math.inf)))
+            return ComparisonRange(count, math.inf)
+        # The range ends just before the first unreliable impact.
+        return ComparisonRange(horizon, float(np.nextafter(times[horizon], -math.inf)))
     if horizon >= reference.scene.duration_s:
-        return Reach(count, math.inf)
-    return Reach(int(np.searchsorted(times, horizon, side="right")), float(horizon))
+        return ComparisonRange(count, math.inf)
+    return ComparisonRange(int(np.searchsorted(times, horizon, side="right")), float(horizon))
 
 
-def before_tie(reference: Trace) -> Reach | None:
-    """Return what of a reference lies before the first instant that has no unique answer; None where there is nothing.
+def clip_before_tie(reference: Trace) -> ComparisonRange | None:
+    """Return the range before the first instant that has no unique answer; None where no impact comes before it.
 
-    Nothing that lies within what is believed of a time is before it.
+    Impacts within the reliable error of that instant do not count as before it.
     """
     if not reference.ambiguous:
         return None
     times = reference.impacts["time_s"]
-    tie_s = float(times[min(reference.ambiguous)]) - BELIEVED * reference.scene.duration_s
+    tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
     count = int(np.searchsorted(times, tie_s, side="left"))
-    return Reach(count, tie_s) if count else None
+    return ComparisonRange(count, tie_s) if count else None
 
 
 def estimate_horizon(reference: Trace) -> float | None:
-    """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None where that is the whole of it.
+    """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None where all of it is.
 
-    The scene is solved again with every number of its start moved by one unit in the last place. Rounding does about as
-    much to a run at each impact, so where the two part, neither is to be believed. That is an estimate and no proof:
-    `carom certify` proves.
+    The scene is solved again with every number of its start moved by one unit in the last place. Rounding has a similar
+    effect at each impact, so neither run is reliable after they diverge. This is an estimate; `carom certify` gives a
+    proof.
     """
     scene = reference.scene
     if reference.ambiguous or not len(reference.impacts):
         return None
     try:
-        nudged = _nudged(scene, positions=True)
+        nudged = _nudge(scene, positions=True)
     except SceneError:  # an ulp too deep in a touching neighbour
-        nudged = _nudged(scene, positions=False)
+        nudged = _nudge(scene, positions=False)
     other = solve_pic(nudged, max_impacts=len(reference.impacts))
     if not len(other.impacts):
         return 0.0
     one, times = reference.impacts, reference.impacts["time_s"]
-    same = _same_impacts(reference, other)
-    # An impact within rounding of the end may fall on either side of it, and says nothing of those before.
-    last = times > scene.duration_s * (1.0 - BELIEVED)
+    same = _match_impacts(reference, other)
+    # An impact within rounding of the end may fall on either side of it, without an error of those before.
+    last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
-    # Asked so that NaN differs from everything.
+    # NaN must differ from everything.
     matched = np.maximum(same, 0)
     rims = rim_speeds(reference, "after"), rim_speeds(other, "after")[:, matched]
     speed = max(speed, float(np.max(np.abs(rims))))
-    error = _apart(one, other.impacts[matched], scene.duration_s, speed)
+    error = _largest_difference(one, other.impacts[matched], scene.duration_s, speed)
     error = np.maximum(error, np.max(np.abs(rims[0] - rims[1]), axis=0) / speed)
-    differs = ~(error <= BELIEVED)
-    apart = np.where(same < 0, ~last, differs)
-    if not apart.any():
+    differs = ~(error <= RELIABLE_ERROR)
+    diverged = np.where(same < 0, ~last, differs)
+    if not diverged.any():
         return None
-    return max(0.0, float(np.nextafter(times[int(np.argmax(apart))], -math.inf)))
+    return max(0.0, float(np.nextafter(times[int(np.argmax(diverged))], -math.inf)))
 
 
-def _same_impacts(reference: Trace, other: Trace) -> NDArray[np.intp]:
-    """Which impact of another trace is the n-th of the same pair, -1 where it has none.
+def _match_impacts(reference: Trace, other: Trace) -> NDArray[np.intp]:
+    """Return the index of the matching impact of another trace, -1 where it has none.
 
-    Counted pair by pair: impacts of different pairs at nearly one instant may change places without any harm.
+    The n-th impacts of each pair match: impacts of different pairs at nearly one instant may be swapped.
     """
-    same, others = np.full(len(reference.impacts), -1, dtype=np.intp), by_pair(other.impacts)
-    for pair, indices in by_pair(reference.impacts).items():
+    same, others = np.full(len(reference.impacts), -1, dtype=np.intp), group_by_pair(other.impacts)
+    for pair, indices in group_by_pair(reference.impacts).items():
         found = others.get(pair, [])[: len(indices)]
         same[indices[: len(found)]] = found
     return same
 
 
-def _nudged(scene: Scene, *, positions: bool) -> Scene:
-    """Return the scene with every velocity, and every position where asked for, moved by one unit in the last place."""
+def _nudge(scene: Scene, *, positions: bool) -> Scene:
+    """Move every velocity, and every position if asked, by one unit in the last place."""
     rng = np.random.default_rng(0)
     signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4)).tolist()
     turns = rng.choice([-math.inf, math.inf], size=len(scene.discs)).tolist()
@@ -262,16 +264,16 @@ def _nudged(scene: Scene, *, positions: bool) -> Scene:
     def moved(disc: Disc, sign: list[float], turn: float) -> Disc:
         if disc.immovable:
             return disc
-        place = _moved(disc.position_m, sign[:2]) if positions else disc.position_m
+        place = _nudge_vector(disc.position_m, sign[:2]) if positions else disc.position_m
         spin = math.nextafter(disc.spin_rad_s, turn) if disc.spin_rad_s else 0.0
-        velocity = _moved(disc.velocity_m_s, sign[2:])
+        velocity = _nudge_vector(disc.velocity_m_s, sign[2:])
         return Disc(**{**dict(disc), "position_m": place, "velocity_m_s": velocity, "spin_rad_s": spin})
 
     discs = tuple(map(moved, scene.discs, signs, turns))
     return Scene(**{**dict(scene), "discs": discs}) if positions else scene.model_copy(update={"discs": discs})
 
 
-def _moved(vector: Vector, towards: list[float]) -> Vector:
-    # A zero stays: a unit in the last place of nothing is nothing, and symmetries that rounding keeps are kept.
+def _nudge_vector(vector: Vector, towards: list[float]) -> Vector:
+    # A zero stays zero, which keeps symmetries that rounding keeps.
     x, y = (v if v == 0.0 else math.nextafter(v, t) for v, t in zip(vector, towards, strict=True))
     return (x, y)

@@ -1,11 +1,11 @@
-"""Local error: each impact against the analytic answer from the method's own state before it.
+"""Local errors: each impact compared with the analytic answer from the method's own state before it.
 
-Chaos ends the meaning of any comparison with the reference's trajectory. But the state that a method itself had just
-before an impact is an exact input: two discs on straight lines, whose instant, normal and velocities after have closed
-forms. So each impact of a run, however long, can be scored on its own.
+Chaos limits any comparison with the reference's trajectory. But the method's own state just before an impact is an
+exact input: two discs on straight lines, with closed forms for the instant, the normal and the velocities after. So
+each impact of a run, however long, can be scored on its own.
 
-What PIT makes of the same state is one, too: it collides the pair at the first step boundary at or after contact, along
-the line of centres there. So the local error is told apart into sampling and solver.
+PIT from the same state also has a closed form: it collides the pair at the first step boundary at or after contact,
+along the line of centres there. So the local error can be separated into sampling error and solver error.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.finite import finite_impacts
 from carom.comparator.finite_walls import NO_FEATURE, FiniteWall
-from carom.comparator.measure import restitutions, worse
+from carom.comparator.measure import compute_restitutions, larger_error
 from carom.comparator.scales import Scales, median
 from carom.comparator.slowing import Slowing
 from carom.core.features import Mover
@@ -36,12 +36,12 @@ Vector = tuple[float, float]
 
 @dataclass(frozen=True)
 class LocalErrors:
-    """One entry an observed impact; NaN where its own state before is not known.
+    """One entry per observed impact; NaN where its own state before is not known.
 
     Attributes:
-        time_s: Effective time, or the reported one where that is not known, less the analytic one, seconds.
+        time_s: Effective time, or the reported one where that is not known, minus the analytic one, seconds.
         velocity: Length of the velocity error after, the worse of the two bodies, over the scene's speed.
-        restitution: Effective coefficient of restitution along the analytic normal, less the scene's.
+        restitution: Effective coefficient of restitution along the analytic normal, minus the scene's.
         spin: Error of the spin after times the radius, the worse of the two bodies, over the scene's speed of rims; NaN
             everywhere if no disc spins.
         energy: Kinetic energy gained against the analytic answer, over that at the start of the scene.
@@ -50,7 +50,7 @@ class LocalErrors:
         solver_velocity: Velocity error against that PIT, over the scene's speed.
         sampling_spin: As `sampling_velocity`, of the spin.
         solver_spin: As `solver_velocity`, of the spin.
-        spurious: Impacts that, from the method's own state, do not happen at all.
+        spurious: Impacts that do not happen from the method's own state.
     """
 
     time_s: Array
@@ -66,7 +66,7 @@ class LocalErrors:
 
     @cached_property
     def scored(self) -> int:
-        """How many impacts could be scored."""
+        """Number of impacts that could be scored."""
         return int(np.isfinite(self.velocity).sum())
 
     def median(self, name: str) -> float:
@@ -84,8 +84,8 @@ class LocalErrors:
         return values[~np.isnan(values)]
 
 
-def own_states(trace: Trace) -> NDArray[np.void]:
-    """Return the state before each impact: as recorded, or by free flight where the impacts tell the whole path."""
+def find_own_states(trace: Trace) -> NDArray[np.void]:
+    """Return the state before each impact: as recorded, or by free flight where the impacts determine the path."""
     if trace.state_before is not None:
         return trace.state_before
     states = np.zeros(len(trace.impacts), STATE_DTYPE)
@@ -93,7 +93,7 @@ def own_states(trace: Trace) -> NDArray[np.void]:
         flights = list({flight.disc: flight for flight in ended}.values())
         if k < len(states):
             begun = states["time_s"][k] = float(np.max([flight.begin_s for flight in flights]))
-            for side, flight in zip(("first", "second"), flights, strict=False):  # a wall flies nowhere
+            for side, flight in zip(("first", "second"), flights, strict=False):  # a wall has no flight
                 states[f"position_{side}"][k] = flight.at(begun)
     return states
 
@@ -122,7 +122,7 @@ class _Bodies:
             position=np.stack([state["position_first"], state["position_second"]]),
             velocity=velocities(trace.impacts, "before"),
             radius=np.stack([start.radius_m[first], np.where(wall, 0.0, start.radius_m[second])]),
-            rim=rim_speeds(trace, "before") + _belts(trace),
+            rim=rim_speeds(trace, "before") + _belt_speeds(trace),
             mass=np.stack([start.mass_kg[first], np.where(wall, math.inf, start.mass_kg[second])]),
             inertia=np.stack([start.inertia[first], start.inertia[second]]),
             restitution=start.restitution_of(trace.impacts["second"]),
@@ -149,15 +149,15 @@ class _Bodies:
         return total
 
 
-def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
-    """Score each impact of a trace from the trace's own state before it.
+def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
+    """Measure the error of each impact of a trace from the trace's own state before it.
 
-    That is done of straight paths, so of none under gravity, with damping, or on a table.
+    Only straight paths are measured: none under gravity, with damping, or on a table.
     """
-    impacts, state, scene = trace.impacts, own_states(trace), trace.scene.arrays
+    impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     start, bodies = state["time_s"], _Bodies.of(trace, state)
     (p1, p2), (v1, v2) = bodies.position, bodies.velocity
-    # Of an impact without finite numbers there is nothing to be worked out; the verdict says that by name.
+    # An impact with non-finite numbers has no local error; a verdict reports it.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)
     known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
     turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
@@ -165,70 +165,72 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
         known &= (impacts["first"] != disc) & (impacts["second"] != disc)
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
-    wait[pairs] = _entry(bodies, pairs)
+    wait[pairs] = _time_to_contact(bodies, pairs)
     wait[walls], normal[walls] = _meetings_with_walls(trace, bodies, start, walls)
     # Bodies that overlap already met in the past, but not before the impact that put them on these paths.
-    wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_last_turn(trace) - start, 0.0)), wait)
+    wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_last_turn_times(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
     at = np.flatnonzero(happens & ~bodies.wall)
     normal[at] = (p2[at] + v2[at] * wait[at, None]) - (p1[at] + v1[at] * wait[at, None])
     normal[at] /= np.hypot(*normal[at].T)[:, None]
     after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
-    rim, expected_rim = rim_speeds(trace, "after") + _belts(trace), np.full((2, len(impacts)), math.nan)
+    rim, expected_rim = rim_speeds(trace, "after") + _belt_speeds(trace), np.full((2, len(impacts)), math.nan)
     ok = np.flatnonzero(happens)
     expected[:, ok], expected_rim[:, ok] = bodies.after(ok, normal[ok])
-    sampled, sampled_rim = _sampled(trace, bodies, start, wait, expected, expected_rim)
+    sampled, sampled_rim = _predict_pit(trace, bodies, start, wait, expected, expected_rim)
     unturned = 0.0 if scene.turns else math.nan
     instant = np.where(happens, start + wait, math.nan)
-    restitution = restitutions(bodies.velocity, after, normal) - bodies.restitution
+    restitution = compute_restitutions(bodies.velocity, after, normal) - bodies.restitution
     return LocalErrors(
-        time_s=_turns(trace) - instant,
-        velocity=worse(after - expected) / scales.speed_m_s,
+        time_s=_turn_times(trace) - instant,
+        velocity=larger_error(after - expected) / scales.speed_m_s,
         spin=_worse_rim(rim - expected_rim) / scales.rim_m_s + unturned,
         restitution=np.where(happens, restitution, math.nan),
         energy=(bodies.energy(after, rim) - bodies.energy(expected, expected_rim)) / (scales.energy_j or 1.0),
-        sampling_velocity=worse(sampled - expected) / scales.speed_m_s,
-        solver_velocity=worse(after - sampled) / scales.speed_m_s,
+        sampling_velocity=larger_error(sampled - expected) / scales.speed_m_s,
+        solver_velocity=larger_error(after - sampled) / scales.speed_m_s,
         sampling_spin=_worse_rim(sampled_rim - expected_rim) / scales.rim_m_s + unturned,
         solver_spin=_worse_rim(rim - sampled_rim) / scales.rim_m_s + unturned,
         spurious=tuple(np.flatnonzero(known & ~np.isfinite(wait)).tolist()),
     )
 
 
-def _belts(trace: Trace) -> Array:
-    """Return how fast the surfaces of both bodies of each impact run besides: of a wall that is a belt."""
+def _belt_speeds(trace: Trace) -> Array:
+    """Return the additional surface speed of both bodies of each impact: that of a conveyor wall."""
     start, second = trace.scene.arrays, trace.impacts["second"]
-    running = np.zeros((2, len(second)))
+    speeds = np.zeros((2, len(second)))
     if start.belts_m_s is not None:
-        running[1] = np.where(second < 0, np.array(start.belts_m_s)[np.maximum(-1 - second, 0)], 0.0)
-    return running
+        speeds[1] = np.where(second < 0, np.array(start.belts_m_s)[np.maximum(-1 - second, 0)], 0.0)
+    return speeds
 
 
 def _worse_rim(difference: Array) -> Array:
-    largest: Array = np.max(np.abs(difference), axis=0)  # which keeps NaN
+    largest: Array = np.max(np.abs(difference), axis=0)  # keeps NaN
     return largest
 
 
-def _turns(trace: Trace) -> Array:
-    """When the path of each impact turned, as far as that is known, else when it is reported, seconds."""
+def _turn_times(trace: Trace) -> Array:
+    """Return the effective time of each impact where it is known, else the reported one, seconds."""
     times: Array = trace.impacts["time_s"]
     effective = times if trace.effective_time_s is None else trace.effective_time_s
     return np.where(np.isfinite(effective), effective, times)
 
 
-def _last_turn(trace: Trace) -> Array:
-    """Time of the last impact of either body before each impact, seconds; 0 where there is none."""
+def _last_turn_times(trace: Trace) -> Array:
+    """Return the time of the last impact of either body before each impact, seconds; 0 where there is none."""
     latest = np.zeros(len(trace.scene.discs))
     result = np.zeros(len(trace.impacts))
-    for k, (time, *pair) in enumerate(zip(_turns(trace), trace.impacts["first"], trace.impacts["second"], strict=True)):
+    for k, (time, *pair) in enumerate(
+        zip(_turn_times(trace), trace.impacts["first"], trace.impacts["second"], strict=True)
+    ):
         bodies = [body for body in pair if body >= 0]
         result[k] = np.max(latest[bodies])
         latest[bodies] = time
     return result
 
 
-def _entry(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
-    """Seconds to contact on free paths: negative for what overlaps already, infinity for what never meets."""
+def _time_to_contact(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
+    """Return seconds to contact on free paths: negative for bodies that overlap, infinite if they never meet."""
     if not len(at):
         return np.zeros(0)
     (p1, p2), (v1, v2), (r1, r2) = bodies.position[:, at], bodies.velocity[:, at], bodies.radius[:, at]
@@ -241,7 +243,7 @@ def _entry(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
 
 
 def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return the seconds until discs meet walls on free paths, as `_entry` does, and the normals there."""
+    """Return the seconds until discs meet walls on free paths, as `_time_to_contact` does, and the normals there."""
     start, numbers = trace.scene.arrays, [wall_index(int(body)) for body in trace.impacts["second"][at]]
     finite = {k: FiniteWall(wall) for k in set(numbers) if not isinstance(wall := start.walls[k], tuple)}
     wait, normal = np.full(len(at), math.inf), np.zeros((len(at), 2))
@@ -261,7 +263,7 @@ def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDAr
 def _meeting_with_wall(
     wall: HalfPlane | Outline, finite: FiniteWall | None, place: Array, velocity: Array, radius: float
 ) -> tuple[float, Vector]:
-    """Return the seconds until a disc meets a wall that stands, as `_entry` does, and the normal from disc to wall."""
+    """Return the seconds until a disc meets a wall at rest, as `_time_to_contact` does, and the normal to the wall."""
     if isinstance(wall, tuple):
         into = np.array(wall[2:])
         speed, gap = float(velocity @ into), float((place - wall[:2]) @ into) - radius
@@ -279,10 +281,10 @@ def _meeting_with_wall(
     return ahead, (-nx, -ny)
 
 
-def _sampled(
+def _predict_pit(
     trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, expected: Array, rim: Array
 ) -> tuple[Array, Array]:
-    """Velocities and rims after that PIT would give from the same states, at step boundaries counted from them."""
+    """Return velocities and rims after PIT's impact from the same states, at step boundaries counted from them."""
     dt_s = trace.dt_s
     result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
     if not dt_s:

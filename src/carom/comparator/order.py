@@ -1,4 +1,4 @@
-"""Whether impacts come in the order of the reference, and how many edits lie between the two sequences."""
+"""Order of impacts compared with the reference's, and the edit distance of the two sequences."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from carom.comparator.align import LATEST_STAMP_STEPS, Alignment, Pair
 from carom.model.trace import Trace
 
-#: An edit distance is searched for up to here: beyond it two sequences have nothing to do with each other any more.
+#: Largest edit distance that is computed: sequences that differ more are unrelated.
 MOST_EDITS = 64
 
 
@@ -29,26 +29,26 @@ class Order:
     inverted: tuple[tuple[int, int], ...]
 
 
-def order_of(reference: Trace, observed: Trace, alignment: Alignment) -> Order:
+def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> Order:
     """Compare the order of the impacts of an alignment, which may end at a horizon.
 
-    A method that checks once per step tells no order within it, and stamps up to two steps late. So two impacts that
-    have no body in common and lie within that of each other are not out of order; nor are two of one time stamp.
+    A method that checks once per step has no order within a step, and stamps up to two steps late. So two impacts
+    without a common body and within two steps of each other are not out of order; nor are two with one time stamp.
     """
     to_reference = {o: r for r, o in alignment.matched}
     sequence = sorted([*to_reference, *alignment.spurious])
     expected = sorted([*to_reference.values(), *alignment.missed])
-    inverted = _settle(sequence, to_reference, reference, observed)
+    inverted = _sort_by_reference(sequence, to_reference, reference, observed)
     edits = edit_distance(_pairs(reference, expected), _pairs(observed, sequence))
     return Order(edits, tuple(sorted(inverted)))
 
 
-def _settle(
+def _sort_by_reference(
     sequence: list[int], to_reference: dict[int, int], reference: Trace, observed: Trace
 ) -> set[tuple[int, int]]:
-    """Bring observed impacts into the reference's order where nothing speaks against it; return what does.
+    """Sort observed impacts into the reference's order where that is allowed; return the inverted pairs.
 
-    An insertion sort over neighbours: what is in order already, as nearly everything is, costs one comparison.
+    Insertion sort over neighbours: an impact that is in order, as nearly all are, costs one comparison.
     """
     slack = LATEST_STAMP_STEPS * observed.dt_s
     stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
@@ -62,7 +62,7 @@ def _settle(
             a, b = to_reference[later], to_reference[earlier]  # in the order of the reference, if inverted
             if a > b:
                 break
-            apart = not _share(reference, a, b) and time[b] - time[a] <= slack
+            apart = not _have_common_body(reference, a, b) and time[b] - time[a] <= slack
             if not (apart or stamp[earlier] == stamp[later]):
                 inverted.add((a, b))
                 break
@@ -71,7 +71,7 @@ def _settle(
     return inverted
 
 
-def _share(reference: Trace, a: int, b: int) -> bool:
+def _have_common_body(reference: Trace, a: int, b: int) -> bool:
     """Whether two impacts have a movable body in common."""
     discs = reference.scene.discs
     bodies = [{int(reference.impacts[k]["first"]), int(reference.impacts[k]["second"])} for k in (a, b)]
@@ -99,13 +99,13 @@ def edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
     a, b = a[start : len(a) - end], b[start : len(b) - end]
     band = 4
     while True:
-        found = _banded(a, b, band) if abs(len(a) - len(b)) <= band else band + 1
+        found = _edit_distance_within(a, b, band) if abs(len(a) - len(b)) <= band else band + 1
         if found <= band or band >= MOST_EDITS:
             return min(found, MOST_EDITS)
         band *= 2
 
 
-def _banded(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
+def _edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
     """Return the distance where it is at most `band`, else something larger."""
     beyond = band + 1
     width = 2 * band + 1

@@ -1,4 +1,4 @@
-"""The scene's own length, speed and time, by which errors are divided so that units do not matter."""
+"""Scales of a scene: its own length, speed and time, by which errors are divided so that units do not matter."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Scales:
-    """What errors of one scene are divided by.
+    """The scales by which errors of one scene are divided.
 
     Attributes:
         length_m: Radius of the largest disc.
@@ -39,8 +39,8 @@ class Scales:
     reach_m: float
 
 
-def scales_of(scene: Scene, reference: Trace) -> Scales:
-    """Return the scene's own length, speed and time."""
+def compute_scales(scene: Scene, reference: Trace) -> Scales:
+    """Compute the scene's own length, speed, time and energy."""
     start = scene.arrays
     # A falling disc is fastest just before it lands, or at the end.
     turned = (*velocities(reference.impacts, "before"), *velocities(reference.impacts, "after"))
@@ -63,11 +63,11 @@ def scales_of(scene: Scene, reference: Trace) -> Scales:
 
 @dataclass(frozen=True)
 class OwnScales:
-    """What rounding of each impact, and of each disc's end, is in proportion to: only what has led there.
+    """Scales of rounding for each impact and for each disc's final state, from only what led there.
 
-    The greatest speed of a body, before or after, of whatever it has met, of what that has met before, and so on:
-    errors are handed on at impacts, so a disc that is slow because two speeds cancel is known to the rounding of
-    these. A body that it has nothing to do with adds nothing.
+    The scale of a body is its greatest speed, before or after, or that of any body it has met, that this has met
+    before, and so on. Errors propagate at impacts, so a disc that is slow because two speeds cancel is known to the
+    rounding of those speeds. Unrelated bodies add nothing.
 
     Attributes:
         speed_m_s: Of each impact of a trace, shape ``(m,)``.
@@ -84,8 +84,8 @@ class OwnScales:
     reach_m: Array
 
 
-def own_scales_of(trace: Trace) -> OwnScales:
-    """Return what rounding of each impact of a trace, and of each of its discs, is in proportion to."""
+def compute_own_scales(trace: Trace) -> OwnScales:
+    """Compute the scales of rounding for each impact of a trace, and for each of its discs."""
     start, impacts = trace.scene.arrays, trace.impacts
     turned = np.stack([velocities(impacts, "before"), velocities(impacts, "after")])
     rims = np.stack([rim_speeds(trace, "before"), rim_speeds(trace, "after")])
@@ -96,7 +96,7 @@ def own_scales_of(trace: Trace) -> OwnScales:
     of_impacts = np.zeros((2, len(impacts)))
     movable = start.movable.tolist()
     for k, pair in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
-        # What never moves hands nothing on.
+        # A body that never moves propagates nothing.
         bodies = [body for body in pair if body >= 0 and movable[body]]
         most = max([fastest[k], *(speed[body] for body in bodies)])
         most_rim = max([most, rims_fastest[k], *(rim[body] for body in bodies)])
@@ -122,7 +122,7 @@ def median(values: Array) -> float:
 
 
 def largest(values: Iterable[float], default: float = math.nan) -> float:
-    """Return the value of the largest magnitude, with its sign; NaN where one of them is NaN, which `max` passes over.
+    """Return the value of the largest magnitude, with its sign; NaN where one of them is NaN, which `max` ignores.
 
     Args:
         values: The values.

@@ -1,25 +1,25 @@
-"""Verdicts on what a run contradicts of itself: its own states, velocities, stamps and normals."""
+"""Verdicts on contradictions within a run: its own states, velocities, stamps and normals."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from carom.comparator.consistency import Slip
+from carom.comparator.consistency import Deviation
 from carom.comparator.evidence import Evidence
 from carom.comparator.verdict import Finding, Verdict
 from carom.support.formatting import instant, number, seconds, steps
 
-#: Of an arm of friction that differs from the radius by less than this part of it, four digits can say 1, which is no
-#: difference: so the difference is told.
+#: If the arm of friction differs from the radius by less than this part, four digits would show 1. Then the difference
+#: is shown instead.
 _NEAR_THE_RIM = 5e-4
 
 
-def own_path(evidence: Evidence) -> Iterator[Finding]:
-    """Where the run's own states part from its own velocities; what its declared floats round is nothing to tell."""
+def report_own_trajectory(evidence: Evidence) -> Iterator[Finding]:
+    """Report contradictions within a run, beginning with states that do not follow from its velocities."""
     own = evidence.consistency
     if own is not None and own.strayed > evidence.place_rounding:
-        reason = f"by up to {number(own.position.size, 3)} of the largest radius, {_since(own.position)}"
+        reason = f"by up to {number(own.position.size, 3)} of the largest radius, {_format_since(own.position)}"
         if own.strayed_excess > evidence.place_rounding:
             reason += f"; {number(own.excess.size, 3)} more than bodies close in a step"
         yield Finding(Verdict.DRIFTS, reason)
@@ -33,11 +33,11 @@ def own_path(evidence: Evidence) -> Iterator[Finding]:
         if own.angular_excess > evidence.rounding:
             reason += f"; {number(own.angular_excess, 3)} more than bodies close in a step"
         yield Finding(Verdict.ANGULAR, reason)
-    yield from contradictions(evidence)
+    yield from report_contradictions(evidence)
 
 
-def contradictions(evidence: Evidence) -> Iterator[Finding]:
-    """Yield what the run's own states and velocities contradict, where it ends up aside."""
+def report_contradictions(evidence: Evidence) -> Iterator[Finding]:
+    """Report contradictions of a run's states, velocities, stamps and normals."""
     own, rounding = evidence.consistency, evidence.rounding
     if own is None:
         return
@@ -45,10 +45,15 @@ def contradictions(evidence: Evidence) -> Iterator[Finding]:
     rims = "of the scene's speed of rims"
     degrees, rounding_s = math.degrees(own.normal_rad), rounding * evidence.scales.time_s
     for verdict, size, allowed, reason in (
-        (Verdict.TURNS, own.velocity.size, rounding, f"{number(own.velocity.size, 3)} {speed}, {_since(own.velocity)}"),
-        (Verdict.SPINS, own.spin.size, rounding, f"{number(own.spin.size, 3)} {rims}, {_since(own.spin)}"),
+        (
+            Verdict.TURNS,
+            own.velocity.size,
+            rounding,
+            f"{number(own.velocity.size, 3)} {speed}, {_format_since(own.velocity)}",
+        ),
+        (Verdict.SPINS, own.spin.size, rounding, f"{number(own.spin.size, 3)} {rims}, {_format_since(own.spin)}"),
         (Verdict.MOMENTUM, own.momentum, rounding, f"{number(own.momentum, 3)} {speed}, {two_discs}"),
-        (Verdict.WRONG_STAMP, own.stamp_s, rounding_s, in_seconds(own.stamp_s, evidence)),
+        (Verdict.WRONG_STAMP, own.stamp_s, rounding_s, format_seconds_and_steps(own.stamp_s, evidence)),
         (
             Verdict.WRONG_NORMAL,
             own.across,
@@ -62,11 +67,11 @@ def contradictions(evidence: Evidence) -> Iterator[Finding]:
         yield Finding(Verdict.WRONG_NORMAL, f"their length is up to {number(own.normal_length, 3)} off 1")
 
 
-def _since(slip: Slip) -> str:
+def _format_since(slip: Deviation) -> str:
     return f"disc {slip.disc} after {instant(slip.since_s)}"
 
 
-def in_seconds(time_s: float, evidence: Evidence) -> str:
-    """Return a time in seconds and, if the run has steps, in steps."""
+def format_seconds_and_steps(time_s: float, evidence: Evidence) -> str:
+    """Format a time in seconds and, if the run has steps, in steps."""
     dt_s = evidence.observed.dt_s
     return seconds(time_s) + (f", {steps(time_s, dt_s)}" if dt_s else "")

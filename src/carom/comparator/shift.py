@@ -1,6 +1,6 @@
-"""A scene shifted along its own motion, so that nothing changes but when, within a step, its first impact comes.
+"""Scenes shifted along their own motion, which changes only the phase of the step at which the first impact comes.
 
-One phase makes a step look lucky or unlucky: where in a step an impact falls is nobody's merit.
+A step can be lucky or unlucky at a single phase, so methods are compared at several.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from carom.comparator.finite import not_finite
+from carom.comparator.finite import find_non_finite
 from carom.comparator.slowing import Slowing
 from carom.errors import InputError, SceneError
 from carom.model.scene import Scene
@@ -21,7 +21,7 @@ from carom.support.formatting import seconds
 
 
 def even_phases(count: int) -> tuple[float, ...]:
-    """Return this many phases, evenly spread over a step, the first of them 0.
+    """Return `count` phases, evenly spread over a step, the first of them 0.
 
     Raises:
         InputError: `count` is below 1.
@@ -32,10 +32,10 @@ def even_phases(count: int) -> tuple[float, ...]:
 
 
 def shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> Iterator[Scene]:
-    """Yield a scene shifted along its own motion to each phase; what can't be shifted is left out.
+    """Yield a scene shifted along its own motion to each phase; phases to which it can't be shifted are left out.
 
-    All discs are taken ``phase * dt`` ahead along their paths, and the duration is shortened by as much; where an
-    impact comes before that, they are taken back by the rest of the step instead.
+    All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by as much. Where an
+    impact comes before that, they are moved back by the rest of the step instead.
 
     Args:
         reference: The scene's PIC trace.
@@ -55,8 +55,8 @@ def shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> It
 def shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -> tuple[Trace, ...]:
     """Return the references of the scenes of `shifted_scenes`.
 
-    A shift that changes which impacts happen (because the way back leads through another body, or the last impact falls
-    past the end) is none, and left out, too.
+    A shift that changes which impacts happen is left out: the way back may lead through another body, or the last
+    impact may fall after the end.
     """
     bodies = ["first", "second"]
     traces = (
@@ -65,12 +65,12 @@ def shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -
     return tuple(
         trace
         for trace in traces
-        if np.array_equal(trace.impacts[bodies], reference.impacts[bodies]) and not not_finite(trace)
+        if np.array_equal(trace.impacts[bodies], reference.impacts[bodies]) and not find_non_finite(trace)
     )
 
 
-def begun_earlier(scene: Scene, by_s: float) -> Scene:
-    """Return the scene begun `by_s` seconds earlier: every disc moved back along its path, the end where it was.
+def shift_start(scene: Scene, by_s: float) -> Scene:
+    """Start the scene `by_s` seconds earlier: every disc is moved back along its path, the end stays.
 
     The same impacts follow, `by_s` later each. Where bodies would have met on the way back (those of a cradle that
     touch at the start, say) the scene begins later instead, if nothing is to happen before.
@@ -93,9 +93,9 @@ def begun_earlier(scene: Scene, by_s: float) -> Scene:
 
 
 def _nothing_meets(scene: Scene, shift_s: float) -> bool:
-    """Whether nothing meets between the start and `shift_s` after it, or before it where that is negative."""
+    """Whether no bodies meet between the start and `shift_s` after it, or before it where that is negative."""
     slowing = Slowing.of(scene)
-    if slowing.table_m_s2 and shift_s < 0.0:  # nobody runs it backwards, but from there it may be run to the start
+    if slowing.table_m_s2 and shift_s < 0.0:  # it can't be run backwards, but forwards from the earlier start
         try:
             return _nothing_meets(_shifted(scene, shift_s), -shift_s)
         except SceneError:  # there they overlap
@@ -110,7 +110,7 @@ def _nothing_meets(scene: Scene, shift_s: float) -> bool:
 
 
 def _shifted(scene: Scene, shift_s: float) -> Scene:
-    """Return the scene as it stands `shift_s` after its start if nothing meets before, its end where it was."""
+    """Return the scene as it is `shift_s` after its start if no bodies meet before; the end stays."""
     slowing = Slowing.of(scene)
     states = list[tuple[Vector, Vector, float, tuple[Leg, ...]]]()
     for disc in scene.discs:
@@ -134,7 +134,7 @@ def _with_states(
     walls: list[AnyWall],
     **fields: float,
 ) -> Scene:
-    """Return the scene with other places, velocities, spins and legs of its discs that move, other walls and fields."""
+    """Return the scene with new positions, velocities, spins and legs of moving discs, new walls and fields."""
     discs = [
         disc
         if disc.immovable and not disc.driven

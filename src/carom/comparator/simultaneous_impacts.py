@@ -1,4 +1,4 @@
-"""Shared simultaneous contact: the admissible outcomes, and which of them a trace took.
+"""Simultaneous impacts that share a disc: the admissible outcomes, and the one that a trace took.
 
 Where several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique
 answer. Admissible is what some order of impacts, one pair at a time, leads to, until no contact approaches; and, where
@@ -25,20 +25,20 @@ from carom.core.rough_impact import ContactFriction
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector, body_name, free_flights, rim_speeds, wall_body, wall_index
 
-#: What two contacts of one instant may differ by in time (over the duration), place (over the scene's extent) and
+#: Largest difference of two contacts of one instant in time (over the duration), place (over the scene's extent) and
 #: velocity (over the scene's speed): rounding, as everywhere else in the comparison.
 SAME = 1e-12
 
-#: More states than these are not followed: a reader can't use a list of thousands of outcomes either.
+#: Largest number of states that are followed: a list of thousands of outcomes would not help a reader.
 MOST_STATES = 4096
 
-#: Of more impacts than these the first are told; of an inelastic collapse there are infinitely many.
+#: Largest number of impacts that are listed; an inelastic collapse has infinitely many.
 MOST_TOLD = 12
 
-#: Every subset of the contacts can be the one that pushes; of more contacts than these, subsets are not tried.
+#: Largest number of contacts of which all subsets are tried as the ones that push.
 MOST_AT_ONCE = 8
 
-#: Velocity and speed of the rim, ``(x, y, R w)``, one row a disc.
+#: Velocity and speed of the rim, ``(x, y, R w)``, one row per disc.
 Motions = NDArray[np.float64]
 
 
@@ -72,7 +72,7 @@ class AdmissibleOutcome:
 
     @property
     def velocity_m_s(self) -> NDArray[np.float64]:
-        """Velocities after, one row a disc of the group, shape ``(k, 2)``."""
+        """Velocities after, one row per disc of the group, shape ``(k, 2)``."""
         return self.motion_m_s[:, :2]
 
 
@@ -95,7 +95,7 @@ class Group:
 
 @dataclass(frozen=True)
 class ConventionMatch:
-    """Which admissible outcome a trace took.
+    """The admissible outcome that a trace took.
 
     Attributes:
         group: The shared instant.
@@ -128,7 +128,7 @@ def first_group(reference: Trace) -> Group | None:
     extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
     contacts = list(_touching(scene, position, time_s, SAME * extent))
     discs = {int(impacts["first"][index]), max(int(impacts["second"][index]), int(impacts["first"][index]))}
-    while True:  # what is reached through movable discs is part of it
+    while True:  # bodies that are reached through movable discs are part of it
         linked = {
             body
             for first, second, *_ in contacts
@@ -170,7 +170,7 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
     stack: list[tuple[Motions, tuple[str, ...]]] = [(group.motion_m_s.copy(), ())]
     while stack:
         motion, path = stack.pop()
-        key = (np.round(motion / cell) + 0.0).tobytes()  # which makes a zero of either sign one
+        key = (np.round(motion / cell) + 0.0).tobytes()  # both zeros are the same
         if key in seen:
             continue
         seen.add(key)
@@ -189,7 +189,7 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
 
 
 def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
-    """Return which admissible outcome of its first shared instant a trace took; None where all is unique."""
+    """Return the admissible outcome that a trace took at its first shared instant; None where all is unique."""
     group = first_group(reference)
     if group is None:
         return None
@@ -197,7 +197,7 @@ def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, sca
     if not outcomes:
         return ConventionMatch(group, (), None, math.nan, matches=False)
     nearest, distance = _nearest(observed, group, outcomes, scales)
-    # Sampling turns normals; so PIT at the same step says how near is near enough.
+    # Sampling turns normals, so the difference of PIT at the same step is allowed.
     allowed = 0.0 if sampling is None else _nearest(sampling, group, outcomes, scales)[1]
     return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= allowed + 1e3 * SAME)
 
@@ -213,7 +213,7 @@ def _nearest(trace: Trace, group: Group, outcomes: Sequence[AdmissibleOutcome], 
 
 
 def _motions_after(trace: Trace, group: Group) -> Motions:
-    """Motions of the group's discs once it has done with this instant: after its impacts within the next steps."""
+    """Return the motions of the group's discs after its impacts at this instant and within the next steps."""
     motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}
     slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
@@ -280,7 +280,7 @@ def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[in
 def _rubbed(
     scene: Scene, contact: TouchingBodies, before: Motions, after: Motions, pressed: float, row: dict[int, int]
 ) -> Motions:
-    """Return what friction makes of the bodies of a contact besides, in place, given how hard they are pressed."""
+    """Add the effect of friction to the bodies of a contact, in place, given the normal impulse."""
     first, second, (nx, ny), wall_m_s = contact
     wall, start = second < 0, scene.arrays
     law = (
@@ -313,7 +313,7 @@ def _rubbed(
 
 
 def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
-    """All impulses at once, by trying which contacts push; None where there is no answer, or too many contacts.
+    """Solve for all impulses at once by trying which contacts push; None without an answer, or for too many contacts.
 
     With friction the answer of all impulses at once is not unique (Baraff 1989), and none is listed.
     """

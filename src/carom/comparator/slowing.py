@@ -1,4 +1,4 @@
-"""What slows discs down between impacts, and leaves them their direction: linear damping, or a table.
+"""Slowing of discs between impacts without a change of direction: linear damping, or a table.
 
 A disc of velocity v is left with a part of it, ``kept v``, and has moved by ``flown v``. With damping both are the same
 for all discs, see `carom.model.damping`; on a table, which slows a disc down by a until it stops, they depend on its
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Slowing:
-    """The law of a scene.
+    """The law by which a scene slows discs down.
 
     Attributes:
         damping: Its damping; none on a table.
@@ -34,7 +34,7 @@ class Slowing:
 
     @classmethod
     def of(cls, scene: Scene) -> Slowing:
-        """Return that of a scene."""
+        """Return the law of a scene."""
         return cls(Damping(scene.damping_per_s), scene.table_deceleration_m_s2)
 
     def __bool__(self) -> bool:
@@ -42,7 +42,7 @@ class Slowing:
         return bool(self.damping.per_s or self.table_m_s2)
 
     def kept(self, seconds: float, speed: float) -> float:
-        """Return what part of a speed is left after some seconds; below 0 seconds, what it was before, over it."""
+        """Return the part of a speed that is left after some seconds; above 1 for negative seconds."""
         if not self.table_m_s2:
             return self.damping.kept(seconds)
         if not speed:
@@ -50,18 +50,18 @@ class Slowing:
         return 0.0 if seconds >= self.stops_s(speed) else 1.0 - self.table_m_s2 * seconds / speed
 
     def flown(self, seconds: float, speed: float) -> float:
-        """Return by how much of its velocity a disc moves in some seconds; below 0, to where it was before."""
+        """Return the displacement in some seconds over the velocity; negative seconds lead to earlier positions."""
         if not self.table_m_s2:
             return self.damping.undamped(seconds)
         lasts = min(seconds, self.stops_s(speed))
         return lasts - 0.5 * lasts * (self.table_m_s2 * lasts / speed) if speed else 0.0
 
     def stops_s(self, speed: float) -> float:
-        """Return after how many seconds a disc of that speed stops; infinity for never, and of one at rest."""
+        """Return the seconds until a disc of a speed stops; infinite if it never does or is at rest."""
         return speed / self.table_m_s2 if self.table_m_s2 and speed else math.inf
 
     def all_kept(self, seconds: Array, speed: Array) -> Array:
-        """Return `kept` of each of some times and speeds, which broadcast."""
+        """Return `kept` for arrays of times and speeds, which broadcast."""
         if not self.table_m_s2:
             return self.damping.all_kept(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -70,7 +70,7 @@ class Slowing:
         return kept
 
     def all_flown(self, seconds: Array, speed: Array) -> Array:
-        """Return `flown` of each of some times, with damping 0 or more, and speeds, which broadcast."""
+        """Return `flown` for arrays of times (0 or more with damping) and speeds, which broadcast."""
         if not self.table_m_s2:
             return self.damping.all_undamped(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -80,20 +80,20 @@ class Slowing:
         return flown
 
     def bends(self, speed: float) -> float:
-        """Return how fast a disc of that speed is slowed down, metres a second squared."""
+        """Return the deceleration of a disc of a speed, metres per second squared."""
         return self.damping.per_s * speed + self.table_m_s2
 
     def all_bends(self, speed: Array) -> Array:
-        """Return `bends` of each of some speeds."""
+        """Return `bends` for an array of speeds."""
         return self.damping.per_s * speed + self.table_m_s2
 
 
-#: Newton's steps from a chord: each squares what is left of the error, a part of a step of a path that hardly bends.
+#: Number of Newton steps from a chord; each squares the remaining error.
 _NEWTON = 6
 
 
 def nearest_s(apart: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
-    """Return when two paths come nearest, by least squares: the root, if they meet; NaN if they do not part.
+    """Return when two paths are nearest, by least squares: the root, if they meet; NaN if they do not separate.
 
     Args:
         apart: Returns by how much the two are apart at a time, metres, and how fast that changes.

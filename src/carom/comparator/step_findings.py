@@ -1,4 +1,4 @@
-"""Verdicts on the steps of a run, each compared with PIC from its own state; see `local_truth`."""
+"""Verdicts on the steps of a run, each compared with PIC from the run's own state; see `stepwise`."""
 
 from __future__ import annotations
 
@@ -9,50 +9,55 @@ import numpy as np
 
 from carom.comparator.evidence import Evidence
 from carom.comparator.grades import Grade
-from carom.comparator.self_consistency import own_path
+from carom.comparator.self_consistency import report_own_trajectory
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise.score import LocalScore
 from carom.comparator.verdict import Finding, Verdict
 from carom.support.formatting import instant, metres, number
 
 
-def steps_are_exact(evidence: Evidence) -> bool:
-    """Whether the whole run is PIC's, step by step and in its end, whatever of it could be told apart.
+def has_exact_steps(evidence: Evidence) -> bool:
+    """Whether every step and the final state agree with PIC to rounding.
 
-    Of several impacts of a disc in one step, an engine that tells no velocities shows the outcome alone.
+    Velocities between several impacts of a disc in one step may be unknown; then only the state after the step counts.
     """
     local, largest = evidence.local_truth, evidence.measured.largest
     if local is None or local.grade is not Grade.EXACT or evidence.convention is not None:
         return False
     if evidence.reports is not None and not evidence.reports.agree:
         return False
-    if evidence.ended_otherwise or evidence.broken or largest.final_spin > evidence.rounding or any(own_path(evidence)):
+    if (
+        evidence.has_other_ending
+        or evidence.non_finite
+        or largest.final_spin > evidence.rounding
+        or any(report_own_trajectory(evidence))
+    ):
         return False
-    if evidence.reach.whole:
+    if evidence.compared.is_whole_run:
         return bool(np.all(evidence.measured.ends[:2] <= evidence.end_rounding(evidence.measured, exactly=True)[:2]))
-    # Up to a horizon the last impact of each disc says the same: errors hand themselves on.
+    # Up to a horizon the last impact of each disc is compared instead, because errors propagate.
     latest: dict[int, float] = {}
     for error in evidence.measured.errors:
         row = evidence.reference.impacts[error.reference]
         latest |= dict.fromkeys((int(row["first"]), int(row["second"])), error.velocity)
-    return bool(latest) and all(off <= evidence.rounding for disc, off in latest.items() if disc >= 0)
+    return bool(latest) and all(error <= evidence.rounding for disc, error in latest.items() if disc >= 0)
 
 
-def has_parted(evidence: Evidence) -> bool:
-    """Whether the trajectory alone is wrong: it has left the reference's, and no step or report is wrong by itself."""
+def has_diverged(evidence: Evidence) -> bool:
+    """Whether the trajectory has left the reference's, although no step and no report is wrong by itself."""
     local, reports = evidence.local_truth, evidence.reports
     if local is None or local.missed_own or local.invented or (reports is not None and not reports.agree):
         return False
-    return has_left(evidence) and not evidence.ended_otherwise
+    return has_diverged_before_miss(evidence) and not evidence.has_other_ending
 
 
-def has_left(evidence: Evidence) -> bool:
-    """Whether the trajectory left the reference's before any step passed through anything, or invented anything.
+def has_diverged_before_miss(evidence: Evidence) -> bool:
+    """Whether the trajectory left the reference's before any step missed or invented an impact.
 
-    Not where wrong reports explain all that parts, or where the scene has no unique answer.
+    False where wrong reports explain all differences, or where the scene has no unique answer.
     """
     local, reports, parted_s = evidence.local_truth, evidence.reports, evidence.parted_s
-    if local is None or reports is None or parted_s is None or evidence.broken or evidence.convention is not None:
+    if local is None or reports is None or parted_s is None or evidence.non_finite or evidence.convention is not None:
         return False
     if local.missed_own and not local.first_missed_s > parted_s:
         return False
@@ -61,11 +66,11 @@ def has_left(evidence: Evidence) -> bool:
     alignment = evidence.measured.alignment
     if not reports.agree and len(alignment.spurious) <= reports.unshown and len(alignment.missed) <= reports.unreported:
         return False
-    return not steps_are_exact(evidence)
+    return not has_exact_steps(evidence)
 
 
-def parted(evidence: Evidence) -> Iterator[Finding]:
-    """Yield when the trajectory left the reference's, and when PIT's did."""
+def report_divergence(evidence: Evidence) -> Iterator[Finding]:
+    """Report when the trajectory left the reference's, and when PIT's did."""
     local = evidence.local_truth
     if local is None or evidence.parted_s is None:
         return
@@ -75,42 +80,42 @@ def parted(evidence: Evidence) -> Iterator[Finding]:
     alignment = evidence.measured.alignment
     yield Finding(
         Verdict.PARTED,
-        f"at {instant(evidence.parted_s)}{pit}; of {evidence.reach.impacts} impacts it does not have "
-        f"{len(alignment.missed)}, and has {len(alignment.spurious)} others; {_own_word(local)}",
+        f"at {instant(evidence.parted_s)}{pit}; of {evidence.compared.impacts} impacts it does not have "
+        f"{len(alignment.missed)}, and has {len(alignment.spurious)} others; {_describe_steps(local)}",
     )
 
 
-def _own_word(local: LocalScore) -> str:
-    """Say how good the steps of a run are, each by itself."""
+def _describe_steps(local: LocalScore) -> str:
+    """Describe the grade of the steps of a run."""
     if local.grade is Grade.INACCURATE:
         return "some steps by themselves are inaccurate"
     how = "no worse than PIT's from the same state" if local.grade is Grade.SAMPLED else local.grade.name.lower()
     return f"each step by itself is {how}"
 
 
-def misreported(evidence: Evidence) -> Iterator[Finding]:
-    """Yield where reports and states part, of a run whose trajectory has parted: of another its impacts say it."""
+def report_misreports(evidence: Evidence) -> Iterator[Finding]:
+    """Report differences of reports and states of a run that has diverged; else its impacts show them."""
     reports = evidence.reports
-    if reports is None or reports.agree or not has_left(evidence):
+    if reports is None or reports.agree or not has_diverged_before_miss(evidence):
         return
-    said = []
+    parts = []
     if reports.unshown:
-        said.append(f"{reports.unshown} reported that no state shows, the first {reports.first_unshown}")
+        parts.append(f"{reports.unshown} reported that no state shows, the first {reports.first_unshown}")
     if reports.unreported:
-        said.append(f"{reports.unreported} shown and not reported, the first {reports.first_unreported}")
-    yield Finding(Verdict.MISREPORTED, "; ".join(said))
+        parts.append(f"{reports.unreported} shown and not reported, the first {reports.first_unreported}")
+    yield Finding(Verdict.MISREPORTED, "; ".join(parts))
 
 
-def sinking(evidence: Evidence) -> Iterator[Finding]:
-    """Yield how deep discs sink into what they rest on."""
+def report_sinking(evidence: Evidence) -> Iterator[Finding]:
+    """Report how deep discs sink into what they rest on."""
     local = evidence.local_truth
     if local is not None and (local.sinks or local.sunk_radii > evidence.rounding):
         held = "faster than by falling for each step anew" if local.sinks else "by what it falls in each step"
         yield Finding(Verdict.SINKS, f"by up to {number(local.sunk_radii, 3)} of the distance of contact, {held}")
 
 
-def polygons(evidence: Evidence) -> Iterator[Finding]:
-    """Say that steps are straight, and at one speed, where paths are not: the engine's integrator, no collision."""
+def report_polygons(evidence: Evidence) -> Iterator[Finding]:
+    """Report that steps are straight and at one speed where paths are not: an effect of the integrator."""
     local, dt_s, scene = evidence.local_truth, evidence.observed.dt_s, evidence.reference.scene
     slowing = Slowing.of(scene)
     if local is not None and local.polygon and slowing:
@@ -127,24 +132,30 @@ def polygons(evidence: Evidence) -> Iterator[Finding]:
         )
 
 
-def bad_steps(evidence: Evidence, *, told: bool) -> Iterator[Finding]:
-    """What local truth finds that the trajectory does not tell: beyond the horizon, and after rest."""
+def report_bad_steps(evidence: Evidence, *, has_findings: bool) -> Iterator[Finding]:
+    """Report faults of steps that the trajectory does not show: beyond the horizon, and after rest."""
     local, alignment = evidence.local_truth, evidence.measured.alignment
-    if local is None or evidence.broken:
+    if local is None or evidence.non_finite:
         return
-    if local.missed and (local.missed != len(alignment.missed) or has_left(evidence)):
+    if local.missed and (local.missed != len(alignment.missed) or has_diverged_before_miss(evidence)):
         pit = f"PIT misses {local.missed_by_pit} of these, too, from the same states"
         yield Finding(Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} impacts due, {local.first_missed}; {pit}")
-    if local.invented and (local.invented != len(alignment.spurious) or has_left(evidence)):
+    if local.invented and (local.invented != len(alignment.spurious) or has_diverged_before_miss(evidence)):
         yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
-    if local.grade is Grade.INACCURATE and (has_left(evidence) or not evidence.reach.whole or not told):
+    if local.grade is Grade.INACCURATE and (
+        has_diverged_before_miss(evidence) or not evidence.compared.is_whole_run or not has_findings
+    ):
         yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
-    if local.grade in (Grade.CLOSE, Grade.SAMPLED) and not told and not (evidence.reach.whole and local.agrees_alone):
+    if (
+        local.grade in (Grade.CLOSE, Grade.SAMPLED)
+        and not has_findings
+        and not (evidence.compared.is_whole_run and local.agrees_alone)
+    ):
         yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_costs(local)))
 
 
 def _costs(local: LocalScore) -> Iterator[str]:
-    """Yield what the steps of a run are off by where that is sampling's, each with its numbers."""
+    """Yield errors of steps that sampling explains, each with its numbers."""
     if local.judged:
         yield (
             f"velocities of {local.judged} impacts that stand alone by up to {number(local.velocity[1], 3)} of their "
@@ -159,7 +170,7 @@ def _costs(local: LocalScore) -> Iterator[str]:
 
 
 def _faults(local: LocalScore) -> Iterator[str]:
-    """Yield what makes the steps of a run inaccurate, each with its numbers."""
+    """Yield faults that make the steps of a run inaccurate, each with its numbers."""
     judged = f"of {local.judged} impacts that stand alone"
     if local.worse_than_pit:
         free = math.isinf(local.ratio[1])

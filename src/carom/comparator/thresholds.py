@@ -1,4 +1,4 @@
-"""Where an error begins to count, and where a grade ends. Every threshold of a verdict or a grade stands here."""
+"""Thresholds of all verdicts and grades."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from carom.engines.api.checks import MANTISSA_BITS
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Where an error begins to count.
+    """The error from which each kind of fault counts.
 
     Attributes:
         rounding: Times over the scene's duration, velocities over its speed, positions over its reach. The known
             answers are reproduced to this.
         rounding_32: The same for a method that declares 32-bit floats: a hundred of its units in the last place.
-        close: What part of a step a time, and what part of the price of sampling a velocity may be off by to be called
-            close. At a hundredth of a step and a hundredth of the price, a method would have to look a hundred times a
-            step to do as well by sampling: it solves for the instant, or cuts its steps.
-        phases: At how many phases of a step PIT is run for that price. Evenly spread, so that one of them finds each
-            impact within a sixteenth of the latest instant possible, and none of the phases at which PIT misses it is
-            overlooked where they are more than a sixteenth of all.
-        ratio_known: How far above 1 an error over the price of sampling comes out in a run that only samples: 1e-13 was
-            seen in 64 bits.
-        ratio_known_32: The same for a method that declares 32-bit floats: 5e-4 was seen.
+        close: Largest error of *close*: of a time as a part of a step, of a velocity as a part of the cost of sampling.
+            At a hundredth, a method would have to check a hundred times per step to be as good by sampling: it solves
+            for the instant, or cuts its steps.
+        phases: Number of phases of a step at which PIT is run for that cost. They are evenly spread. So one of them
+            finds each impact within a sixteenth of the latest possible instant, and phases at which PIT misses an
+            impact are noticed where they are more than a sixteenth of all.
+        ratio_known: How far above 1 rounding brings an error over the cost of sampling in a run that only samples:
+            1e-13 was observed in 64 bits.
+        ratio_known_32: The same for a method that declares 32-bit floats: 5e-4 was observed.
         direction_rad: A direction wrong by more than this is called wrong: a degree, about what shows in a picture.
         energy: Energy over the energy at the start. Float64 engines drift by 1e-13 and float32 ones by 1e-7 through
             rounding; a millionth is neither.
@@ -40,20 +40,20 @@ class Thresholds:
     energy: float = 1e-6
 
     def rounding_of(self, float_bits: int) -> float:
-        """Return what counts as rounding in floats of 32 or 64 bits, in reports and in the suite alike."""
+        """Return the rounding error in floats of 32 or 64 bits, for reports and the conformance suite."""
         return {32: self.rounding_32, 64: self.rounding}[float_bits]
 
     def ratio_known_of(self, float_bits: int) -> float:
-        """Return how far above 1 an error over the price of sampling is rounding, in floats of 32 or 64 bits."""
+        """Return how far above 1 an error over the cost of sampling is rounding, in floats of 32 or 64 bits."""
         return {32: self.ratio_known_32, 64: self.ratio_known}[float_bits]
 
     def time_rounding_of(self, float_bits: int, duration_s: float, dt_s: float) -> float:
-        """Return the same of a time, seconds; in a run of many steps, `dt_s` above 0, no more than is called close."""
+        """Return the rounding error of a time, seconds; in a run of steps at most what is called close."""
         rounding_s = self.rounding_of(float_bits) * duration_s
         return min(rounding_s, self.close * dt_s) if dt_s else rounding_s
 
     def place_rounding_of(self, float_bits: int, steps: float) -> float:
-        """Return the same of a position, over the scene's reach: each step rounds it once more, to half a unit."""
+        """Return the rounding error of a position, over the scene's extent: each step adds half a unit."""
         return self.rounding_of(float_bits) + 0.5 * steps * 2.0 ** -MANTISSA_BITS[float_bits]
 
 

@@ -1,4 +1,4 @@
-"""What a trace must be to be compared at all: its bodies are those of its scene, and so are its spins and its end."""
+"""Validation of a trace before a comparison: its bodies, spins and end must be possible in its scene."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from carom.model.trace import Trace, body_name, wall_body, wall_index
 
 
 def require_sound(trace: Trace) -> None:
-    """Refuse a trace that can't be of its scene; what its numbers are worth is no question here.
+    """Raise an error for a trace that is not possible in its scene, whatever the accuracy of its numbers.
 
     Raises:
         InputError: The trace declares floats of another width than 32 or 64 bits, an impact is of a body that the scene
-            has not, a wall turns or moves otherwise than in the scene, discs turn and no spins are told, or the run
-            goes on beyond the scene.
+            does not have, a wall turns or moves differently from the scene, discs turn and no spins are reported, or
+            the run goes on beyond the scene.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins
     of = f"the trace of {trace.method!r} of scene {scene.name!r}"
@@ -65,9 +65,9 @@ def require_sound(trace: Trace) -> None:
 
 
 def _due_of_walls(trace: Trace) -> dict[str, NDArray[np.float64]]:
-    """Return by field the velocity that the second body of each impact has in the scene, 0 of a disc.
+    """Return by field the velocity that the second body of each impact has in the scene, 0 for a disc.
 
-    Of a wall whose velocity changes within the step of the impact, that which is nearer to what is told.
+    If a wall's velocity changes within the step of the impact, the one nearer to the reported velocity is returned.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     due = {name: np.zeros((len(impacts), 2)) for name in ("velocity_second_before", "velocity_second_after")}
@@ -76,6 +76,7 @@ def _due_of_walls(trace: Trace) -> dict[str, NDArray[np.float64]]:
         span = (time_s - (trace.dt_s or 0.0)) * (1.0 - 2.0**-40), time_s * (1.0 + 2.0**-40)
         legs = drive.velocities_within(*span) if math.isfinite(time_s) else [drive.velocity_at(0.0)]
         for name, velocities in due.items():
-            told = impacts[name][k].tolist()
-            velocities[k] = min(legs, key=lambda leg: math.dist(leg, told)) if all(map(math.isfinite, told)) else told
+            reported = impacts[name][k].tolist()
+            is_finite = all(map(math.isfinite, reported))
+            velocities[k] = min(legs, key=lambda leg: math.dist(leg, reported)) if is_finite else reported
     return due

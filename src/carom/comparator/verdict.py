@@ -1,4 +1,4 @@
-"""The verdicts: every sentence that can be said of a run, and one of them with the numbers it was derived from."""
+"""Verdicts on a run, and a finding: one verdict with its reason."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class Verdict(Enum):
-    """What is wrong, if anything; the value is the sentence shown. The first four are the source paper's cases."""
+    """A verdict on a run; the value is the sentence shown. The first four are the source paper's cases."""
 
     MISSED = "an impact is missed"
     LATE = "found late"
@@ -58,7 +58,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One verdict and the numbers it was derived from, as a sentence."""
+    """One verdict, and a sentence with the numbers it was derived from."""
 
     verdict: Verdict
     reason: str

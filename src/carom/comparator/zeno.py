@@ -1,4 +1,4 @@
-"""Up to where bounces without end, to rest or to a crush, can be told apart by a method that checks once per step."""
+"""Limits of comparison for infinitely many bounces, to rest or to a crush, at a method's step."""
 
 from __future__ import annotations
 
@@ -9,52 +9,54 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import Alignment, Reach, align, by_pair
+from carom.comparator.align import Alignment, ComparisonRange, align, group_by_pair
 from carom.comparator.stepwise.law import Law
 from carom.comparator.stepwise.rest import RESTING_STEPS
 from carom.model.trace import Outcome, Trace, free_flights, wall_index
 
 
 class _Bounces(NamedTuple):
-    """The bounces of a disc on one body, after which it meets nothing else: their rows in the reference's impacts."""
+    """The last bounces of a disc, all on one body: their rows in the reference's impacts."""
 
     pair: tuple[int, int]
     rows: list[int]
 
 
-def before_rest(reference: Trace, reach: Reach, dt_s: float, sampling: Trace | None = None) -> Reach:
-    """Return what of a reach lies before a disc comes to rest, at a step, as far as steps can tell.
+def clip_before_rest(
+    reference: Trace, compared: ComparisonRange, dt_s: float, sampling: Trace | None = None
+) -> ComparisonRange:
+    """Return the part of a range before a disc starts to rest, slide or roll, as far as steps of a size can show it.
 
-    A disc may come to rest, to slide or to roll. Before that come impacts, often without end, that close on something
-    by no more than is fallen in a step or two: a method that checks once per step rests already. PIT, where given,
-    loses these bounces some hops earlier, and no step tells more than PIT's.
+    The last impacts before that, often infinitely many, close at no more than a disc falls in a step or two: a method
+    that checks once per step rests already. PIT, where given, loses these bounces some hops earlier, and no step shows
+    more than PIT's.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
-        return reach
+        return compared
     closing = np.sum((impacts["velocity_first_before"] - impacts["velocity_second_before"]) * impacts["normal"], axis=1)
     weak = closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
-    bouncing = _last_bounces(reference)
-    if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # which is no rest
-        told = {row for bounces in bouncing for row in bounces.rows}
-        weak &= np.array([row in told for row in range(len(impacts))], dtype=np.bool_)
+    bouncing = _find_last_bounces(reference)
+    if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # which is not rest
+        final_rows = {row for bounces in bouncing for row in bounces.rows}
+        weak &= np.array([row in final_rows for row in range(len(impacts))], dtype=np.bool_)
     if reference.outcome is Outcome.CRUSHED:
-        return _cut(reach, times, _before_crush(reference, dt_s, sampling))
+        return _clip(compared, times, _find_crush_limit(reference, dt_s, sampling))
     ends_s = [reference.contact_s]
     ends_s += np.nextafter(times[weak][:1], -math.inf).tolist()
     if sampling is not None and bouncing:
         alignment = align(reference, sampling)
         ends_s += [_pit_follows_until(reference, bounces, sampling, alignment) for bounces in bouncing]
-    return _cut(reach, times, min(ends_s))
+    return _clip(compared, times, min(ends_s))
 
 
-def _cut(reach: Reach, times: NDArray[np.float64], until_s: float) -> Reach:
+def _clip(compared: ComparisonRange, times: NDArray[np.float64], until_s: float) -> ComparisonRange:
     count = int(np.searchsorted(times, until_s, side="right"))
-    return reach if reach.until_s <= until_s else Reach(min(count, reach.impacts), until_s)
+    return compared if compared.until_s <= until_s else ComparisonRange(min(count, compared.impacts), until_s)
 
 
-def _before_crush(reference: Trace, dt_s: float, sampling: Trace | None) -> float:
-    """Return when steps can no longer tell apart the impacts of a disc on two walls that crush it.
+def _find_crush_limit(reference: Trace, dt_s: float, sampling: Trace | None) -> float:
+    """Return when steps can no longer separate the impacts of a disc on two walls that crush it.
 
     They come ever faster, so that from some instant on each follows the one before it within two steps: a look finds
     one of them at most, late. PIT, where it is given, loses or gains one earlier.
@@ -75,8 +77,8 @@ def _before_crush(reference: Trace, dt_s: float, sampling: Trace | None) -> floa
     return min(until_s, min(lost_s, default=math.inf) - dt_s)
 
 
-def _last_bounces(reference: Trace) -> list[_Bounces]:
-    """Return the bounces in which gravity brings a disc back to the same fixed body to the end, lower each time."""
+def _find_last_bounces(reference: Trace) -> list[_Bounces]:
+    """Return the final bounces of discs that gravity brings back to the same fixed body, lower each time."""
     scene, impacts = reference.scene, reference.impacts
     found = []
     of_disc: dict[int, list[int]] = defaultdict(list)
@@ -100,12 +102,13 @@ def _last_bounces(reference: Trace) -> list[_Bounces]:
 def _pit_follows_until(reference: Trace, bounces: _Bounces, sampling: Trace, alignment: Alignment) -> float:
     """Return the last frame at which PIT still has the bounces of a disc; infinite where it has them all.
 
-    PIT finds each of them late, so the hops that follow are a little shorter or longer. Hops get shorter without end:
-    sooner or later PIT is ahead by a whole one, which is an impact that the reference does not have, or finds the disc
-    so deep that it falls back before it is out.
+    PIT finds each bounce late, so the following hops are slightly shorter or longer. Because hops get ever shorter, PIT
+    is at some time ahead by a whole hop, which is a spurious impact, or finds the disc so deep that it falls back
+    before it is out.
     """
     expected_s, found_s = reference.impacts["time_s"], sampling.impacts["time_s"]
-    expected, found = by_pair(reference.impacts)[bounces.pair], by_pair(sampling.impacts).get(bounces.pair, [])
+    expected = group_by_pair(reference.impacts)[bounces.pair]
+    found = group_by_pair(sampling.impacts).get(bounces.pair, [])
     stuck = _falls_back(sampling, found)
     begin_s, reference_of = float(expected_s[bounces.rows[0]]), {o: r for r, o in alignment.matched}
     for nth, k in enumerate(found):
@@ -115,14 +118,14 @@ def _pit_follows_until(reference: Trace, bounces: _Bounces, sampling: Trace, ali
             return float(found_s[k]) - sampling.dt_s
         if stuck[nth] and nth + 1 < len(expected):
             # The impact itself counts where PIT has not lost or gained another before it.
-            in_step = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
-            alone = found_s[k] < expected_s[expected[nth + 1]]
-            return float(found_s[k]) - (0.0 if in_step and alone else sampling.dt_s)
+            is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
+            is_before_next = found_s[k] < expected_s[expected[nth + 1]]
+            return float(found_s[k]) - (0.0 if is_matched and is_before_next else sampling.dt_s)
     return math.inf
 
 
 def _falls_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
-    """Return after which of some impacts of one pair gravity brings the two together before they have parted.
+    """Return after which of some impacts of one pair gravity closes the pair before it has separated.
 
     They overlap by `depth` when the impact is found, and part at `parting`: they come out of each other only if
     ``parting^2 > 2 pull depth``.

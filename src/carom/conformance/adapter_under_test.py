@@ -19,19 +19,19 @@ from carom.conformance.suite_scenes import known_trace
 from carom.conformance.violation import Setup, Violation
 from carom.engines.api import Adapter, Capabilities, Observation, unsupported_reason
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import Observe, capabilities_of, observe_run, profile_settings
+from carom.execution.engine_run import ObserveTask, capabilities_of, observe_run, profile_settings
 from carom.execution.job import Job, Method, Status, Task
-from carom.execution.journal import Notes
-from carom.execution.options import Limited
-from carom.execution.pool import Closing, LocalPool
-from carom.execution.scheduler import Ask, answers
+from carom.execution.journal import MemoryJournal
+from carom.execution.options import LimitOptions
+from carom.execution.pool import Closeable, LocalPool
+from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
 
 T = TypeVar("T")
 
 
-class Subject(Closing):
+class Subject(Closeable):
     """One adapter, by its name; used as a context manager, it ends its worker process.
 
     Whatever runs the engine raises `Violation` where its process crashes or hangs, or the adapter raises an error that
@@ -42,7 +42,7 @@ class Subject(Closing):
         adapter: The adapter, loaded; its engine is not imported in this process.
     """
 
-    def __init__(self, name: str, limits: Limited) -> None:
+    def __init__(self, name: str, limits: LimitOptions) -> None:
         self.name = name
         self.adapter: Adapter = load_adapter(name)
         self._limits = limits
@@ -135,7 +135,7 @@ class Subject(Closing):
         """Return a run of a catalogue scene, its score against the known answer, and PIT's at the same step."""
         if (profile, name) not in self._scores:
             setup = catalogue_setup(name, profile)
-            trace = self._ask(Observe(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)
+            trace = self._ask(ObserveTask(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)
             reference, pit, pit_score = _sampling(name)
             self._scores[profile, name] = (setup, trace, compare(reference, trace, sampling=pit), pit_score)
         return self._scores[profile, name]
@@ -157,7 +157,7 @@ class Subject(Closing):
         return self._pool.worker(self.name).files()
 
     def _ask(self, task: Task[T], setup: Setup) -> T:
-        ((_, answer),) = answers([Ask(None, None, task)], self._pool, Notes[None, T](), alone=True)
+        ((_, answer),) = run_tasks([TaskRequest(None, None, task)], self._pool, MemoryJournal[None, T](), alone=True)
         if answer.value is None:
             what = _FAILURES.get(answer.status, "the run fails")
             raise Violation(what, expected="a run to the end of the scene", found=answer.reason, setup=setup)

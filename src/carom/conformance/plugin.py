@@ -19,40 +19,39 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--carom-engine",
         action="append",
         metavar="NAME",
-        help="run the conformance suite on this adapter: its name, or the distribution or package that brings it "
-        "(then all of its adapters), or 'all'; repeatable",
+        help="adapter to test: its name, its distribution or package (tests all adapters in it), or 'all'; repeatable",
     )
     group.addoption(
         "--carom-profile",
         action="append",
         default=[],
         metavar="PROFILE",
-        help="hold this profile to the suite, or 'all'; repeatable (default: default, tuned, and located where there "
-        "is one); what is about the adapter and not about a profile is run in any case",
+        help="profile to test, or 'all'; repeatable (default: default, tuned, and located if there is one); "
+        "tests of the adapter itself always run",
     )
     group.addoption(
         "--carom-known-failures",
         type=Path,
         metavar="FILE",
-        help="known failures, each with its reason; by default carom-known-failures.toml in the rootdir, if there; "
-        "write it with =, as pytest looks for its rootdir near any other argument",
+        help="file of known failures with their reasons (default: carom-known-failures.toml in the rootdir); give it "
+        "with =, because pytest searches its rootdir near other arguments",
     )
     group.addoption(
         "--write-known-failures",
         action="store_true",
         dest="carom_write_known_failures",
-        help="bring the file of known failures up to date: what fails joins it with its reason to be written, what "
-        "passes leaves it, reasons that stand are kept",
+        help="update the file of known failures: add new failures without a reason, remove tests that pass, keep "
+        "existing reasons",
     )
     group.addoption(
         "--carom-time-limit",
         metavar="SECONDS",
-        help="an engine that gives no answer for this long is ended, and its case fails (default: 60)",
+        help="time limit of a test in seconds (default: 60)",
     )
     group.addoption(
         "--carom-memory-limit",
         metavar="MEGABYTES",
-        help="megabytes that an engine's process may take (default: half of the machine's)",
+        help="memory limit of an engine process in megabytes (default: half of the total)",
     )
 
 
@@ -65,7 +64,7 @@ def pytest_configure(config: pytest.Config) -> None:
     from carom.conformance.known_failures import FILE_NAME
     from carom.conformance.suite import make_suite
     from carom.errors import CaromError
-    from carom.execution.options import Limited
+    from carom.execution.options import LimitOptions
 
     limits = {
         "time_limit_s": config.getoption("carom_time_limit"),
@@ -79,7 +78,7 @@ def pytest_configure(config: pytest.Config) -> None:
             config.getoption("carom_profile"),
             None if is_new else file,
             () if is_new else (config.rootpath, config.invocation_params.dir),
-            Limited.said(limits, before="--carom-"),
+            LimitOptions.said(limits, before="--carom-"),
         )
     except CaromError as error:
         raise pytest.UsageError(f"--carom-engine: {error}") from error

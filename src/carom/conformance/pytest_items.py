@@ -15,7 +15,7 @@ from carom.conformance.known_failures import here
 from carom.conformance.known_failures_file import write_known_failures
 from carom.conformance.suite import EnginePlan, Suite
 from carom.conformance.violation import NotApplicable, Setup, Violation, step_text
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.errors import CaromError
 from carom.model.scene import save_scene
 
@@ -71,7 +71,7 @@ class CaseItem(pytest.Item):
             lines += [f"  expected   {error.expected}", f"  got        {error.found}"]
             if error.setup is not None:
                 lines += [f"  scene      {error.setup}", f"  reproduce  {self._command(error.setup)}"]
-        again = ["pytest", "--carom-engine", asked_as(self.engine.info.name), "-k", self.case.name]
+        again = ["pytest", "--carom-engine", engine_argument(self.engine.info.name), "-k", self.case.name]
         lines.append(f"  again      {shlex.join(again)}")
         return "\n".join(lines)
 
@@ -88,7 +88,7 @@ class CaseItem(pytest.Item):
             path = cache.mkdir("carom") / f"{scene}.toml"
             save_scene(setup.scene, path)
             scene = str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
-        on = ["-e", asked_as(self.engine.info.name), "-p", setup.profile, "--dt", step_text(setup.dt_s)]
+        on = ["-e", engine_argument(self.engine.info.name), "-p", setup.profile, "--dt", step_text(setup.dt_s)]
         return shlex.join(["carom", "run", scene, *on])
 
 

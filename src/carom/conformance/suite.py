@@ -17,10 +17,10 @@ from carom.conformance.known_failures import (
     known_reasons,
     load_known_failures,
 )
-from carom.engines.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, engine_named
+from carom.engines.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, resolve_engine
 from carom.errors import InputError, UnknownNameError
-from carom.execution.engines import described
-from carom.execution.options import Limited
+from carom.execution.engines import describe_engines
+from carom.execution.options import LimitOptions
 from carom.execution.plan import DEFAULT_PROFILES
 from carom.execution.pool import Pool
 
@@ -69,7 +69,7 @@ def make_suite(
     profiles: Sequence[str],
     known_file: Path | None,
     folders: Sequence[Path],
-    limits: Limited,
+    limits: LimitOptions,
 ) -> Suite:
     """Plan the suite; no engine is imported.
 
@@ -125,7 +125,7 @@ def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
         InputError: An adapter asked for by its own name is unavailable.
         AdapterError: A manifest can't be read.
     """
-    wanted = [engine_named(word) for word in wanted]
+    wanted = [resolve_engine(word) for word in wanted]
     points = adapter_points()
     chosen: dict[str, None] = {}
     for word in wanted:
@@ -145,7 +145,7 @@ def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
                 f"A new entry point in {ENTRY_POINT_GROUP!r} needs its package to be installed again"
             )
         chosen |= dict.fromkeys(found)
-    infos = {info.name: info for info in described([*chosen], pool)}
+    infos = {info.name: info for info in describe_engines([*chosen], pool)}
     for name in chosen:
         if infos[name].unavailable and name in wanted:
             raise InputError(f"{name}: {infos[name].unavailable}")

@@ -1,4 +1,4 @@
-"""Finds adapters by entry point, and reads metadata alone. What they declare `execution.engines` asks in a worker."""
+"""Registry of adapters: finds entry points and manifests, and loads adapters. Finding them imports no engine."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
     from carom.engines.protocol.adapter import ProgramAdapter
 
 ENTRY_POINT_GROUP = "carom.adapters"
-#: Environment variable of manifests that are known as entry points are: files, or folders with one, as in a PATH.
+#: Environment variable with additional manifests: files, or folders with one, separated as in PATH.
 MANIFESTS = "CAROM_ENGINES"
 
 
 @dataclass(frozen=True)
 class EngineInfo:
-    """What is known of an adapter without importing its engine.
+    """Description of an engine and its adapter, obtained without importing the engine.
 
     Attributes:
-        name: Name of the adapter, the one given to ``--engine``.
+        name: Name of the adapter, for ``--engine``.
         engine: Name of the engine.
-        version: Version of the engine's distribution; empty where it is unavailable.
-        unavailable: Why the engine can't be used here; empty where it can.
-        capabilities: What it declares; None where its adapter can't be loaded.
-        profiles: Its profiles with their descriptions.
-        distribution: The distribution that brought the adapter.
+        version: Version of the engine's distribution; empty if it is unavailable.
+        unavailable: Why the engine can't be used here; empty if it can.
+        capabilities: Declared capabilities; None if the adapter can't be loaded.
+        profiles: Descriptions of the profiles, by name.
+        distribution: The distribution that contains the adapter.
         located: Names of the profiles whose steps are cut.
-        own: What the engine can do with a profile that does not go by `capabilities`, by its name.
-        knobs: Settings that may be searched, and how far, by name.
-        install: The command that installs the engine; empty where it needs none.
-        code: Whether the adapter can write its settings as code of the engine's own.
+        own: Capabilities of profiles that differ from `capabilities`, by the profile's name.
+        knobs: Settings that may be searched, with their ranges, by name.
+        install: Command that installs the engine; empty if it needs none.
+        code: Whether the adapter can write its settings as code of the engine.
     """
 
     name: str
@@ -64,20 +64,20 @@ class EngineInfo:
 
     @property
     def missing(self) -> bool:
-        """Whether the engine is not installed here, though its adapter is, and declares what the engine can do."""
+        """Whether the adapter is installed and can be loaded, but its engine is not available here."""
         return not self.available and self.capabilities is not None
 
 
 @dataclass(frozen=True)
 class AdapterPoint:
-    """Where an adapter is found: an entry point, or the manifest of an engine that is a program.
+    """Location of an adapter: an entry point, or the manifest of an engine that is a program.
 
     Attributes:
         name: Name of the adapter.
-        value: The object, as the entry point names it, or the manifest's file.
-        distribution: The distribution that brought it; empty where there is none, or it does not tell its name.
+        value: The object reference of the entry point, or the path of the manifest.
+        distribution: The distribution that contains it; empty if there is none, or its name can't be read.
         manifest: Whether it is a manifest.
-        broken: What is wrong with the entry point as it is written; empty where nothing is.
+        broken: Why the entry point is invalid; empty if it is valid.
     """
 
     name: str
@@ -92,7 +92,7 @@ class AdapterPoint:
         return "" if self.manifest else self.value.partition(":")[0]
 
     def load(self) -> object:
-        """Return the adapter; this imports its module, or reads its manifest."""
+        """Load the adapter: import its module, or read its manifest."""
         if self.broken:
             raise AdapterError(self.broken)
         if self.manifest:
@@ -102,14 +102,14 @@ class AdapterPoint:
 
 @cache
 def _program(manifest: str) -> ProgramAdapter:
-    """Return the adapter of a manifest, the same one each time: it keeps its program running for the next world."""
+    """Return the adapter of a manifest. It is cached, since it keeps its program running for the next world."""
     from carom.engines.protocol.adapter import program_adapter
 
     return program_adapter(manifest)
 
 
 def _manifest_name(path: Path) -> str:
-    """Return the name that a manifest gives its engine, or, of one that can't be read, its folder's or its own."""
+    """Return the name of the engine in a manifest, or the name of its folder or file if it can't be read."""
     from carom.engines.protocol.manifest import MANIFEST, load_manifest
 
     try:
@@ -120,10 +120,10 @@ def _manifest_name(path: Path) -> str:
 
 @cache
 def adapter_points() -> Mapping[str, AdapterPoint]:
-    """Return where each adapter is found, by its name; nothing is imported or started.
+    """Return the location of each adapter, by name. Nothing is imported or started.
 
     Raises:
-        AdapterError: A manifest has the name of another adapter, or is not named by its whole path.
+        AdapterError: A manifest has the name of another adapter, or its path is not absolute.
     """
     found: dict[str, AdapterPoint] = {}
     for distribution in metadata.distributions():
@@ -135,16 +135,16 @@ def adapter_points() -> Mapping[str, AdapterPoint]:
             raise AdapterError(f"{MANIFESTS} must hold absolute paths, got {word!r}")
         name = _manifest_name(path)
         if name in found:
-            raise AdapterError(f"{path} names its engine {name!r}, and so does {found[name].value}")
+            raise AdapterError(f"{path} names its engine {name!r}, like {found[name].value}")
         found[name] = AdapterPoint(name, str(path), manifest=True)
     return found
 
 
 def _points_of(distribution: metadata.Distribution) -> list[AdapterPoint]:
-    """Return the adapters of a distribution; one whose entry points can't be read is named by where it lies."""
+    """Return the adapters of a distribution. If its entry points can't be read, its location is the name."""
     try:
         points = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
-    except Exception as error:  # noqa: BLE001 - whatever a file that anybody can have spoilt makes of its readers
+    except Exception as error:  # noqa: BLE001 - a damaged file can cause any exception
         where = str(distribution.locate_file(""))
         broken = f"the entry points of a distribution there can't be read, install it again: {type(error).__name__}"
         return [AdapterPoint(where, where, broken=f"{broken}: {error}")]
@@ -175,16 +175,16 @@ def _manifest_in(path: Path) -> Path:
     return path / MANIFEST if path.is_dir() else path
 
 
-def engine_named(word: str) -> str:
-    """Return the name of an engine that is asked for by name or by its manifest, which is then known.
+def resolve_engine(word: str) -> str:
+    """Return the name of an engine that is given by name or by its manifest. A manifest is registered.
 
-    Worker processes of this machine know it, too, since they inherit the environment.
+    Worker processes of this machine inherit the registration by the environment.
 
     Args:
-        word: A name, a manifest, or a folder with one; a path has a slash, ends in ``.toml``, or is ``.`` or ``..``.
+        word: A name, a manifest, or a folder with one. A path has a slash, ends in ``.toml``, or is ``.`` or ``..``.
 
     Raises:
-        AdapterError: The manifest is not there, or is none, or has the name of another engine.
+        AdapterError: The manifest does not exist, is invalid, or has the name of another engine.
     """
     if not (word.endswith(".toml") or "/" in word or os.sep in word or word in {os.curdir, os.pardir}):
         return word
@@ -200,22 +200,22 @@ def engine_named(word: str) -> str:
     return name
 
 
-def asked_as(name: str) -> str:
-    """Return the word by which anybody can ask for an engine: its manifest where it has one, else its name."""
+def engine_argument(name: str) -> str:
+    """Return the value for ``--engine`` that works in any process: the manifest if there is one, or else the name."""
     point = adapter_points().get(name)
     return point.value if point is not None and point.manifest else name
 
 
 def distribution_of(name: str) -> str:
-    """Return the name of the distribution that brought an adapter; empty where there is none."""
+    """Return the name of the distribution that contains an adapter; empty if there is none."""
     return adapter_points()[name].distribution
 
 
 def require_profile(engine: str, profile: str, known: Collection[str]) -> None:
-    """Refuse a profile that is none of those that an engine has.
+    """Refuse a profile that an engine does not have.
 
     Raises:
-        UnknownNameError: With the near one, and which it has.
+        UnknownNameError: There is no such profile; the hints contain a similar name and all names.
     """
     if profile not in known:
         hints = named_hints(profile, known, f"it has: {', '.join(known)}")
@@ -226,7 +226,7 @@ def require_named(name: str) -> None:
     """Refuse a name that no adapter has.
 
     Raises:
-        UnknownNameError: With the names that there are.
+        UnknownNameError: There is no such adapter; the hints contain all names.
     """
     if name not in adapter_points():
         there_are = ", ".join(sorted(adapter_points())) or "none"
@@ -235,18 +235,18 @@ def require_named(name: str) -> None:
 
 
 def load_adapter(name: str) -> Adapter:
-    """Return the adapter of this name: code of its author's is run by it, so that this is for worker processes.
+    """Load an adapter. This runs third-party code, so call it only in worker processes.
 
     Raises:
         UnknownNameError: No adapter has the name.
-        AdapterError: Its entry point can't be loaded, or what it holds is no adapter.
+        AdapterError: Its entry point can't be loaded, or the object is not an adapter.
     """
     require_named(name)
     point = adapter_points()[name]
     try:
         adapter: Any = point.load()
-        is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties, on some versions of Python
-    except AdapterError:  # a manifest's says where and what
+        is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties on some versions of Python
+    except AdapterError:  # of a manifest: the message is complete
         raise
     except Exception as error:
         message = f"the adapter {name!r} can't be loaded from {point.value}: {type(error).__name__}: {error}"
@@ -254,18 +254,18 @@ def load_adapter(name: str) -> Adapter:
     if not is_adapter:
         parts = ("name", "engine", "capabilities", "profiles", "prepare")
         missing = [part for part in parts if not has_part(adapter, part)]
-        for part in set(parts) - set(missing):  # `isinstance` takes a property's AttributeError for its absence
+        for part in set(parts) - set(missing):  # for `isinstance`, an AttributeError in a property means it is missing
             try:
                 getattr(adapter, part)
             except AttributeError as error:
                 raise AdapterError(f"{point.value}: its {part} failed: AttributeError: {error}") from error
-        raise AdapterError(f"{point.value} is no adapter: it has no {', '.join(missing) or 'prepare to call'}")
+        raise AdapterError(f"{point.value} is not an adapter: it lacks {', '.join(missing) or 'prepare to call'}")
     found: Adapter = adapter
     return found
 
 
 def has_part(thing: object, part: str) -> bool:
-    """Return whether an object has an attribute, also where reading it ends in an AttributeError of something else."""
+    """Whether an object has an attribute, even if reading it raises an AttributeError about something else."""
     try:
         inspect.getattr_static(thing, part)
     except AttributeError:
@@ -274,13 +274,10 @@ def has_part(thing: object, part: str) -> bool:
 
 
 def unavailable_reason(engine: Engine) -> str:
-    """Return why the engine can't be used here, empty where it can; it is looked for, not imported.
-
-    It is not installed, or older than what its adapter drives.
-    """
+    """Return why an engine can't be used here (not installed, or too old); empty if it can. It is not imported."""
     try:
         found = not engine.module or importlib.util.find_spec(engine.module) is not None
-    except (ImportError, ValueError):  # the package that a dotted name lies in is missing, or has no spec
+    except (ImportError, ValueError):  # the parent package of a dotted name is missing, or has no spec
         found = False
     if found:
         return _too_old(engine) if engine.oldest else ""
@@ -293,7 +290,7 @@ def unavailable_reason(engine: Engine) -> str:
 
 
 def _too_old(engine: Engine) -> str:
-    """Return why the installed release can't be used; empty where it can, or where nothing tells which it is."""
+    """Return why the installed release can't be used; empty if it can, or if the release is unknown."""
     installed = _installed(engine.distribution)
     if not (installed and is_older(installed, engine.oldest)):
         return ""
@@ -301,9 +298,9 @@ def _too_old(engine: Engine) -> str:
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
-@cache  # every run of a worker asks, and reading it takes as long as some runs
+@cache  # every run of a worker needs it, and reading it takes as long as some runs
 def _installed(distribution: str) -> str:
-    """Return which release of a distribution is installed; empty where none is, or there is no name to ask for."""
+    """Return the installed release of a distribution; empty if it is not installed, or the name is empty."""
     try:
         return metadata.version(distribution)
     except (metadata.PackageNotFoundError, ValueError):
@@ -311,19 +308,19 @@ def _installed(distribution: str) -> str:
 
 
 def why_unavailable(adapter: Adapter) -> str:
-    """Return why an adapter's engine can't be used here, by its module or by the adapter itself; empty where it can.
+    """Return why an adapter's engine can't be used here; empty if it can.
 
-    An adapter may have a method ``unavailable()`` for what no module tells: a program that is missing, a licence.
+    An adapter may have a method ``unavailable()`` for reasons other than a module: a missing program, a licence.
     """
     own = getattr(adapter, "unavailable", None)
     return unavailable_reason(adapter.engine) or (str(own()) if callable(own) else "")
 
 
 def version_of(adapter: Adapter, adapter_distribution: str) -> str:
-    """Return the version of an engine: in its adapter's own words, or by its distribution.
+    """Return the version of an engine, from its adapter or its distribution.
 
-    An adapter may have a method ``version()`` where the engine is not a distribution of Python's. An engine that has
-    neither a module nor such a method is a part of its adapter, and has its version.
+    An adapter may have a method ``version()`` if its engine is not a Python distribution. An engine with neither a
+    module nor such a method is part of its adapter, and has the adapter's version.
     """
     own = getattr(adapter, "version", None)
     if callable(own):

@@ -1,4 +1,4 @@
-"""Running scenes on engines: plan, pool, observe, time, score, and the cross-check of many.
+"""Runs scenes on engines: plan, scheduler, pools of worker processes, engine runs, timing, scores and journals.
 
-Names are imported from the modules, so that a worker process loads no more than it needs.
+Import names from the modules themselves, so that a worker process loads only what it needs.
 """

@@ -1,4 +1,4 @@
-"""What tells a job from all others: in a journal, in any study, on any machine."""
+"""Keys of jobs in journals: unique over studies, machines and versions."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from functools import cache, lru_cache
 from importlib import metadata
 
 from carom.engines.registry import adapter_points
-from carom.execution.engines import engine_of
+from carom.execution.engines import find_engine
 from carom.execution.job import Job, Method
 from carom.model.scene import Scene
 
 
 @dataclass(frozen=True)
 class JobKey:
-    """What tells a job from all others, in any sweep on any machine.
+    """Identifies a job and its result, in any study on any machine.
 
     Attributes:
-        scene: Its scene's name, for readers.
-        scene_sha256: Hash of all that the scene is made of, its name included.
+        scene: Name of the scene, for readers.
+        scene_sha256: Hash of the whole scene, including its name.
         method: Engine and profile.
         dt_s: Step, seconds.
-        phase: Part of a step by which the scene begins earlier.
-        versions: Name and version of all that the numbers depend on, in order of name.
-        form: What else is asked of it, such as "drawn" or "timed"; empty where that is nothing.
+        phase: Fraction of a step by which the scene begins earlier.
+        versions: Name and version of everything that the numbers depend on, in order of name.
+        form: Anything else that is requested, such as "drawn" or "timed"; empty otherwise.
     """
 
     scene: str
@@ -39,14 +39,14 @@ class JobKey:
 
 @lru_cache(maxsize=64)
 def scene_hash(scene: Scene) -> str:
-    """Return the SHA-256 of a scene: of every field but the description, each float to the bit."""
-    # Pydantic writes each float as the shortest text that reads back as the same one.
+    """Return the SHA-256 of a scene: of all fields except the description, with every bit of each float."""
+    # Pydantic writes each float as the shortest text that reads back as the same float.
     return hashlib.sha256(scene.model_dump_json(exclude={"description"}).encode()).hexdigest()
 
 
 @cache
 def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
-    """Return name and version of all that an engine's numbers depend on; an engine that is missing has an empty one."""
+    """Return name and version of everything that an engine's numbers depend on; empty if there is no such engine."""
     found = [
         ("carom", metadata.version("carom")),
         ("numpy", metadata.version("numpy")),
@@ -54,14 +54,14 @@ def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
     ]
     if engine not in adapter_points():
         return ()
-    info = engine_of(engine)
+    info = find_engine(engine)
     return tuple(sorted(found if info.engine == "Carom" else [*found, (info.engine, info.version)]))
 
 
 def job_key(job: Job, form: str = "") -> JobKey:
-    """Return the key of a job on this machine; see `JobKey.form`.
+    """Return the key of a job on this machine.
 
-    An engine that nobody has described yet is asked for its version here, in a process with the usual limits.
+    If the engine's version is not known yet, it is queried in a worker process with the default limits.
     """
     scene = job.scene
     return JobKey(scene.name, scene_hash(scene), job.method, job.dt_s, job.phase, versions_of(job.engine), form)

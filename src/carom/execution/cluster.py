@@ -1,8 +1,8 @@
-"""A pool that is a Dask cluster: the same work, in the same worker processes, with the same results.
+"""Pool on a Dask cluster: the same work in the same kind of worker processes, with the same results.
 
-The cluster's tasks are the items of `ClusterPool.each`. Each starts engines in processes of their own, exactly as this
-machine would, so that an engine's abort ends neither the cluster's worker nor anybody else's item. A cluster's worker
-that is lost takes its items with it; the scheduler gives them to another.
+The cluster's tasks are the items of `ClusterPool.each`. Each starts engines in processes of their own, as on this
+machine, so that an abort of an engine affects neither the cluster's worker nor other items. If a worker of the cluster
+is lost, Dask's scheduler gives its items to another.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from carom.errors import CaromError, InputError, MissingExtraError
 from carom.execution.cache_key import versions_of
 from carom.execution.engines import engines
 from carom.execution.job import Answer, Task
-from carom.execution.pool import Asker, Lane, Pool
+from carom.execution.pool import Lane, Pool, TaskRunner
 from carom.support.checks import shown
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 
-#: How long to wait for the scheduler to answer at all, seconds.
+#: Seconds to wait for the scheduler's first answer.
 CONNECT_S = 10
 
-#: What was lost with a worker is tried again this many times by the scheduler.
+#: Number of times that Dask's scheduler repeats an item that was lost with a worker.
 RETRIES = 3
 
-#: A cluster may be without any worker for so long, seconds: one that is started anew is there sooner.
+#: Seconds that a cluster may have no worker. A restarted worker is available sooner.
 WORKERLESS_S = 60.0
-#: How often it is asked how many it has, seconds.
+#: Seconds between checks of the number of workers.
 LOOK_S = 1.0
 
 T = TypeVar("T")
@@ -40,22 +40,22 @@ Item = TypeVar("Item")
 
 
 class ClusterError(CaromError, RuntimeError):
-    """The cluster could not be reached, or lost work for good."""
+    """The cluster could not be reached, or has lost work permanently."""
 
 
 class ClusterPool(Pool):
-    """A Dask cluster; used as a context manager, it lets go of the cluster, which goes on without us.
+    """Pool on a Dask cluster. As a context manager, it disconnects from the cluster, which continues to run.
 
     Args:
-        scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``; for ``tls://`` the certificates are those
-            of Dask's own configuration.
-        time_limit_s: As of a `carom.execution.pool.Lane`.
-        memory_limit_mb: As of a `carom.execution.pool.Lane`, on each of the cluster's machines.
+        scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``. With ``tls://``, the certificates of
+            Dask's configuration are used.
+        time_limit_s: As in `carom.execution.pool.Lane`.
+        memory_limit_mb: As in `carom.execution.pool.Lane`, on each machine of the cluster.
 
     Raises:
-        MissingExtraError: distributed, the extra `cluster`, is not installed.
-        ClusterError: No scheduler answers there, or it has no worker.
-        InputError: The versions of a worker are not those here: its results would not be the same ones.
+        MissingExtraError: distributed (the extra `cluster`) is not installed.
+        ClusterError: No scheduler answers at the address, or it has no worker.
+        InputError: A worker has other versions than this machine, so that results would differ.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class ClusterPool(Pool):
             raise MissingExtraError(
                 "--scheduler needs distributed, which is not installed", hints=["pip install 'carom[cluster]'"]
             ) from None
-        for name in ("distributed", "distributed.client"):  # what it says of a cluster that is lost is tracebacks
+        for name in ("distributed", "distributed.client"):  # they log tracebacks when a cluster is lost
             logging.getLogger(name).setLevel(logging.CRITICAL)
         self._limits = (time_limit_s, memory_limit_mb)
         if not re.fullmatch(r"[a-z]+://\S+", scheduler):
@@ -76,7 +76,7 @@ class ClusterPool(Pool):
             self._client: Any = distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:  # its TimeoutError is an OSError; a TypeError lacks TLS
             reason = str(error) or type(error).__name__
-            raise ClusterError(f"no Dask scheduler answers at {scheduler}: {reason}") from None
+            raise ClusterError(f"no Dask scheduler at {scheduler}: {reason}") from None
         try:
             self._require_same_versions(scheduler)
         except BaseException:
@@ -84,19 +84,21 @@ class ClusterPool(Pool):
             raise
 
     def close(self) -> None:
-        """Let go of the cluster."""
+        """Disconnect from the cluster."""
         self._client.close()
 
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Have tasks of one engine carried out by one of the cluster's workers."""
-        return (one for found in self.each([("", tasks)], _ask_each) for one in found)
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Carry out tasks of one engine on one of the cluster's workers."""
+        return (answer for answers in self.each([("", tasks)], _run_each) for answer in answers)
 
-    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
-        """Work on items on the cluster; the results of an item come together.
+    def each(
+        self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
+    ) -> Iterator[list[T]]:
+        """Work on items on the cluster. The results of an item are yielded together.
 
         Raises:
-            ClusterError: Items were lost with their workers again and again, after all other results came; or the
-                scheduler went away, or the last worker, and none came for `WORKERLESS_S`.
+            ClusterError: Items were repeatedly lost with their workers (raised after all other results), the scheduler
+                is gone, or there was no worker for `WORKERLESS_S`.
         """
         distributed: Any = importlib.import_module("distributed")
         submitted = {
@@ -114,27 +116,25 @@ class ClusterPool(Pool):
                 except (distributed.CancelledError, distributed.comm.CommClosedError):
                     why = "".join(gone) or "the cluster's scheduler went away"
                     left = len(submitted) + 1
-                    raise ClusterError(
-                        f"{why}; {left} pieces of work are left, and --resume goes on with them"
-                    ) from None
+                    raise ClusterError(f"{why}; {left} tasks are left; --resume continues them") from None
                 else:
                     yield results
                 future.release()
         if lost:
             raise ClusterError(
-                f"{len(lost)} pieces of work were lost with the cluster's workers, the first with {lost[0]}; --resume "
+                f"{len(lost)} tasks were lost with the cluster's workers, the first with {lost[0]}; --resume "
                 "tries them again"
             )
 
     @contextmanager
     def _watched(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
-        """Give up what was submitted at the end, and when there is no worker for long; then yield why."""
+        """Cancel the submitted items at the end, or if there is no worker for long. Yield a list for the reason."""
         over, gone = threading.Event(), list[str]()
 
         def watch() -> None:
             seen = time.monotonic()
             while not over.wait(LOOK_S):
-                with suppress(Exception):  # of a scheduler that does not answer it is not known either
+                with suppress(Exception):  # a scheduler that does not answer counts as one without workers
                     if self._client.scheduler_info()["workers"]:
                         seen = time.monotonic()
                 if time.monotonic() - seen > WORKERLESS_S:
@@ -172,15 +172,17 @@ def _shown(versions: tuple[tuple[str, str], ...] | None) -> str:
     return ", ".join(f"{name} {version or 'missing'}" for name, version in versions) if versions else "not known"
 
 
-_OF_THREAD = threading.local()
+_THREAD_LOCAL = threading.local()
 
 
-def _carry_out(work: Callable[[Item, Asker], Iterable[T]], item: Item, limits: tuple[float, float | None]) -> list[T]:
-    """Work on one item in the cluster's worker; engines stay up from one item to the next."""
-    if not hasattr(_OF_THREAD, "lane"):
-        _OF_THREAD.lane = Lane(*limits)  # its processes end by themselves when this one is gone
-    return list(work(item, _OF_THREAD.lane))
+def _carry_out(
+    work: Callable[[Item, TaskRunner], Iterable[T]], item: Item, limits: tuple[float, float | None]
+) -> list[T]:
+    """Work on one item in the cluster's worker. Engines keep running between items."""
+    if not hasattr(_THREAD_LOCAL, "lane"):
+        _THREAD_LOCAL.lane = Lane(*limits)  # its processes end by themselves when this one ends
+    return list(work(item, _THREAD_LOCAL.lane))
 
 
-def _ask_each(tasks: Sequence[Task[T]], asker: Asker) -> Iterator[Answer[T]]:
-    return asker.ask_each(tasks)
+def _run_each(tasks: Sequence[Task[T]], runner: TaskRunner) -> Iterator[Answer[T]]:
+    return runner.run_each(tasks)

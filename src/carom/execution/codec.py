@@ -1,8 +1,7 @@
-"""Values as JSON and back: what a journal's line holds, and what a worker process answers.
+"""Converts values to JSON and back, for journals and for the answers of worker processes.
 
-What comes back is held to the type that was declared, field by field; no code runs by it. Floats are the shortest text
-that reads back as the same float, NaN and infinities are strings, and arrays are their bytes, in base64, next to their
-shape.
+Reading validates each field against the declared type and runs no code. Floats are the shortest text that reads back as
+the same float, NaN and infinities are strings, and arrays are their shape and their bytes in base64.
 """
 
 from __future__ import annotations
@@ -27,46 +26,46 @@ T = TypeVar("T")
 
 
 class Codec(Generic[T]):
-    """Writes values of one type as JSON, and reads them; made once for each type, since making it takes milliseconds.
+    """Writes and reads values of one type as JSON. Create one for each type and reuse it: that takes milliseconds.
 
     Args:
-        kind: The type: a dataclass of what JSON can hold.
+        kind: The type: a dataclass that JSON can represent.
     """
 
     def __init__(self, kind: Any) -> None:
-        # The tuple is there for its settings, which pydantic takes for no dataclass, though it hands them down to one.
+        # The tuple carries the configuration, which pydantic does not accept for a dataclass but passes on to it.
         self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))
 
     def dumps(self, value: T) -> bytes:
-        """Return a value as one line of JSON, without the line's end."""
+        """Return a value as one line of JSON, without line feed."""
         return self._adapter.dump_json((value,))[1:-1]  # without the brackets of the tuple
 
     def loads(self, line: bytes) -> T:
-        """Return the value that a line of JSON holds.
+        """Return the value of a line of JSON.
 
         Raises:
-            pydantic.ValidationError: It is no JSON, or not of the type.
+            pydantic.ValidationError: The line is not JSON, or not of the type.
         """
         value: T = self._adapter.validate_json(b"[" + line + b"]")[0]
         return value
 
 
-def _sound(read: Callable[[Any], Any]) -> PlainValidator:
-    """Return a validator by which whatever can't be read is refused: pydantic takes a ValueError alone for that."""
+def _validator(read: Callable[[Any], Any]) -> PlainValidator:
+    """Return a validator that raises ValueError for every exception of `read`, as pydantic requires."""
 
-    def sound(found: Any) -> Any:
+    def validate(found: Any) -> Any:
         try:
             return read(found)
         except ValueError:
             raise
-        except Exception as error:  # noqa: BLE001 - of what somebody else wrote anything can be wrong
+        except Exception as error:  # noqa: BLE001 - invalid data can cause any exception
             raise ValueError(f"{type(error).__name__}: {error}") from None
 
-    return PlainValidator(sound)
+    return PlainValidator(validate)
 
 
 def _array(dtype: DTypeLike) -> Any:
-    """Return the type of an array as pydantic can carry it; with `| None` it may be absent."""
+    """Return an array type that pydantic can convert. It may be combined with `| None`."""
 
     def packed(array: NDArray[Any]) -> Any:
         return [list(array.shape), base64.b64encode(np.asarray(array, dtype).tobytes()).decode()]
@@ -75,17 +74,17 @@ def _array(dtype: DTypeLike) -> Any:
         shape, data = found
         return np.frombuffer(base64.b64decode(data, validate=True), dtype).reshape([int(size) for size in shape])
 
-    return Annotated[Any, PlainSerializer(packed), _sound(unpacked)]
+    return Annotated[Any, PlainSerializer(packed), _validator(unpacked)]
 
 
-#: What a journal of this format may lack, as it was written before Carom knew it: it is None there.
+#: Fields that an older journal of this format may lack. They are None then.
 LATER = frozenset({"edges", "modes", "looks", "rests"})
 
 
 def _carried(kind: type[Any], **carried: Any) -> Any:
-    """Return a dataclass as pydantic can carry it: as the text of an object, with these types for some of its fields.
+    """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` has types of fields.
 
-    In a text of its own NaN and infinities need not be strings, which a setting could not be told from.
+    In a text of its own, NaN and infinities need not be strings, which could not be distinguished from text settings.
     """
     hints = (
         get_type_hints(
@@ -106,13 +105,13 @@ def _carried(kind: type[Any], **carried: Any) -> Any:
         if isinstance(text, kind):
             return text
         found = twin.model_validate_json(text)
-        return _in_shape(kind(**{name: getattr(found, name) for name in names}))
+        return _check_shapes(kind(**{name: getattr(found, name) for name in names}))
 
-    return Annotated[Any, PlainSerializer(packed), _sound(unpacked)]
+    return Annotated[Any, PlainSerializer(packed), _validator(unpacked)]
 
 
-def _in_shape(value: Any) -> Any:
-    """Return a trace, with its arrays in the shapes that its scene and its impacts ask for; anything else as it is."""
+def _check_shapes(value: Any) -> Any:
+    """Return a value. If it is a trace, first check the shapes of its arrays against its scene and impacts."""
     if not isinstance(value, Trace):
         return value
     discs, impacts = len(value.scene.discs), len(value.impacts)

@@ -1,4 +1,4 @@
-"""The observing pass: one world driven through one scene, step by step, to a trace."""
+"""Observed run of an engine: drives one world through one scene, step by step, and returns the trace."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from carom.engines.api import Adapter, Capabilities, Observation, World, unsuppo
 from carom.engines.registry import has_part, load_adapter, require_profile, why_unavailable
 from carom.errors import AdapterError
 from carom.execution.codec import CarriedTrace
-from carom.execution.exception_text import raised
+from carom.execution.exception_text import describe_exception
 from carom.execution.free_flight import FreeFlight
 from carom.execution.impact_collector import ImpactCollector, gravity_of
-from carom.execution.job import PIT_METHOD, Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
+from carom.execution.job import PIT_METHOD, Job, JobTask, Method, SettingOverrides, UnavailableError, UnsupportedError
 from carom.execution.locate import Cutter
 from carom.execution.phases import phase_values
 from carom.execution.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
@@ -27,34 +27,34 @@ from carom.model.scene import Scene
 from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Setting, Trace
 
-#: Where discs may come to rest states are kept, of this many discs at most, and this many states: 40 bytes a disc each.
+#: In scenes in which discs may come to rest, states are kept: at most so many, of at most so many discs.
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256
 
-#: Samples are for drawing, and no picture is more than this many pixels wide.
+#: Samples are for drawing: no picture is more than this many pixels wide.
 MOST_SAMPLES = 4096
 
 
 @dataclass(frozen=True)
-class Observe(JobTask):
-    """Run a job, in a worker process, and return its trace."""
+class ObserveTask(JobTask):
+    """Run a job in a worker process and return its trace."""
 
     samples: bool = False
 
     def carry_out(self) -> CarriedTrace:
-        """Return what happened."""
+        """Return the trace of the run."""
         job = self.job
         return observe_run(
-            able_adapter(job), job.scene, job.profile, job.dt_s, tried=job.method.tried, samples=self.samples
+            load_supported_adapter(job), job.scene, job.profile, job.dt_s, tried=job.method.tried, samples=self.samples
         )
 
 
-def able_adapter(job: Job) -> Adapter:
-    """Return the adapter of a job that it can run.
+def load_supported_adapter(job: Job) -> Adapter:
+    """Load the adapter of a job, and check that its engine is installed and supports the scene.
 
     Raises:
         UnavailableError: The adapter can't be loaded, or its engine is not installed.
-        UnsupportedError: It does not declare to support the scene.
+        UnsupportedError: The adapter does not declare to support the scene.
     """
     try:
         adapter = load_adapter(job.engine)
@@ -69,28 +69,30 @@ def able_adapter(job: Job) -> Adapter:
 
 
 def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
-    """Return what an engine can do with a profile: the profile's own word, or else the adapter's."""
+    """Return the capabilities of an engine with a profile: the profile's own if declared, or else the adapter's."""
     known = adapter.profiles.get(profile)
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 
 
 def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
-    """Return what an engine can do with a method: what a profile declares of its own settings holds for no others."""
+    """Return the capabilities of a method. Those of a profile apply only if no setting is replaced."""
     return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
 
 
-def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried = ()) -> Mapping[str, Setting]:
-    """Return the settings of a profile at a step, with those that are tried instead of its own.
+def profile_settings(
+    adapter: Adapter, profile: str, dt_s: float, tried: SettingOverrides = ()
+) -> Mapping[str, Setting]:
+    """Return the settings of a profile at a step, with the replaced ones.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
-        AdapterError: The profile fails, or a setting is no plain value.
+        AdapterError: The profile raises an exception, or a setting is not a plain value.
     """
     require_profile(adapter.name, profile, adapter.profiles)
     try:
         settings = dict(adapter.profiles[profile].settings(dt_s))
     except Exception as error:
-        message = f"profile {profile!r} of {adapter.name} fails: {raised(error)}"
+        message = f"profile {profile!r} of {adapter.name} fails: {describe_exception(error)}"
         raise AdapterError(message) from error
     plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
@@ -105,23 +107,23 @@ def observe_run(
     profile: str,
     dt_s: float,
     *,
-    tried: Tried = (),
+    tried: SettingOverrides = (),
     samples: bool = False,
     watched: bool = True,
 ) -> Trace:
-    """Run a scene step by step, looking after each one, and return what happened.
+    """Run a scene, observe it after each step, and return the trace.
 
-    The final state is that at the scene's duration: the last whole step's, moved along its free path by what is
-    missing to, or beyond, the duration. Once all that is left is free flight, no more steps are taken.
+    The final state is that at the end of the scene: the state after the last step is advanced along its free path. The
+    run stops early once only free flight is left.
 
     Args:
-        adapter: Whose engine runs it.
+        adapter: Adapter of the engine.
         scene: The scene.
         profile: Name of the profile.
         dt_s: Step, seconds.
-        tried: Settings instead of the profile's own.
+        tried: Settings that replace those of the profile.
         samples: Whether to keep positions for drawing.
-        watched: Whether each step is compared with PIC from the run's own state: the trace's `local_truth`.
+        watched: Whether to compare each step with PIC from the run's own state, for `local_truth` of the trace.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -136,14 +138,14 @@ def observe_run(
         raise adapter_error(f"prepare() must return a world; {lacks}")
     try:
         used = plain_settings(world.settings, "of a world")
-        world.observe()  # some engines begin to note their contacts when they are first looked at
+        world.observe()  # some engines record contacts only after the first observation
         cutter = Cutter(world) if adapter.profiles[profile].located else None
         run.drive(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
-        counting: Any = world  # what only some worlds have
-        own = plain_counts(counting.counts if has_part(counting, "counts") else {})
+        counting: Any = world  # `counts` is optional
+        own_counts = plain_counts(counting.counts if has_part(counting, "counts") else {})
     finally:
         world.close()
-    counts = {"steps": run.taken, "steps_skipped": run.steps - run.taken, **own}
+    counts = {"steps": run.taken, "steps_skipped": run.steps - run.taken, **own_counts}
     if cutter is not None:
         counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
     return replace(
@@ -156,15 +158,15 @@ def observe_run(
     )
 
 
-def sampling_of(scene: Scene, dt_s: float) -> Trace:
-    """Return PIT's run of a scene at a step: what sampling alone makes of it."""
+def run_pit(scene: Scene, dt_s: float) -> Trace:
+    """Run a scene with PIT at a step, to measure the errors of sampling alone."""
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
-def look_steps(steps: int) -> frozenset[int]:
-    """Return after which of the steps of a run states are kept: all, or one in each of as many equal stretches.
+def choose_look_steps(steps: int) -> frozenset[int]:
+    """Return the steps of a run after which the state is kept: all, or one from each of `MOST_LOOKS` equal intervals.
 
-    Where in its stretch is quasi-random: what hops in two steps would be seen at rest every other step.
+    The step within an interval is quasi-random: at a fixed one, a disc that hops every two steps could seem to rest.
     """
     every = -(-steps // MOST_LOOKS)
     stretches = range(0, steps, every)
@@ -175,7 +177,7 @@ def look_steps(steps: int) -> frozenset[int]:
 
 
 class _Run:
-    """What has been seen of a run so far; positions are kept every `stride` steps."""
+    """State of a run so far. Positions are kept every `stride` steps."""
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int, *, samples: bool, watched: bool) -> None:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
@@ -195,10 +197,10 @@ class _Run:
         self.stride = -(-self.steps // MOST_SAMPLES)
         may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_LOOKED_AT
         self.looks: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
-        self.look_at = frozenset[int]() if self.looks is None else look_steps(self.steps)
+        self.look_at = frozenset[int]() if self.looks is None else choose_look_steps(self.steps)
 
     def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
-        """Take steps to the end, or to where nothing but free flight is left."""
+        """Take steps until the end of the scene, or until only free flight is left."""
         straight = not (self.gravity.any() or self.slowing or self.scene.arrays.driven)
         for step in range(1, self.steps + 1):
             for time_s in _pieces(world, cutter, step, self.dt_s):
@@ -229,7 +231,7 @@ class _Run:
                 return
 
     def trace(self, method: str) -> Trace:
-        """Return what was seen, moved on to the end of the scene."""
+        """Return the trace, with the final state advanced to the end of the scene."""
         completed, state = self.outcome is Outcome.COMPLETED, self.state
         impacts, effective = self.collector.finish()
         missing = self.scene.duration_s - self.taken * self.dt_s if completed else 0.0
@@ -243,7 +245,7 @@ class _Run:
             turned_s = np.where(np.isfinite(effective), effective, impacts["time_s"])
             bodies = np.concatenate([after["first"], after["second"]])
             discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), self.taken * self.dt_s
-            if self.slowing.table_m_s2:  # one that has stopped since then comes from nobody knows where
+            if self.slowing.table_m_s2:  # the path of a disc that has stopped since then can't be traced back
                 discs, until_s, missing = [*range(len(self.scene.discs))], self.scene.duration_s, 0.0
             state = self._flown_to(until_s, discs, impacts, turned_s, spins)
         if self.samples and completed:
@@ -280,10 +282,10 @@ class _Run:
         )
 
     def _pull(self, state: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-        """Return how velocities and spins of discs change from the scene's end to the last look, per second.
+        """Return the rates at which velocities and spins change between the scene's end and the last step.
 
-        A disc falls. Where a wall takes more than half of gravity, velocity and spin change evenly: by as
-        much as in the whole last step, if that is no more than what counts as contact.
+        A disc falls. If a wall balances more than half of gravity, velocity and spin change at the rate of the whole
+        last step, if that is slow enough for contact.
         """
         falls = float(np.hypot(*self.scene.gravity_m_s2))
         if not falls:
@@ -306,9 +308,10 @@ class _Run:
         kept_s: NDArray[np.float64],
         spins: NDArray[np.void] | None,
     ) -> Observation:
-        """Return the last state with some discs where free flight takes them, by a time, from the state before it.
+        """Return the last state, with some discs advanced by free flight to a time from the previous state.
 
-        Where an impact that is kept has turned one since then, it flies from there; others came after the scene's end.
+        A disc starts from its last impact before the scene's end, if it had one since the previous state. Later impacts
+        are ignored.
         """
         begun_s, before = self.earlier
         position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()
@@ -331,7 +334,7 @@ class _Run:
     def _flown(
         self, disc: int, place: NDArray[np.float64], speed: NDArray[np.float64], seconds: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return place and velocity of a disc after some seconds of free flight."""
+        """Return position and velocity of a disc after some seconds of free flight."""
         pull, fast = self.gravity[disc], float(np.hypot(*speed))
         moved = speed * self.slowing.flown(seconds, fast) + pull * (seconds * seconds / 2)
         return place + moved, speed * self.slowing.kept(seconds, fast) + pull * seconds
@@ -357,16 +360,16 @@ def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iter
 
 
 def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None:
-    """Return the spins of a state, None if no disc spins; of discs that can't turn an adapter need not tell them."""
+    """Return the spins of a state; None if no disc spins. An adapter may omit them if no disc can turn."""
     if not scene.arrays.turns:
         return None
     return np.zeros(len(scene.discs)) if state.spin_rad_s is None else state.spin_rad_s
 
 
 def _health(warning: str) -> tuple[Outcome, tuple[str, ...]]:
-    """Return how a run ends at a state that is not finite, or of which its engine warns."""
+    """Return the outcome of a run that ends at a non-finite state or with a warning of its engine."""
     if not warning:
         return Outcome.NON_FINITE, ()
-    if warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
+    if warning == Outcome.STANDSTILL.value:  # an outcome of its own, with a valid state
         return Outcome.STANDSTILL, ()
     return Outcome.WARNED, (warning,)

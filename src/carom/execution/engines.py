@@ -1,8 +1,8 @@
-"""What adapters declare, asked in worker processes: an adapter is somebody else's code from its import on.
+"""Declarations and settings of adapters, queried in worker processes, since an adapter is third-party code.
 
-Only those that a command needs are asked, those of one distribution in one process, since starting a process takes
-longer than asking. One that hangs, ends its process or describes itself wrongly is unavailable with that reason, and
-costs no other.
+Only the adapters that a command needs are queried. Those of one distribution share a process, since starting one takes
+longer than the query. An adapter that hangs, ends its process or declares something invalid is unavailable for that
+reason; others are not affected.
 """
 
 from __future__ import annotations
@@ -25,35 +25,35 @@ from carom.engines.registry import (
 )
 from carom.errors import AdapterError
 from carom.execution.engine_run import profile_settings
-from carom.execution.exception_text import raised
-from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, Status, Tried
-from carom.execution.pool import Asker, LocalPool, Pool
-from carom.execution.validate import plain_text, sound_adapter
+from carom.execution.exception_text import describe_exception
+from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, SettingOverrides, Status
+from carom.execution.pool import LocalPool, Pool, TaskRunner
+from carom.execution.validate import plain_text, validate_adapter
 from carom.model.trace import Setting
 from carom.support.display import Shown
 
 
 @dataclass(frozen=True)
-class Describe(AdapterTask):
-    """Ask an adapter what it declares, in the process of an engine; its own is looked for, and not imported."""
+class DescribeTask(AdapterTask):
+    """Query the declarations of an adapter, in the process of `engine`. The adapter's own engine is not imported."""
 
     name: str
 
     def carry_out(self) -> EngineInfo:
-        """Return what is known of it.
+        """Return the description of the adapter.
 
         Raises:
-            AdapterError: It can't be loaded, or what it declares is not what the seam asks.
+            AdapterError: The adapter can't be loaded, or a declaration is invalid.
         """
         adapter, distribution = load_adapter(self.name), distribution_of(self.name)
         try:
-            declared = sound_adapter(adapter)
+            declared = validate_adapter(adapter)
             reason = plain_text(why_unavailable(adapter), "unavailable()")
             version = plain_text(version_of(adapter, distribution), "version()")
         except AdapterError:
             raise
         except Exception as error:
-            message = f"the adapter {self.name!r} can't describe itself: {raised(error)}"
+            message = f"the adapter {self.name!r} can't describe itself: {describe_exception(error)}"
             raise AdapterError(message) from error
         return EngineInfo(
             name=self.name,
@@ -71,34 +71,33 @@ class Describe(AdapterTask):
         )
 
 
-#: What was found of each entry point, once a process, as Python imports a module once. What could not be described then
-#: is asked for again.
+#: Description of each entry point that this process has queried. Failed queries are repeated.
 _KNOWN: dict[tuple[str, str], EngineInfo] = {}
 
 
 class EngineList(Shown, list[EngineInfo]):
-    """What is known of adapters, which prints as a line each."""
+    """List of engine descriptions that prints as one line each."""
 
 
 def engines(names: Sequence[str] | None = None) -> EngineList:
-    """Return what is known of adapters, asked in processes of this machine that are ended: for who runs nothing.
+    """Return the descriptions of engines, queried in worker processes that are then ended.
 
     Args:
-        names: Names of adapters; every one that is installed by default.
+        names: Names of adapters; by default all that are installed.
 
     Raises:
         UnknownNameError: There is no such engine.
     """
     with LocalPool() as pool:
-        return described(names, pool)
+        return describe_engines(names, pool)
 
 
-def described(names: Sequence[str] | None, pool: Pool) -> EngineList:
-    """Return what is known of adapters, Carom's own two first, with why an engine is unavailable where it is.
+def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
+    """Return the descriptions of engines, Carom's own two first, with a reason for each that is unavailable.
 
     Args:
-        names: Names of adapters; None for every one that is installed.
-        pool: Where they are asked, as all else of a study is; it stays open.
+        names: Names of adapters; None for all that are installed.
+        pool: Where they are queried; it stays open.
 
     Raises:
         UnknownNameError: There is no such engine.
@@ -107,44 +106,45 @@ def described(names: Sequence[str] | None, pool: Pool) -> EngineList:
         require_named(name)
     there_are = adapter_points()
     points = {name: point for name, point in there_are.items() if names is None or name in names}
-    # Every study compares with PIT: it is asked in the study's own pool, too, and no other is started for it later.
+    # Every study compares with PIT, so it is queried here too. Otherwise another pool would be started for it later.
     also = {PIT_METHOD.engine} & there_are.keys()
     todo = [
         name
         for name in (*points, *sorted(also - points.keys()))
         if (one := _KNOWN.get((name, there_are[name].value))) is None or not one.profiles
     ]
-    # A manifest that is known by itself has no distribution, and its own process.
-    groups = [list(names) for _, names in groupby(sorted(todo, key=_brought_by), _brought_by)]
+    # A manifest without a distribution has a process of its own.
+    groups = [list(names) for _, names in groupby(sorted(todo, key=_process_key), _process_key)]
     for found in pool.each(((names[0], names) for names in groups), _describe):
         _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
-    # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
+    # Carom's own methods come first, then the others in alphabetical order. All tables use this order.
     return EngineList(sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name)))
 
 
-def to_run(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:
-    """Return the engines to run: those asked for by name, or, where none is, all but those that are not installed."""
+def select_engines(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:
+    """Return the engines to run: the requested ones, or all that are installed if none is requested."""
     return [info for info in infos if asked is not None or not info.missing]
 
 
-def engine_of(name: str) -> EngineInfo:
-    """Return what is known of an adapter, asked only where nobody has asked it yet."""
+def find_engine(name: str) -> EngineInfo:
+    """Return the description of an engine, queried only if this process has not queried it yet."""
     known = _KNOWN.get((name, adapter_points()[name].value))
     return known or engines([name])[0]
 
 
-def _brought_by(name: str) -> tuple[str, str]:
+def _process_key(name: str) -> tuple[str, str]:
+    """Return a key that adapters which share a process have in common."""
     distribution = distribution_of(name)
     return distribution, "" if distribution else name
 
 
-def _describe(names: Sequence[str], asker: Asker) -> Iterator[EngineInfo]:
-    answers = list(asker.ask_each([Describe(names[0], name) for name in names]))
-    for name, told in zip(names, answers, strict=True):
-        # Where one fails that was not the first, those that were asked before it in that process may be the cause.
-        failed = told.status in (Status.FAILED, Status.CRASHED) and name != names[0]
-        answer = asker.ask(Describe(name, name)) if failed else told
+def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
+    answers = list(runner.run_each([DescribeTask(names[0], name) for name in names]))
+    for name, first_answer in zip(names, answers, strict=True):
+        # A failure after the first query may be caused by an earlier one in the same process, so it is repeated alone.
+        failed = first_answer.status in (Status.FAILED, Status.CRASHED) and name != names[0]
+        answer = runner.run(DescribeTask(name, name)) if failed else first_answer
         if answer.value is not None and answer.value.name == name:
             yield answer.value
             continue
@@ -154,20 +154,20 @@ def _describe(names: Sequence[str], asker: Asker) -> Iterator[EngineInfo]:
         yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))
 
 
-#: At each step the settings, or why there are none.
+#: The settings at each step, or the reason why there are none.
 _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 
 @dataclass(frozen=True)
-class SettingsAt(AdapterTask):
-    """Ask an adapter for the settings of a profile at several steps, with those that are tried instead of its own."""
+class SettingsTask(AdapterTask):
+    """Query the settings of a profile at several steps, with replaced settings."""
 
     profile: str
     dts: tuple[float, ...]
-    tried: Tried = ()
+    tried: SettingOverrides = ()
 
     def carry_out(self) -> _Settings:
-        """Return them in the order of the steps."""
+        """Return the settings in the order of the steps."""
         adapter = load_adapter(self.engine)
         found: list[Mapping[str, Setting] | str] = []
         for dt_s in self.dts:
@@ -180,56 +180,56 @@ class SettingsAt(AdapterTask):
 
 @dataclass(frozen=True)
 class Methods:
-    """The methods that there are to run, and what can't be run by them.
+    """The methods to run at each step, and the reasons why some can't be run.
 
     Attributes:
-        at: Of profiles of an engine with the same settings at a step only the last; by engine and step.
-        refused: Why a method of an engine that is there can't be run at a step, whatever the scene.
-        infos: What is known of the engines, by name.
+        at: Methods by engine and step. Of profiles with the same settings, only the last is kept.
+        refused: Why a method of an available engine can't be run at a step with any scene.
+        infos: Descriptions of the engines, by name.
     """
 
     at: Mapping[tuple[str, float], tuple[Method, ...]]
     refused: Mapping[tuple[Method, float], Answer[Any]]
     infos: Mapping[str, EngineInfo]
 
-    def dead(self, method: Method, dt_s: float) -> Answer[Any] | None:
-        """Return why a method can't be run at a step, whatever the scene; None where that is not known."""
+    def find_refusal(self, method: Method, dt_s: float) -> Answer[Any] | None:
+        """Return why a method can't be run at a step with any scene; None if no reason is known."""
         info = self.infos.get(method.engine)
         if info is not None and info.unavailable:
             return Answer(Status.UNAVAILABLE, info.unavailable)
         return self.refused.get((method, dt_s))
 
-    def refusal(self, job: Job) -> Answer[Any] | None:
-        """Return why a job can't be run, as far as that is known without asking its adapter; None where it is not."""
+    def find_job_refusal(self, job: Job) -> Answer[Any] | None:
+        """Return why a job can't be run, without querying its adapter; None if no reason is known."""
         info = self.infos.get(job.engine)
-        if (known := self.dead(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
+        if (known := self.find_refusal(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
             return known
-        # What a profile declares of its own settings holds for no others.
-        able = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
-        reason = unsupported_reason(job.scene, able, job.dt_s, located=job.profile in info.located)
+        # The capabilities of a profile apply only to its own settings.
+        capabilities = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
+        reason = unsupported_reason(job.scene, capabilities, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None
 
 
-def methods_of(
+def list_methods(
     infos: Sequence[EngineInfo],
     profiles: Sequence[str],
     dts: Sequence[float],
     pool: Pool,
-    tried: Mapping[str, Tried] = MappingProxyType({}),
+    tried: Mapping[str, SettingOverrides] = MappingProxyType({}),
 ) -> Methods:
-    """Return the methods to run of engines at each of some steps.
+    """Return the methods to run at each step.
 
     Args:
-        infos: What is known of the engines.
+        infos: Descriptions of the engines.
         profiles: Names of the profiles to run.
         dts: Steps, seconds.
-        pool: Where adapters are asked; it stays open.
-        tried: Settings instead of the profiles' own, by the engine's name.
+        pool: Where adapters are queried; it stays open.
+        tried: Settings that replace those of the profiles, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
     tasks = {
         info.name: [
-            SettingsAt(info.name, profile, steps, tried.get(info.name, ()))
+            SettingsTask(info.name, profile, steps, tried.get(info.name, ()))
             for profile in profiles
             if profile in info.profiles
         ]
@@ -245,7 +245,7 @@ def methods_of(
         own_tried = tried.get(info.name, ())
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}
-            # Of an adapter that declares nothing one row says why.
+            # An adapter without declarations gets one row, with the reason.
             for profile in [name for name in profiles if name in info.profiles] if info.profiles else profiles[-1:]:
                 settings = _settings(info, found[info.name].get(profile), k)
                 if isinstance(settings, Answer):
@@ -261,7 +261,7 @@ def methods_of(
 def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> Mapping[str, Setting] | Answer[Any]:
     """Return the settings of a profile at a step, or why a method with it can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
-        # Those of an engine that is missing still tell which profiles are one method.
+        # The settings of an engine that is not installed still show which profiles are the same method.
         return settings
     if info.unavailable or answer is None:
         return Answer(Status.UNAVAILABLE, info.unavailable)
@@ -270,5 +270,5 @@ def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> 
     return Answer(Status.FAILED, str(answer.value[step]))
 
 
-def _ask_all(tasks: Sequence[SettingsAt], asker: Asker) -> Iterator[tuple[SettingsAt, Answer[_Settings]]]:
-    yield from zip(tasks, asker.ask_each(tasks), strict=True)
+def _ask_all(tasks: Sequence[SettingsTask], runner: TaskRunner) -> Iterator[tuple[SettingsTask, Answer[_Settings]]]:
+    yield from zip(tasks, runner.run_each(tasks), strict=True)

@@ -1,4 +1,4 @@
-"""On what a result was obtained: machine, versions, time; stamped on every result."""
+"""Environment of a result: machine, versions and time. Every result contains it."""
 
 from __future__ import annotations
 
@@ -37,32 +37,32 @@ class Environment:
 
     @property
     def machine(self) -> tuple[str, str, int]:
-        """What run times depend on in addition to versions: system, processor and number of cores."""
+        """System, processor and number of cores, on which run times depend in addition to versions."""
         return (self.system, self.processor, self.cores)
 
 
 def environment(infos: Iterable[EngineInfo] = ()) -> Environment:
-    """Return what this process runs on, with the versions of the engines that take part."""
+    """Return the environment of this process, with the versions of the given engines."""
     engines = {info.engine: info.version for info in infos if info.available and info.engine != "Carom"}
     return Environment(
         date=datetime.now(UTC).isoformat(timespec="seconds"),
         carom=metadata.version("carom"),
         python=f"{platform.python_implementation()} {platform.python_version()}",
         system=" ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip(),
-        processor=_told("/proc/cpuinfo", "model name") or platform.processor() or "unknown",
+        processor=_read_proc_field("/proc/cpuinfo", "model name") or platform.processor() or "unknown",
         cores=available_cores(),
         versions={"numpy": metadata.version("numpy"), **engines},
     )
 
 
 def resident_bytes(field: str = "VmRSS", process: int | str = "self") -> int | None:
-    """Return a process's resident memory: VmRSS is what is so now, VmHWM the most that ever was; None off Linux."""
-    kibibytes = _told(f"/proc/{process}/status", field).split()
+    """Return the resident memory of a process: VmRSS is the present value, VmHWM the peak. None if not on Linux."""
+    kibibytes = _read_proc_field(f"/proc/{process}/status", field).split()
     return int(kibibytes[0]) * 1024 if kibibytes else None
 
 
-def _told(path: str, field: str) -> str:
-    """Return what Linux tells of a field; empty elsewhere."""
+def _read_proc_field(path: str, field: str) -> str:
+    """Return a field of a file in ``/proc``; empty on systems other than Linux."""
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""Working folders of worker processes, removed when their owner ends, or at the next start where it was killed."""
+"""Working folders of worker processes, removed when their owner ends, or at the next start if it was killed."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from pathlib import Path
 
 PREFIX = "carom-worker-"
 
-#: Held locked by the owner as long as it lives, and only Carom's folders have one.
+#: Lock file. The owner holds it as long as it runs. Only Carom's folders have one.
 LOCK = "carom.lock"
 WORK = "work"
 
 
 class Folder:
-    """An empty folder for a worker process.
+    """A new, empty working folder for a worker process.
 
     Attributes:
-        path: Where it is.
+        path: Path of the folder.
     """
 
     def __init__(self) -> None:
@@ -31,24 +31,24 @@ class Folder:
         self._root = Path(tempfile.mkdtemp(prefix=PREFIX))
         self.path = self._root / WORK
         self.path.mkdir()
-        # It has its name only when it is locked, so that nobody finds it abandoned before.
+        # The lock file gets its name only when it is locked, so that no other process takes the folder for abandoned.
         self._lock = os.open(self._root / f"{LOCK}.new", os.O_CREAT | os.O_RDWR, 0o600)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
         os.rename(self._root / f"{LOCK}.new", self._root / LOCK)
 
     def close(self) -> None:
-        """Remove the folder with all that lies in it."""
+        """Remove the folder and its content."""
         _remove(self._root)
         os.close(self._lock)
 
 
 @cache
 def _clear_abandoned() -> None:
-    """Remove, once a process, the folders whose owners were killed."""
+    """Remove the folders whose owners were killed. This runs once per process."""
     import fcntl
 
     for root in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
-        with suppress(OSError):  # another's, or removed meanwhile
+        with suppress(OSError):  # another user's, or already removed
             lock = os.open(root / LOCK, os.O_RDWR | os.O_NOFOLLOW)
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -58,14 +58,13 @@ def _clear_abandoned() -> None:
 
 
 def _remove(root: Path) -> None:
-    """Remove a folder; its lock goes last, so that what could not be removed is found again.
+    """Remove a folder. Its lock is removed last, so that a partly removed folder is found again.
 
-    Folders within it are moved up into it before they are emptied, so that it does not matter how deep they lie, and
-    nothing that a link leads to is touched.
+    Subfolders are moved up into the folder before they are emptied, so that any depth works. Links are not followed.
     """
     try:
         top = os.open(root, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    except OSError:  # an engine can have removed it, or put another thing there, which is not Carom's
+    except OSError:  # an engine can have removed or replaced it
         return
     try:
         todo = [name for name in os.listdir(top) if not name.startswith(LOCK)]
@@ -96,7 +95,7 @@ def _remove(root: Path) -> None:
 
 
 def _is_folder(name: str, within: int) -> bool:
-    """Whether a name is that of a folder, and no link to one; what an engine has forbidden of it is allowed again."""
+    """Whether a name is a folder, not a link to one. Its permissions are restored, since an engine can change them."""
     found = stat.S_ISDIR(os.stat(name, dir_fd=within, follow_symlinks=False).st_mode)
     if found:
         os.chmod(name, 0o700, dir_fd=within)

@@ -1,13 +1,12 @@
-"""A copy of the `carom` command, made before it opens anything, that forks worker processes with their imports done.
+"""Fork server: forks worker processes whose imports are already done, since imports take longer than most runs.
 
-Importing NumPy, Pydantic and the seam takes a fresh interpreter longer than most runs last. The template is forked from
-the main thread of the command before any other is started; it holds no file but null and its socket, no adapter and no
-engine, and it never answers for one: each request is a keeper (`carom.execution.watchdog`) with streams, folder,
-session, limits and environment of its own, as a fresh interpreter's. It ends with the command, and what it forked with
-it.
+The server is forked from the main thread of the `carom` command, before any other thread starts. It has no open file
+except null and its socket, and it loads no adapter and no engine. For each request it forks a watchdog
+(`carom.execution.watchdog`), whose streams, folder, session, limits and environment are those of a new interpreter. The
+server ends with the command, and everything that it forked ends with it.
 
-Only the command `carom` on Linux has one. A process that is somebody else's, a notebook say, can have threads that no
-fork survives: there each worker is a fresh interpreter, and so it is where the template gives no answer.
+Only the command `carom` on Linux has a fork server. Another process, such as a notebook, can have threads, which a fork
+does not copy. There, and if the server does not answer, each worker starts in a new interpreter.
 """
 
 from __future__ import annotations
@@ -30,24 +29,24 @@ from typing import TYPE_CHECKING, NoReturn
 if TYPE_CHECKING:
     import socket
 
-#: The template answers by forking, which takes milliseconds; one that is stopped or gone is not waited for, seconds.
+#: Seconds to wait for the server, which needs milliseconds to fork.
 PATIENCE_S = 2.0
-#: More than folder, path and environment take.
+#: Size limit of a request; folder, path and environment take less.
 MOST_REQUEST_BYTES = 2**22
-#: Of standard input, output and error of a keeper, and where its exit status is written.
+#: Number of pipes of a watchdog: standard input, output and error, and one for its exit status.
 _STREAMS = 4
 
 _allowed = False
 
 
-def allow() -> None:
-    """Let pools of this process fork their workers: it is the command `carom`, and starts all its threads itself."""
-    global _allowed  # noqa: PLW0603 - a fact of the process
+def allow_forking() -> None:
+    """Allow pools of this process to fork their workers. Only the command `carom` does so: it knows all its threads."""
+    global _allowed  # noqa: PLW0603 - a property of the process
     _allowed = True
 
 
-class Forked:
-    """A keeper that the template has forked, with what `subprocess.Popen` offers of a process."""
+class ForkedProcess:
+    """A watchdog forked by the server, with the methods of `subprocess.Popen` that are needed."""
 
     def __init__(self, pidfd: int, status: int, streams: tuple[FileIO, FileIO, FileIO]) -> None:
         self.stdin, self.stdout, self.stderr = streams
@@ -62,18 +61,18 @@ class Forked:
         """Return the exit code, as `subprocess.Popen.wait` does.
 
         Raises:
-            subprocess.TimeoutExpired: It runs on after this many seconds.
+            subprocess.TimeoutExpired: The process still runs after this many seconds.
         """
         if self._code is None:
             if not select.select([self._status], [], [], timeout)[0]:
                 raise TimeoutExpired("carom.execution.watchdog", timeout)
-            told = os.read(self._status, array.array("i", [0]).itemsize)
-            # Nothing is told where the template was killed, and what it had forked with it.
-            self._code = array.array("i", told)[0] if told else -signal.SIGKILL
+            status = os.read(self._status, array.array("i", [0]).itemsize)
+            # The pipe is empty if the server was killed, together with everything that it had forked.
+            self._code = array.array("i", status)[0] if status else -signal.SIGKILL
         return self._code
 
     def send_signal(self, number: int) -> None:
-        """Send a signal, if it still runs."""
+        """Send a signal if the process still runs."""
         if sys.platform == "linux":
             with suppress(ProcessLookupError):
                 signal.pidfd_send_signal(self._pidfd, number)
@@ -87,8 +86,8 @@ class Forked:
         self.send_signal(signal.SIGKILL)
 
 
-class Template:
-    """The parent's side of a template."""
+class ForkServer:
+    """Connection of the command to its fork server."""
 
     def __init__(self, ours: socket.socket, process: int) -> None:
         self._socket, self._process = ours, process
@@ -96,8 +95,8 @@ class Template:
         self._lost = False
 
     @classmethod
-    def forked(cls) -> Template | None:
-        """Fork one; None where none may be: workers are fresh interpreters then."""
+    def forked(cls) -> ForkServer | None:
+        """Fork a server. Return None if forking is not allowed: then workers start in new interpreters."""
         known = sys.platform == "linux" and hasattr(os, "pidfd_open")
         if not (known and _allowed and threading.active_count() == 1):
             return None
@@ -105,10 +104,10 @@ class Template:
 
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         for stream in (sys.stdout, sys.stderr):
-            stream.flush()  # or both would write what is in the buffer
+            stream.flush()  # otherwise both processes would write the buffer
         parent = os.getpid()
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # of the threads of BLAS, which it takes care of itself
+            warnings.simplefilter("ignore", DeprecationWarning)  # about threads of BLAS, which handles forks itself
             child = os.fork()
         if not child:
             _serve(its, parent)
@@ -116,13 +115,13 @@ class Template:
         ours.settimeout(PATIENCE_S)
         return cls(ours, child)
 
-    def start(self, folder: str, path: str, memory_bytes: int) -> Forked | None:
-        """Return a new keeper; None where the template is gone or gives no answer.
+    def start(self, folder: str, path: str, memory_bytes: int) -> ForkedProcess | None:
+        """Fork a watchdog. Return None if the server has ended or does not answer.
 
         Args:
-            folder: Where it works.
-            path: What its children find modules by, as the variable PYTHONPATH.
-            memory_bytes: Most that its worker may take.
+            folder: Working folder.
+            path: Search path of modules, as in the variable PYTHONPATH.
+            memory_bytes: Memory limit of the worker.
         """
         import socket
 
@@ -148,10 +147,10 @@ class Template:
                 for file in (requests, answers, printed, status):
                     os.close(file)
                 return None
-        return Forked(pidfds[0], status, (FileIO(requests, "w"), FileIO(answers), FileIO(printed)))
+        return ForkedProcess(pidfds[0], status, (FileIO(requests, "w"), FileIO(answers), FileIO(printed)))
 
     def close(self) -> None:
-        """End the template; keepers that still run end with it."""
+        """End the server. Watchdogs that still run end with it."""
         with self._lock:
             if self._process < 0:
                 return
@@ -160,36 +159,36 @@ class Template:
             if sys.platform == "linux":
                 pidfd = os.pidfd_open(process)
                 select.select([pidfd], [], [], PATIENCE_S)
-                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # one that was stopped would never hear of it
+                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # a stopped one would not react to another signal
                 os.close(pidfd)
             os.waitpid(process, 0)
 
 
 def _serve(requests: socket.socket, parent: int) -> NoReturn:
-    """Fork keepers until the command is gone."""
+    """Fork watchdogs until the command ends."""
     code = 1
     try:
-        _let_go(requests.fileno())
-        from carom.execution.watchdog import PR_SET_PDEATHSIG, on_linux
+        _detach(requests.fileno())
+        from carom.execution.watchdog import PR_SET_PDEATHSIG, set_process_option
 
-        on_linux(PR_SET_PDEATHSIG, signal.SIGKILL)
+        set_process_option(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() == parent:
             _Server(requests).serve()
         code = 0
-    finally:  # whatever happens, this copy never goes on with what the command was doing
+    finally:  # this copy must never continue with the command's own work
         os._exit(code)
 
 
-def _let_go(kept: int) -> None:
-    """Let go of what the command holds: its terminal, signals and files."""
+def _detach(kept: int) -> None:
+    """Detach this process from the command's terminal, signals and files, except the file `kept`."""
     import gc
 
-    gc.disable()  # and so no finalizer runs for what is the command's
+    gc.disable()  # so that no finalizer runs for an object of the command
     gc.freeze()
     os.setsid()
     signal.set_wakeup_fd(-1)
     for number in signal.valid_signals():
-        if callable(signal.getsignal(number)):  # what is ignored stays so, as `nohup` has it
+        if callable(signal.getsignal(number)):  # ignored signals stay ignored, as with `nohup`
             signal.signal(number, signal.SIG_DFL)
     null = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):
@@ -199,11 +198,11 @@ def _let_go(kept: int) -> None:
 
 
 class _Server:
-    """The template's own side."""
+    """The fork server's own loop."""
 
     def __init__(self, requests: socket.socket) -> None:
         self._requests = requests
-        self._told: dict[int, int] = {}  # where the exit status of each keeper is written
+        self._status_files: dict[int, int] = {}  # receives the exit status of each watchdog
         self._woken, wake = os.pipe()
         for file in (self._woken, wake):
             os.set_blocking(file, False)
@@ -212,7 +211,7 @@ class _Server:
         signal.signal(signal.SIGCHLD, lambda *_: None)
 
     def serve(self) -> None:
-        """Fork until the other end is closed; then end what still runs."""
+        """Fork a watchdog for each request, until the other end is closed."""
         import socket
 
         poll = select.poll()
@@ -233,11 +232,12 @@ class _Server:
     def _fork(self, message: bytes, files: Sequence[int]) -> None:
         import socket
 
-        keeper = os.fork()
-        if not keeper:
-            _keep(message, files, (self._requests.fileno(), self._woken, self._wake, *self._told.values()))
-        pidfd = os.pidfd_open(keeper) if sys.platform == "linux" else -1
-        *streams, self._told[keeper] = files
+        watchdog = os.fork()
+        if not watchdog:
+            others = (self._requests.fileno(), self._woken, self._wake, *self._status_files.values())
+            _become_watchdog(message, files, others)
+        pidfd = os.pidfd_open(watchdog) if sys.platform == "linux" else -1
+        *streams, self._status_files[watchdog] = files
         socket.send_fds(self._requests, [b"."], [pidfd])
         for file in (*streams, pidfd):
             os.close(file)
@@ -245,28 +245,28 @@ class _Server:
     def _reap(self) -> None:
         with suppress(ChildProcessError):
             while True:
-                keeper, status = os.waitpid(-1, os.WNOHANG)
-                if not keeper:
+                watchdog, status = os.waitpid(-1, os.WNOHANG)
+                if not watchdog:
                     return
-                told = self._told.pop(keeper)
-                with suppress(OSError):  # nobody waits for it any more
-                    os.write(told, array.array("i", [os.waitstatus_to_exitcode(status)]).tobytes())
-                os.close(told)
+                file = self._status_files.pop(watchdog)
+                with suppress(OSError):  # the other end can be closed
+                    os.write(file, array.array("i", [os.waitstatus_to_exitcode(status)]).tobytes())
+                os.close(file)
 
 
-def _keep(message: bytes, files: Sequence[int], others: Sequence[int]) -> NoReturn:
-    """Become a keeper, whose worker ends here when it has answered."""
+def _become_watchdog(message: bytes, files: Sequence[int], others: Sequence[int]) -> NoReturn:
+    """Turn this forked process into a watchdog. Its worker also ends in this function."""
     code = 1
     try:
-        template = os.getppid()
+        server = os.getppid()
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         folder, environment, memory_bytes = pickle.loads(message)  # noqa: S301 - of our own parent process
         os.setsid()
-        *streams, told = files
+        *streams, status_file = files
         for number, file in enumerate(streams):
             os.dup2(file, number)
-        for file in (*streams, told, *others):
+        for file in (*streams, status_file, *others):
             os.close(file)
         os.chdir(folder)
         os.environ.clear()
@@ -279,15 +279,15 @@ def _keep(message: bytes, files: Sequence[int], others: Sequence[int]) -> NoRetu
         sys.stderr = sys.__stderr__ = open(2, "w", 1, errors="backslashreplace", closefd=False)  # type: ignore[misc] # noqa: SIM115
         import gc
 
-        from carom.execution.watchdog import keep
+        from carom.execution.watchdog import watch_worker
 
         gc.enable()
-        keep(template, memory_bytes)
+        watch_worker(server, memory_bytes)
         sys.stdout.flush()
         code = 0
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else int(end.code is not None)
-    except BaseException:  # noqa: BLE001 - as a fresh interpreter would tell of it
+    except BaseException:  # noqa: BLE001 - reported as by a new interpreter
         sys.excepthook(*sys.exc_info())
     finally:
         os._exit(code)

@@ -1,4 +1,4 @@
-"""Whether the rest of a run is free flight: then an engine need not be driven through it."""
+"""Detects when the rest of a run is free flight, so that the remaining steps can be skipped."""
 
 from __future__ import annotations
 
@@ -15,39 +15,41 @@ from carom.model.scene import Scene, Wall
 
 Array = NDArray[np.float64]
 
-#: Engines see contacts before bodies touch, by margins and by looking ahead. A margin as wide as the discs themselves,
-#: and two steps more, are beyond any of them.
+#: Engines detect contacts before bodies touch, by margins and prediction. A margin as wide as the disc, and two steps,
+#: are more than any engine uses.
 _MARGIN_RADII = 2.0
 _AHEAD_STEPS = 2
 
-#: Steps that must have left every velocity as it was, and moved every disc by it.
+#: Number of steps that must have left every velocity unchanged, and moved every disc by it.
 _QUIET_STEPS = 2
 
-#: Units in the last place of the largest coordinate, or of the longest path so far, that a step may round a position
-#: by: half a unit or one each of the product, the sum, the two instants, the step's own length, and the shift from the
-#: origin in which an engine keeps its coordinates.
+#: Allowed rounding error of a position in a step, in units in the last place of the largest coordinate or of the
+#: longest path: up to one unit each for the product, the sum, both instants, the step, and the engine's own origin.
 _ROUNDINGS = 4
 
 
 class FreeFlight:
-    """Tells, step by step, whether anything can still happen.
+    """Determines after each step whether another impact is possible.
 
-    The engine's own state decides, not the reference: no two bodies overlap, or come near each other before the end, on
-    the paths that the engine has put them on; and its last two steps left every velocity as it was, to the bit, and
-    moved every disc by what its velocity says, to the rounding of the engine's floats, so that it neither damps nor
-    pushes nor drifts. Then the end is where these straight paths lead.
+    The engine's own state decides, not the reference. Two conditions must hold:
+
+    - No two bodies overlap or come near each other before the end, on their present paths.
+    - The last two steps left every velocity unchanged, to the bit, and moved every disc by its velocity, to the
+      rounding of the engine's floats. So the engine neither damps nor pushes nor drifts.
+
+    Then the final state is at the end of these straight paths.
 
     Args:
         scene: The scene.
         dt_s: The step, seconds.
-        float_bits: Width of the floats that the method declares to compute in.
+        float_bits: Declared width of the method's floats.
     """
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
         self._scene = scene
         self._dt_s = dt_s
         self._unit = 2.0 ** -MANTISSA_BITS[float_bits]
-        #: The last instants and what was seen at them: the quiet steps lie between.
+        #: The last instants and observations: the quiet steps are between them.
         self._seen: deque[tuple[float, Observation]] = deque(maxlen=_QUIET_STEPS + 1)
         self._turns = scene.arrays.turns
         self._look_from_s = 0.0
@@ -66,20 +68,20 @@ class FreeFlight:
         ]
 
     def begins(self, time_s: float, now: Observation) -> bool:
-        """Whether the rest of the run is free flight; to be asked after every step."""
+        """Whether the rest of the run is free flight. Call this after every step."""
         self._seen.append((time_s, now))
         if now.contacts:
             self._look_from_s, self._pause_s = 0.0, self._dt_s
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
             return False
         earliest_s = time_s + self._earliest(now, self._scene.duration_s - time_s)
-        # No pair comes near another before that; and where one is near now, ask ever less often.
+        # No pair comes near before that. If one is near now, the test is repeated at increasing intervals.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
         return earliest_s > self._scene.duration_s + _AHEAD_STEPS * self._dt_s
 
     def _is_quiet(self) -> bool:
-        """Whether the last steps left every velocity and spin as it was, and moved every disc by its velocity."""
+        """Whether the last steps left every velocity and spin unchanged, and moved every disc by its velocity."""
         (_, first), *later = self._seen
         motion = self._motion(first)
         if any(now.contacts or self._motion(now) != motion for _, now in later):
@@ -87,7 +89,7 @@ class FreeFlight:
         return self._moved_straight_on(first.velocity_m_s)
 
     def _motion(self, now: Observation) -> bytes:
-        """Return the bits of velocities, and of spins where discs turn."""
+        """Return the bits of velocities, and of spins if discs turn."""
         spins = now.spin_rad_s if self._turns else None
         return now.velocity_m_s.tobytes() + (b"" if spins is None else spins.tobytes())
 
@@ -102,7 +104,7 @@ class FreeFlight:
         )
 
     def _earliest(self, now: Observation, left_s: float) -> float:
-        """Return after how many seconds something may happen; a wall within what is left of the scene says enough."""
+        """Return the seconds until a contact is possible. Pairs are skipped if a wall is near before the end."""
         p, v = now.position_m, now.velocity_m_s
         apart = p[self._second] - p[self._first]
         if (np.hypot(apart[:, 0], apart[:, 1]) <= self._touching).any():
@@ -110,7 +112,7 @@ class FreeFlight:
         nearest = min((self._reaches(wall, p, v) for wall in self._walls), default=math.inf)
         if nearest <= left_s or not len(apart):
             return nearest
-        return min(nearest, float(near_after(apart, v[self._second] - v[self._first], self._near).min()))
+        return min(nearest, float(time_until_near(apart, v[self._second] - v[self._first], self._near).min()))
 
     def _reaches(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
         if not isinstance(wall, tuple):  # no disc is there before it has flown as far as that
@@ -129,12 +131,11 @@ class FreeFlight:
         return float((np.maximum(gap[closes], 0.0) / -along[closes]).min())
 
 
-def near_after(apart: Array, velocity: Array, reach: Array) -> Array:
-    """Return after how many seconds pairs come within reach of each other: infinity for never, or where they part.
+def time_until_near(apart: Array, velocity: Array, reach: Array) -> Array:
+    """Return the seconds until pairs come within reach: 0 if they already are and approach, infinity if they never do.
 
-    0 where they are and approach.
-
-    A plain formula, twenty times faster than the time of impact: with a margin of a radius no rounding of it matters.
+    This plain formula is twenty times faster than the time of impact. With a margin of a radius its rounding does not
+    matter.
 
     Args:
         apart: From first to second, metres, shape ``(n, 2)``.
@@ -149,6 +150,6 @@ def near_after(apart: Array, velocity: Array, reach: Array) -> Array:
         # Roots one by one: a product of lengths could leave the range of floats.
         half_chord = np.sqrt(reach - aside) * np.sqrt(reach + aside)
         wait = np.where((speed > 0.0) & (along < 0.0) & (aside < reach), (-along - half_chord) / speed, np.inf)
-    # Where a distance or a speed leaves that range nothing is known, so something may happen at once.
+    # If a distance or a speed overflows, the result is unknown: a contact at once is possible.
     known = (speed == 0.0) | (np.isfinite(along) & np.isfinite(speed))
     return np.where(known, np.maximum(wait, 0.0), 0.0)

@@ -1,7 +1,7 @@
-"""From an engine's states and contacts, step by step, to impacts.
+"""Builds impacts from the states and contacts that an engine reports after each step.
 
-One impact is one impact: a contact that an engine keeps for several steps is joined, and its velocities are those just
-before its first step and just after its last. A method that knows the velocities around a contact is taken at its word.
+A contact that lasts several steps becomes one impact. Its velocities are those just before its first step and just
+after its last. If a method reports the velocities of a contact itself, these are used.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from carom.model.prescribed_motion import Course
 from carom.model.scene import Scene
 from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array, wall_index
 
-#: Velocity of a body, and its spin.
+#: Velocity and spin of a body.
 _Motion = tuple[float, float, float]
 
 _Pair = tuple[int, int]
@@ -31,11 +31,12 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: A pair rests that neither closes nor parts by more than gravity gives in this many steps: one until the engine looks,
-#: one until what it found acts, and the half by which a leapfrog's velocities lie off its boundaries.
+#: A pair rests if its relative speed along the normal is at most what gravity adds in this many steps: one until the
+#: engine tests for contact, one until the response acts, and half a step between positions and velocities of a leapfrog
+#: scheme.
 _REST_STEPS = 2.5
 
-#: Of the two bodies of a contact.
+#: Motions of the two bodies of a contact.
 _Motions = tuple[_Motion, _Motion]
 
 
@@ -46,24 +47,23 @@ def gravity_of(scene: Scene) -> NDArray[np.float64]:
 
 @dataclass
 class _OpenContact:
-    """A contact that may go on in the next step.
+    """A contact that may continue in the next step.
 
     Attributes:
-        number: In the order in which contacts began.
-        reported: What the method said in its first step.
-        before: Velocities and spins of the two bodies before that step.
-        start_s: When that step began, seconds.
-        start: The state there.
+        number: Position in the order in which contacts began.
+        reported: The contact as reported in its first step.
+        before: Velocities and spins of the two bodies before its first step.
+        start_s: Start of its first step, seconds.
+        start: State at the start of its first step.
         after: Velocities and spins after its last step so far.
-        end_s: When that step ended, seconds.
-        end: The state there.
+        end_s: End of its last step so far, seconds.
+        end: State at the end of its last step so far.
         alone: Whether neither body had another contact in any of its steps.
-        steps: How many steps it lasts so far.
-        impulse: Sum over the steps of the impulses, or of the changes of velocity where those are not told.
-        along: The same of these times their normals.
-        length: The same of these times the lengths of their normals.
-        rested: The contact as it was at the first of the boundaries, up to now, at which the pair rests; None where it
-            does not.
+        steps: Number of steps so far.
+        impulse: Sum of the impulses of all steps, or of the changes of velocity if no impulses are reported.
+        along: Sum of impulse times normal.
+        length: Sum of impulse times length of the normal.
+        rested: The contact at the first step boundary since which the pair rests; None if it does not rest.
     """
 
     number: int
@@ -82,18 +82,18 @@ class _OpenContact:
     rested: _OpenContact | None = None
 
     def impact(self) -> _OpenContact:
-        """Return the contact up to the end of its impact: what follows a whole step at rest only holds the pair."""
+        """Return the contact up to the end of its impact. Steps after a whole step at rest do not belong to it."""
         return self if self.rested is None or self.rested.steps == self.steps else self.rested
 
     def add(self, impulse: float, normal: Vector) -> None:
-        """Add what a step pushes."""
+        """Add the impulse of a step."""
         self.steps += 1
         self.impulse += impulse
         self.along = (self.along[0] + impulse * normal[0], self.along[1] + impulse * normal[1])
         self.length += impulse * math.hypot(*normal)
 
     def normal(self) -> Vector:
-        """Return the normal along which the steps pushed together, as long as they are on average; else the first."""
+        """Return the direction of the total impulse, with the average length of the normals; else the first normal."""
         size = math.hypot(*self.along)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal
@@ -102,15 +102,15 @@ class _OpenContact:
 
 
 class ImpactCollector:
-    """Takes the observation after each step and gives the impacts of the whole run."""
+    """Collects the observation after each step and returns the impacts of the whole run."""
 
     def __init__(self, scene: Scene, start: Observation, float_bits: int = 64) -> None:
         arrays = scene.arrays
         self._float_bits = float_bits
         self._discs = scene.discs
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
-        # By how much each disc's spin falls for each unit of friction's impulse; 0 of one that can't turn.
-        self._turned_by = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
+        # Decrease of a disc's spin for each unit of tangential impulse; 0 for a disc that can't turn.
+        self._spin_per_impulse = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
         self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
         self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
         self._driven = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
@@ -125,7 +125,7 @@ class ImpactCollector:
         self.spins: NDArray[np.void] | None = None
 
     def add(self, time_s: float, now: Observation) -> None:
-        """Take in the state and contacts, as `execution.validate` lets them in, of the step that ended at `time_s`."""
+        """Add the validated state and contacts of the step that ended at `time_s`."""
         before = self._last
         if not (now.contacts or self._open):  # as after most steps
             self._last, self._last_s = now, time_s
@@ -137,12 +137,12 @@ class ImpactCollector:
             if contact.velocities is not None:
                 spins = contact.spins_rad_s if self._turns else None
                 record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
-                # Several impacts of one disc in a step: except those of the step's very start, it has moved between.
+                # If a disc has several impacts in a step, the state before the step applies only to the first of them.
                 free = contact.time_s == self._last_s or struck.isdisjoint(pair)
                 struck.update(self._movable(pair))
                 state = _state(pair, self._last_s, before if free else None)
                 self._done.append((self._next_number(), record, contact.time_s, state))
-            elif self._acted(contact, before, now, time_s - self._last_s):
+            elif self._has_effect(contact, before, now, time_s - self._last_s):
                 active[pair] = contact
         touched = Counter(body for pair in active for body in self._movable(pair))
         motion = {body: self._motion(before, body) for body in touched}
@@ -155,11 +155,11 @@ class ImpactCollector:
     def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64]]:
         """Return the impacts in order of reported time, and the effective time of each.
 
-        `states` goes with them, and so does `spins` in a scene in which something turns.
+        Also set `states`, and in a scene with spins `spins`, with one row for each impact.
         """
         for pair in list(self._open):
             self._close(pair)
-        # Of impacts with one time stamp, the one that began first comes first.
+        # Impacts with the same time are in the order in which they began.
         ordered = sorted(self._done, key=lambda item: (item[1].time_s, item[0]))
         effective = np.array([effective for _, _, effective, _ in ordered], dtype=np.float64)
         self.states = np.array([state for _, _, _, state in ordered], dtype=STATE_DTYPE)
@@ -178,19 +178,19 @@ class ImpactCollector:
         spin = state.spin_rad_s
         return (*_row(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
-    def _steady(self, body: int, time_s: float) -> _Motion:
-        """Return how a body moves in the step to a time that no impact changes: it stands, or is driven."""
+    def _unchanged_motion(self, body: int, time_s: float) -> _Motion:
+        """Return the motion, in the step that ends at a time, of a body that no impact changes: static or driven."""
         middle_s = 0.5 * (self._last_s + time_s)
         if body < 0:
             return (*self._walls[wall_index(body)].velocity_at(middle_s), 0.0)
         drive = self._driven.get(body, STANDS)
         return (*drive.velocity_at(middle_s), self._discs[body].spin_rad_s)
 
-    def _acted(self, contact: Contact, before: Observation, now: Observation, step_s: float) -> bool:
+    def _has_effect(self, contact: Contact, before: Observation, now: Observation, step_s: float) -> bool:
         """Whether a reported contact changed anything: engines also report contacts of zero impulse.
 
-        Of two bodies of which neither can move it changed nothing, whatever became of them. Where impulses are not told
-        and discs are slowed down, what changes a body by no more than that does in the step counts as that.
+        A contact of two immovable bodies has no effect. Without reported impulses, the motion of the bodies decides; a
+        change that damping or table friction can explain does not count.
         """
         if not self._movable((contact.first, contact.second)):
             return False
@@ -215,19 +215,23 @@ class ImpactCollector:
         time_s: float,
         now: Observation,
     ) -> None:
-        """Open a contact or take one on by a step; `motion` holds what the step's earlier contacts made of it."""
+        """Open a contact, or extend it by a step. `motion` holds the motions after earlier contacts of the step."""
         first, second = pair
-        steady = [self._steady(body, time_s) for body in pair]
-        ahead = (motion.get(first, steady[0]), motion.get(second, steady[1]))
+        unchanged = [self._unchanged_motion(body, time_s) for body in pair]
+        ahead = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
         for body, sign in ((first, -1.0), (second, 1.0)):
             if body in motion:
-                told_apart = touched[body] > 1 and self._is_told(contact)
+                by_impulse = touched[body] > 1 and self._has_all_impulses(contact)
                 present = motion[body]
-                motion[body] = self._pushed(present, contact, body, sign) if told_apart else self._motion(now, body)
-        after = (motion.get(first, steady[0]), motion.get(second, steady[1]))
+                motion[body] = (
+                    self._apply_impulse(present, contact, body, sign) if by_impulse else self._motion(now, body)
+                )
+        after = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
         known = self._open.get(pair)
-        if known and _parting(known.after, known.reported.normal) > 0.0 > _parting(ahead, contact.normal):
-            # Bounced off already, and pushed together again by a third body: that is a second impact.
+        if known and _separation_speed(known.after, known.reported.normal) > 0.0 > _separation_speed(
+            ahead, contact.normal
+        ):
+            # The pair has separated, and a third body has pushed it together again: that is a second impact.
             self._close(pair)
             known = None
         if known is None:
@@ -236,34 +240,34 @@ class ImpactCollector:
             self._open[pair] = known
         known.after, known.end_s, known.end = after, time_s, now
         known.alone = known.alone and all(touched[body] <= 1 for body in pair)
-        told = contact.impulse_n_s
-        known.add(math.dist(_difference(after), _difference(ahead)) if told is None else told, contact.normal)
-        if not self._rests(after, contact.normal, time_s - self._last_s):
+        impulse = contact.impulse_n_s
+        known.add(math.dist(_difference(after), _difference(ahead)) if impulse is None else impulse, contact.normal)
+        if not self._is_resting(after, contact.normal, time_s - self._last_s):
             known.rested = None
         elif known.rested is None:
             known.rested = replace(known)
 
-    def _rests(self, motions: _Motions, normal: Vector, step_s: float) -> bool:
-        """Whether gravity may hold a pair together: it changes their distance by no more than that gives in a step."""
-        return abs(_parting(motions, normal)) <= _REST_STEPS * self._pull * step_s
+    def _is_resting(self, motions: _Motions, normal: Vector, step_s: float) -> bool:
+        """Whether gravity may hold a pair together: its relative speed is at most that of a fall of `_REST_STEPS`."""
+        return abs(_separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
 
-    def _is_told(self, contact: Contact) -> bool:
-        """Whether the impulses of a contact say what it changed: all of them, so friction's too where there is any."""
+    def _has_all_impulses(self, contact: Contact) -> bool:
+        """Whether all impulses of a contact are reported, including that of friction if there is friction."""
         rubs = self._rubs_walls if contact.second < 0 else self._rubs_discs
         return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
 
-    def _pushed(self, motion: _Motion, contact: Contact, body: int, sign: float) -> _Motion:
-        """Return what a contact makes of a body by its impulses: so several contacts in one step are told apart."""
+    def _apply_impulse(self, motion: _Motion, contact: Contact, body: int, sign: float) -> _Motion:
+        """Return the motion of a body after the impulses of one contact, to separate several contacts in one step."""
         (vx, vy, spin), (nx, ny) = motion, contact.normal
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
         tangential = contact.tangential_impulse_n_s
-        if not tangential:  # and so what was computed of scenes without friction is computed in the same way
+        if not tangential:  # keeps the bits of scenes without friction
             return (vx + by_normal * nx, vy + by_normal * ny, spin)
         by_friction = sign * tangential * self._inverse_mass[body]
         return (
             vx + by_normal * nx - by_friction * ny,
             vy + by_normal * ny + by_friction * nx,
-            spin - tangential * self._turned_by[body],
+            spin - tangential * self._spin_per_impulse[body],
         )
 
     def _close(self, pair: _Pair) -> None:
@@ -272,7 +276,7 @@ class ImpactCollector:
         motions = (*contact.before, *contact.after)
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
-        # Paths that turned by rounding alone, of an impact that is undone, meet anywhere.
+        # Paths that differ by rounding only, since the impact was undone, have no meaningful intersection.
         known_time = contact.alone and turned(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
         effective = math.nan
         if known_time:
@@ -284,7 +288,7 @@ class ImpactCollector:
                 if held
                 else _effective_time(pair, contact, self._gravity, self._slowing, leg)
             )
-        # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
+        # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body it is bent.
         falls = bool(self._gravity.any())
         bent = falls and len(self._movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
@@ -298,10 +302,10 @@ class ImpactCollector:
     def _at(
         self, time_s: float, pair: _Pair, contact: _OpenContact, velocities: tuple[Vector, Vector, Vector, Vector]
     ) -> tuple[Vector, Vector, Vector, Vector]:
-        """Return velocities of two discs that fall alike at the instant of their impact; known are those of boundaries.
+        """Return the velocities of two falling discs at the instant of their impact, from those at step boundaries.
 
-        Between the boundaries both fall. Unchanged, the velocity after would be that of up to a step later, and an
-        engine whose contacts act at a step's start would be charged what gravity gives in that step.
+        Both discs fall between the boundaries. Without this correction, the velocity after would be up to a step late,
+        and an engine whose contacts act at the start of a step would have an error of one step of gravity.
         """
         at_s = min(max(time_s, contact.start_s), contact.end_s)
         gx, gy = _row(self._gravity, pair[0])
@@ -312,10 +316,10 @@ class ImpactCollector:
     def _slowed(
         self, effective_s: float, contact: _OpenContact
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
-        """Return velocities and spins of slowed discs at the instant of an impact; known are those of boundaries.
+        """Return velocities and spins of slowed discs at the instant of an impact, from those at step boundaries.
 
-        Where the instant is not known, it is the reported one. Free paths that meet further away from the contact than
-        it lasted do not say when it was.
+        If the instant is not known, the reported one is used. It is clamped to at most the contact's duration before
+        its start or after its end.
         """
         lasted = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
@@ -329,7 +333,7 @@ class ImpactCollector:
 
 
 def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
-    """Return the state before an impact; where it says nothing of the impact, its time alone: that of its step."""
+    """Return the state before an impact; only the time of its step is set if the state does not apply to the impact."""
     if state is None:
         return (time_s, _UNKNOWN, _UNKNOWN)
     first, second = pair
@@ -337,10 +341,11 @@ def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
 
 
 def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], leg: Course) -> float:
-    """Instant at which a pair that rests from then on comes, on its free path, to where it rests.
+    """Instant at which a pair that then rests arrives, on its free path, at its resting position.
 
-    Held by gravity, it does not fly on as `_effective_time` has it: along the normal its distance goes on at the speed
-    that it has at the boundary, while the free path before is a parabola, or a line where gravity moves both alike.
+    `_effective_time` does not apply, since gravity holds the pair and it does not fly on. After the impact its distance
+    along the normal changes at the speed at the boundary. The free path before is a parabola, or a line if gravity
+    moves both bodies alike.
     """
     d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
     d1, u1 = _relative(pair, contact.end, contact.end_s, leg)
@@ -393,7 +398,7 @@ def _effective_time(
 def _apart_on_table(
     pair: _Pair, contact: _OpenContact, slowing: Slowing, leg: Course, time_s: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return by how much the free paths of a pair before and after a contact are apart at a time, and their rates."""
+    """Return the distance at a time between the free paths before and after a contact, and its rate of change."""
     seen = []
     for state, since_s in ((contact.start, contact.start_s), (contact.end, contact.end_s)):
         speed, lasted = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
@@ -409,7 +414,7 @@ def _apart_on_table(
 def _relative(
     pair: _Pair, state: Observation, time_s: float, leg: Course
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return place and velocity of the second body as seen from the first; a wall moves on a leg from the origin."""
+    """Return position and velocity of the second body relative to the first. A wall moves on a leg from the origin."""
     first, second = pair
     if second < 0:
         return leg.moved_at(time_s) - state.position_m[first], leg.velocity - state.velocity_m_s[first]
@@ -424,8 +429,8 @@ def _difference(motions: _Motions) -> Vector:
     return (vx - ux, vy - uy)
 
 
-def _parting(motions: _Motions, normal: Vector) -> float:
-    """Speed along the normal at which two bodies part; negative where they approach."""
+def _separation_speed(motions: _Motions, normal: Vector) -> float:
+    """Return the speed along the normal at which two bodies separate; negative if they approach."""
     x, y = _difference(motions)
     return x * normal[0] + y * normal[1]
 

@@ -1,4 +1,4 @@
-"""What is to be run, and what came of it: the words that everything which runs engines has in common."""
+"""Types shared by everything that runs engines: `Method`, `Job`, `Task`, `Status` and `Answer`."""
 
 from __future__ import annotations
 
@@ -11,61 +11,61 @@ from carom.errors import CaromError
 from carom.model.scene import Scene
 from carom.model.trace import Setting, profile_shown
 
-#: Told (done, all, what) as work finishes.
+#: Called with (done, total, description) as work finishes.
 Progress = Callable[[int, int, str], None]
 
 
-def unheard(_done: int, _total: int, _what: str) -> None:
-    """Tell nobody how far something is: the progress of who did not ask for it."""
+def no_progress(_done: int, _total: int, _what: str) -> None:
+    """Report no progress. The default of every `Progress` argument."""
 
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 
-#: Settings that are tried instead of a profile's own, by name.
-Tried = tuple[tuple[str, Setting], ...]
+#: Settings that replace those of a profile, as pairs of name and value.
+SettingOverrides = tuple[tuple[str, Setting], ...]
 
 
 @dataclass(frozen=True, order=True)
 class Method:
-    """One engine with one profile, and what is tried instead of the profile's own settings.
+    """One engine with one profile, optionally with some settings replaced.
 
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        tried: Settings instead of the profile's own, by name; with any, it is the profile's method no more.
+        tried: Settings that replace those of the profile. With any, this is another method than the profile's.
     """
 
     engine: str
     profile: str
-    tried: Tried = ()
+    tried: SettingOverrides = ()
 
     @property
     def profile_shown(self) -> str:
-        """The profile, with what is tried in its place: what people are shown."""
+        """The profile with the replaced settings, for display."""
         return profile_shown(self.profile, dict(self.tried))
 
     @property
     def name(self) -> str:
-        """Engine and profile, as tables have it."""
+        """Engine and profile, as shown in tables."""
         return f"{self.engine}/{self.profile_shown}"
 
 
-#: PIT stands for sampling itself: every method is compared with it at its own step.
+#: PIT measures the cost of sampling alone: every method is compared with it at the same step.
 PIT_METHOD = Method("pit", "tuned")
 
 
 @dataclass(frozen=True)
 class Job:
-    """What is to be run: one scene by one method at one step.
+    """One run to make: one scene by one method at one step.
 
     Attributes:
         scene: The scene.
         method: Engine and profile.
         dt_s: Step, seconds.
-        refinement: Which of the scene's steps this is, 0 for the coarsest, so that steps of different scenes compare.
-        phase: Where in a step the scene's start falls, 0 to 1: the scene begins this fraction of a step earlier.
+        refinement: Index of the step among those of the scene, 0 for the coarsest. It makes scenes comparable.
+        phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
     """
 
     scene: Scene
@@ -90,7 +90,7 @@ class Job:
 
 @dataclass(frozen=True)
 class JobTask:
-    """What every task that is about one job is made of."""
+    """Base of every task that concerns one job."""
 
     job: Job
 
@@ -100,20 +100,21 @@ class JobTask:
         return self.job.engine
 
 
-#: However short a run may be, an adapter may take so long to say what it is asked: its process has to start first.
-LEAST_LIMIT_S = 20.0
+#: An adapter may always take this many seconds to answer, however short the time limit of a run is: its process has to
+#: start first.
+MIN_TIME_LIMIT_S = 20.0
 
 
 @dataclass(frozen=True)
 class AdapterTask:
-    """What every task is made of that asks an adapter something, and runs nothing."""
+    """Base of every task that queries an adapter and runs no scene."""
 
-    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
+    min_time_limit_s: ClassVar[float] = MIN_TIME_LIMIT_S
     engine: str
 
 
 class Status(Enum):
-    """Whether a job was run; the value is the phrase shown."""
+    """Whether a task was carried out. The value is the phrase shown."""
 
     RAN = "ran"
     UNSUPPORTED = "unsupported"
@@ -123,19 +124,19 @@ class Status(Enum):
     FAILED = "the adapter failed"
 
     @property
-    def broken(self) -> bool:
-        """Whether the engine, or its adapter, broke a run off: another time it may not."""
+    def is_failure(self) -> bool:
+        """Whether the engine or its adapter failed, so that a second attempt may succeed."""
         return self in {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
 
 
 @dataclass(frozen=True)
 class Answer(Generic[T]):
-    """What came of a task.
+    """The outcome of a task: its value, or the reason why there is none.
 
     Attributes:
-        status: Whether it was carried out.
-        reason: Why it was not, empty where it was.
-        value: What was asked for; None where it was not carried out.
+        status: Whether the task was carried out.
+        reason: Why it was not carried out; empty if it was.
+        value: The value of the task; None if it was not carried out.
     """
 
     status: Status
@@ -144,28 +145,28 @@ class Answer(Generic[T]):
 
     @property
     def said(self) -> str:
-        """Status and reason in one phrase; empty where it was carried out."""
+        """Status and reason in one phrase; empty if the task was carried out."""
         return "" if self.status is Status.RAN else f"{self.status.value}: {self.reason}"
 
 
 class Task(Protocol[T_co]):
-    """Something to do with one engine: it travels to a worker process, is carried out, and its value travels back."""
+    """Work with one engine. It is sent to a worker process, carried out there, and its value is sent back."""
 
     @property
     def engine(self) -> str:
         """Name of the adapter whose engine is called."""
 
     def carry_out(self) -> T_co:
-        """Do it, in the worker process. The declared type of what it returns is what an answer is held to.
+        """Carry the task out in the worker process. The answer is validated against the declared return type.
 
         Raises:
-            UnavailableError, UnsupportedError: There is nothing that could be done; any other error is the adapter's.
+            UnavailableError, UnsupportedError: The task can't be carried out. Any other error is the adapter's.
         """
 
 
 class UnavailableError(CaromError):
-    """A task that can't be carried out since its engine is not there; the message says why, and what to do."""
+    """The engine of a task is not available. The message contains the reason and the remedy."""
 
 
 class UnsupportedError(CaromError):
-    """A task that can't be carried out by anybody, or not by this engine; the message is what a table shows."""
+    """A task is not possible at all, or not with this engine. Tables show the message."""

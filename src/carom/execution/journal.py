@@ -1,9 +1,9 @@
-"""Journals: one line of JSON for each thing that is finished, only ever appended to: nothing written is at risk.
+"""Journals: append-only files of results, one line of JSON each, from which an interrupted study resumes.
 
-Each append is one write of whole lines to a file opened for appending, and is on the disk before it returns. A process
-killed in the middle can leave one torn line, the last; the next one to open the journal cuts it off. The first line
-says what the journal is of. Floats are written as the shortest text that reads back as the same float, to the bit;
-NaN and infinities are strings. Control characters are escapes, so that nothing but its end breaks a line.
+Each append is one write of complete lines, and is on the disk before it returns. A process that is killed during a
+write can leave one torn line at the end, which is removed when the journal is opened next. The first line identifies
+the study. Floats are the shortest text that reads back as the same float; NaN and infinities are strings. Control
+characters are escaped, so that a line contains no line break.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from pydantic import ValidationError
 from carom.errors import InputError
 from carom.execution.codec import Codec
 from carom.execution.job import Answer
-from carom.execution.pool import Closing
+from carom.execution.pool import Closeable
 from carom.support.escaping import shortened, visible
 from carom.support.limits import MOST_VALUES, values_in
 
-#: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
+#: Incremented when a field changes its meaning or is removed, but not for a new field with a default.
 JOURNAL_FORMAT = 5
 
-#: No line is longer: read, with what is made of it, it would take hundreds of megabytes. An entry that is larger is not
-#: kept, and found anew after a resume.
+#: Longest line. Reading a longer one would take hundreds of megabytes. A larger entry is not kept, but computed again
+#: after a resume.
 LONGEST_LINE = 64 * 2**20
 _REMOVE = "remove the line, or name another folder"
-#: Read at a time, from the end backwards, in search of the end of a line.
+#: Bytes read at a time in the backward search for the end of a line.
 _BLOCK = 2**20
 
 K = TypeVar("K")
@@ -42,21 +42,21 @@ T = TypeVar("T")
 
 
 @runtime_checkable
-class Partial(Protocol):
-    """A value that several questions led to, and says whether an engine broke one of them off."""
+class PartialEntry(Protocol):
+    """A value from several tasks that records whether an engine failed in one of them."""
 
     @property
     def cut_off(self) -> bool:
-        """Whether another time there may be more of it."""
+        """Whether an engine failed, so that a second attempt may give more."""
 
 
 @dataclass(frozen=True)
-class Entry(Generic[K, T]):
-    """What came of an ask: a line of a journal.
+class JournalEntry(Generic[K, T]):
+    """One line of a journal: the answer to a request.
 
     Attributes:
-        key: What tells it from the others; see `carom.execution.scheduler.Ask`.
-        answer: What was asked for, or why there is none.
+        key: Key of the request; see `carom.execution.scheduler.TaskRequest`.
+        answer: The answer of the task.
     """
 
     key: K
@@ -64,47 +64,47 @@ class Entry(Generic[K, T]):
 
     @property
     def cut_off(self) -> bool:
-        """Whether an engine, or its adapter, broke it off: another time it may not."""
+        """Whether the engine or its adapter failed, so that a second attempt may succeed."""
         value = self.answer.value
-        return self.answer.status.broken or (isinstance(value, Partial) and value.cut_off)
+        return self.answer.status.is_failure or (isinstance(value, PartialEntry) and value.cut_off)
 
 
-class Notes(Generic[K, T]):
-    """Entries, kept while this process lasts."""
+class MemoryJournal(Generic[K, T]):
+    """Journal in memory only: its entries are lost when the process ends."""
 
     def __init__(self) -> None:
-        self._entries: dict[K, Entry[K, T]] = {}
+        self._entries: dict[K, JournalEntry[K, T]] = {}
 
     @property
-    def entries(self) -> Mapping[K, Entry[K, T]]:
-        """Every entry that counts, by its key; where one stands there twice, the later one."""
+    def entries(self) -> Mapping[K, JournalEntry[K, T]]:
+        """All entries by key. A later entry replaces an earlier one with the same key."""
         return MappingProxyType(self._entries)
 
-    def add(self, entries: Iterable[Entry[K, T]]) -> None:
-        """Keep entries."""
+    def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
+        """Add entries."""
         self._entries.update((entry.key, entry) for entry in entries)
 
 
-class Journal(Notes[K, T], Closing):
-    """Entries in a file that is open for appending, by one process at a time; used as a context manager.
+class Journal(MemoryJournal[K, T], Closeable):
+    """Journal in a file, opened by one process at a time. Used as a context manager.
 
     Args:
-        of: What it is a journal of, in words.
-        kind: The type of its entries, whose key and value are what JSON can hold.
-        path: The file; made where it does not exist, in a folder that does.
-        stamp: What a run that continues from the journal must share with the one that began it.
-        resume: Whether a journal that exists is continued; it is refused otherwise.
-        retry: Whether it is continued, and what an engine broke off counts as not run.
+        of: Name of the content, in words.
+        kind: Type of the entries. JSON must be able to represent their keys and values.
+        path: The file, in an existing folder. It is created if it does not exist.
+        stamp: Options that a resumed run must share with the run that began the journal.
+        resume: Whether to continue an existing journal. Without it, an existing one is refused.
+        retry: Whether to continue an existing journal, without the entries in which an engine failed.
 
     Raises:
-        InputError: The file exists and neither `resume` nor `retry` is set, is no journal of this kind, stamp and
-            format, or is being written by another process.
+        InputError: The file exists and neither `resume` nor `retry` is set, has another content, stamp or format, or is
+            being written by another process.
     """
 
     def __init__(
         self,
         of: str,
-        kind: type[Entry[K, T]],
+        kind: type[JournalEntry[K, T]],
         path: Path,
         stamp: Mapping[str, Any] = MappingProxyType({}),
         *,
@@ -113,10 +113,10 @@ class Journal(Notes[K, T], Closing):
     ) -> None:
         super().__init__()
         self.path = path
-        self._codec = Codec[Entry[K, T]](kind)
+        self._codec = Codec[JournalEntry[K, T]](kind)
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
-            _lock(self._file, path)  # first: what another process is writing now is no result to go on with
+            _lock(self._file, path)  # first, so that no entry is read while another process writes
             if not (resume or retry) and os.fstat(self._file).st_size:
                 hints = ["continue from them by --resume, or name another one"]
                 raise InputError(f"{path} holds results already", hints=hints)
@@ -126,40 +126,44 @@ class Journal(Notes[K, T], Closing):
             raise
         super().add(entry for entry in found if not (retry and entry.cut_off))
 
-    def add(self, entries: Iterable[Entry[K, T]]) -> None:
-        """Write entries, all in one piece, and return when they are on the disk."""
+    def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
+        """Write entries in one piece, and return when they are on the disk."""
         found = list(entries)
         lines = (visible(self._codec.dumps(entry).decode()).encode() for entry in found)
         self._append(line for line in lines if len(line) <= LONGEST_LINE)
         super().add(found)
 
     def close(self) -> None:
-        """Close the file; the lock goes with it. A journal without an entry leaves nothing behind."""
-        # Ctrl-C can come between a line and what is remembered of it: the file decides.
+        """Close the file and release its lock. A journal without entries is removed."""
+        # Ctrl-C can interrupt between the write and the update of `_entries`, so the file itself is checked.
         if not self._entries:
             remove_unused(self.path)
         os.close(self._file)
 
     def discard(self) -> None:
-        """Remove the file: what it was kept for is finished and lies elsewhere."""
+        """Remove the file, after its study has finished and stored its result."""
         self.path.unlink(missing_ok=True)
 
     def _append(self, lines: Iterable[bytes]) -> None:
         data = b"".join(line + b"\n" for line in lines)
         written = os.write(self._file, data)
-        if written != len(data):  # a full disk; what is torn is cut off at the next start
+        if written != len(data):  # a full disk; the torn line is removed at the next start
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
 
-    def _read(self, stamp: Mapping[str, Any]) -> list[Entry[K, T]]:
-        """Return what the file holds; in an empty one, write down what it is to be of."""
+    def _read(self, stamp: Mapping[str, Any]) -> list[JournalEntry[K, T]]:
+        """Return the entries of the file. In an empty file, write the first line."""
         stamp = json.loads(json.dumps(stamp))
-        whole, size = _whole(self._file), os.fstat(self._file).st_size
-        lines = _lines(self._file, whole)
+        whole, size = _end_of_whole_lines(self._file), os.fstat(self._file).st_size
+        lines = _read_lines(self._file, whole)
         head = next(lines, b"")
-        there = _parsed(head)
+        there = _parse_line(head)
         if head and there != stamp:
-            what = _difference(there, stamp) if isinstance(there, dict) else "its first line does not say what it is of"
+            what = (
+                _describe_difference(there, stamp)
+                if isinstance(there, dict)
+                else "its first line does not say what it is of"
+            )
             raise InputError(f"{self.path} is no journal of this work: {what}", hints=["name another folder"])
         found = []
         for number, line in enumerate(lines, start=2):
@@ -173,7 +177,7 @@ class Journal(Notes[K, T], Closing):
                 where = ".".join(map(str, first["loc"][1:])) or "the line"
                 what = f"{self.path}, line {number}: {shortened(where)}: {first['msg']}"
                 raise InputError(what, hints=[_REMOVE]) from None
-        if whole < size:  # a torn line goes only where all before it is sound
+        if whole < size:  # a torn line is removed only after all lines before it are validated
             os.ftruncate(self._file, whole)
         if not head:
             self._append([json.dumps(stamp).encode()])
@@ -181,29 +185,29 @@ class Journal(Notes[K, T], Closing):
 
 
 def remove_unused(path: Path) -> None:
-    """Remove a journal in which nothing stands but what it is of, where there is one."""
+    """Remove a journal that contains only its first line, if there is one."""
     if not path.exists():
         return
     with path.open("rb") as file:
-        used = len([*islice(_lines(file.fileno(), os.fstat(file.fileno()).st_size), 2)]) > 1
+        used = len([*islice(_read_lines(file.fileno(), os.fstat(file.fileno()).st_size), 2)]) > 1
     if not used:
         path.unlink()
 
 
 def canonical(path: Path) -> list[bytes]:
-    """Return the lines of a journal in an order that does not depend on which job was finished first.
+    """Return the lines of a journal in an order that does not depend on which job finished first.
 
-    Two journals hold the same, to the bit, where these lists are equal.
+    Two journals have the same content, to the bit, if these lists are equal.
     """
     with path.open("rb") as file:
-        return sorted({*_lines(file.fileno(), _whole(file.fileno()))})
+        return sorted({*_read_lines(file.fileno(), _end_of_whole_lines(file.fileno()))})
 
 
-def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
+def _describe_difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     if there.get("format") != JOURNAL_FORMAT:
         of = f"it is of format {shortened(repr(there.get('format')))}, as another version of Carom wrote it"
         return f"{of}, and this one is {JOURNAL_FORMAT}"
-    # A name that only one of the two has differs, though it be null.
+    # A name in only one of the two is a difference, even if its value is null.
     names = [name for name in {**here, **there} if (name in there, there.get(name)) != (name in here, here.get(name))]
     return "; ".join(
         f"its {shortened(visible(name))} is {shortened(visible(str(there.get(name, 'absent'))))}, and this one's "
@@ -212,8 +216,8 @@ def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     )
 
 
-def _parsed(line: bytes) -> Any:
-    """Return what a line says; None where it is no JSON, or has more values than any line of Carom's."""
+def _parse_line(line: bytes) -> Any:
+    """Return the JSON value of a line; None if it is not JSON, or has more values than any line of Carom."""
     try:
         return json.loads(line) if values_in(line) <= MOST_VALUES[".json"] else None
     except (ValueError, RecursionError):
@@ -223,29 +227,30 @@ def _parsed(line: bytes) -> Any:
 def _lock(file: int, path: Path) -> None:
     try:
         import fcntl
-    except ImportError:  # not a POSIX system: nothing keeps two processes apart there
+    except ImportError:  # not a POSIX system: there is no lock
         return
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # let go of by the system when the process ends, however
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system releases it when the process ends in any way
     except OSError:
         raise InputError(
             f"{path} is being written by another process; end that one first, or name another folder"
         ) from None
 
 
-def _whole(file: int) -> int:
-    """Return where the last whole line ends; a last line that is no JSON is torn, too."""
+def _end_of_whole_lines(file: int) -> int:
+    """Return the position after the last complete line. A last line that is not JSON counts as torn."""
     size = os.fstat(file).st_size
     end = _after_line_feed(file, size)
     begin = _after_line_feed(file, end - 1)
-    while end and begin == end - 1:  # what is empty is no line
+    while end and begin == end - 1:  # skip empty lines
         end, begin = begin, _after_line_feed(file, begin - 1)
-    # After a loss of power a file can end in zeros.
-    return begin if begin < end and _parsed(_read(file, begin, min(end, begin + LONGEST_LINE))) is None else end
+    # After a power failure a file can end in zeros.
+    last = _read(file, begin, min(end, begin + LONGEST_LINE)) if begin < end else b""
+    return begin if begin < end and _parse_line(last) is None else end
 
 
 def _after_line_feed(file: int, end: int) -> int:
-    """Return the place after the last line feed before `end`; 0 where there is none."""
+    """Return the position after the last line feed before `end`; 0 if there is none."""
     while end > 0:
         begin = max(0, end - _BLOCK)
         found = os.pread(file, end - begin, begin).rfind(b"\n")
@@ -255,8 +260,8 @@ def _after_line_feed(file: int, end: int) -> int:
     return 0
 
 
-def _lines(file: int, end: int) -> Iterator[bytes]:
-    """Yield the lines up to `end` without their line feeds; of one that is too long no more than shows that it is."""
+def _read_lines(file: int, end: int) -> Iterator[bytes]:
+    """Yield the lines up to `end` without line feeds. A line that is too long is truncated just above the limit."""
     with open(file, "rb", closefd=False) as stream:
         stream.seek(0)
         while (left := end - stream.tell()) > 0:

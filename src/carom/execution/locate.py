@@ -1,11 +1,11 @@
-"""Cutting an engine's steps so that they end where bodies begin to touch, by the engine's own contact test.
+"""Cuts an engine's steps so that they end when bodies begin to touch, by the engine's own contact test.
 
-An engine that is only looked at at step boundaries sees an impact up to a step late. Its steps can be cut instead: a
-step after which bodies touch that did not touch before is taken again with half the length, and again, until two
-lengths are left that the clock can't tell apart, the longer of which ends in contact and the shorter does not. So the
-engine is asked for its own motion and its own answer to "do they touch now?"; no formula of Carom's takes part.
+An engine detects an impact at a step boundary, up to a step late. If new bodies touch after a step, the driver restores
+the state before it and bisects the length of the step. It stops at two lengths that the clock can't distinguish: bodies
+touch after the longer and not after the shorter. Motion and contact test are the engine's own; no formula of Carom is
+used.
 
-Bodies that touch only between two boundaries are not found: where to look is decided by the step, as without cutting.
+Bodies that touch only between two boundaries are not found: as without cutting, contact is tested once per step.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from collections.abc import Iterator
 from carom.engines.api import CuttableWorld, World
 from carom.errors import AdapterError
 
-#: Impacts without end at one instant cut a step into pieces without end. No scene has this many in one step.
+#: Limit for infinitely many impacts at one instant. No scene has so many impacts in one step.
 MOST_PIECES = 10_000
 
 
 class Cutter:
-    """Takes a world forward in pieces of steps, and counts.
+    """Advances a world in pieces of steps, and counts them.
 
     Attributes:
-        world: The world; at time 0.
-        pieces: Pieces taken so far.
-        probes: Steps that were taken to find where a piece must end, and taken back.
-        stuck: Whether a step was given up for its pieces without end.
+        world: The world, initially at time 0.
+        pieces: Number of pieces so far.
+        probes: Number of steps that were taken to find the end of a piece, and undone.
+        stuck: Whether a step was aborted at `MOST_PIECES`.
     """
 
     def __init__(self, world: World) -> None:
@@ -38,7 +38,7 @@ class Cutter:
         self._known: frozenset[tuple[int, int]] = frozenset()
 
     def step(self, start_s: float, end_s: float) -> Iterator[float]:
-        """Take one step, and yield the time at the end of each piece of it."""
+        """Take one step in pieces, and yield the time at the end of each piece."""
         world, now_s, pieces = self.world, start_s, 0
         while now_s < end_s:
             if pieces == MOST_PIECES:
@@ -52,7 +52,7 @@ class Cutter:
                 length = self._bisect(state, now_s, length, begun)
                 world.restore(state)
                 found = self._try(length)
-            # Free flight adds up to the boundary itself, not to a sum of rounded pieces.
+            # The last piece ends exactly at the boundary, not at a sum of rounded lengths.
             now_s = now_s + length if begun else end_s
             self._known = found
             pieces += 1
@@ -68,7 +68,7 @@ class Cutter:
         return found
 
     def _bisect(self, state: object, now_s: float, touching_s: float, begun: frozenset[tuple[int, int]]) -> float:
-        """Return the shortest piece, to the resolution of the clock, after which one of the pairs touches."""
+        """Return the shortest length, to the resolution of the clock, after which one of the pairs touches."""
         apart_s = 0.0
         while True:
             middle_s = apart_s + (touching_s - apart_s) / 2

@@ -1,4 +1,4 @@
-"""What every study may be asked, and what a cross-check is: see `carom.support.options`."""
+"""Options shared by all studies, and the options of a cross-check. They are declared by `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -16,110 +16,110 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Setting
 
-#: Seconds for the certified run of a scene: a few thousand impacts of some dozens of discs.
+#: Seconds for the certified run of a scene, enough for a few thousand impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 
 #: The best grade that counts as a violation.
 FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
-#: NumPy's generators take no larger one.
+#: Largest seed of NumPy's generators.
 MOST_SEED = 2**63 - 1
 
-#: Each step of a scene's series is this part of the one before: far enough apart to show an order of convergence.
+#: Ratio of consecutive steps of a scene, large enough to show an order of convergence.
 REFINEMENT = 4
 REFINEMENTS = 3
 
 
 def default_dts(scene: Scene) -> tuple[float, ...]:
-    """Return the steps at which a scene is run unless others are asked for: its own frame, a quarter, a sixteenth."""
+    """Return the default steps of a scene: its own frame, a quarter and a sixteenth of it."""
     return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
 
 
 def _engine(text: str) -> str:
-    from carom.engines.registry import engine_named
+    from carom.engines.registry import resolve_engine
 
-    return engine_named(text)
+    return resolve_engine(text)
 
 
 def engine_names(*, stamped: bool = False) -> Any:
-    """Declare which engines are asked for; a manifest becomes known, and is its engine's name."""
+    """Declare the option for engines, by name or manifest. A manifest is registered, and its engine's name returned."""
     return option(
         None,
         ValueKind("a name", "NAME", name().take, _engine, name().wrong),
-        "Engine, or the engine.toml of one that is a program; repeatable. Its adapter runs with your permissions.",
+        "Engine name, or path of an engine.toml; repeatable. Its code runs with your permissions.",
         "--engine",
         "-e",
         many=True,
         stamped=stamped,
-        said="all that are installed",
+        said="all installed",
     )
 
 
 def profile_names(
     *default: str, what: str = "Settings profile, repeatable.", said: str = "", stamped: bool = False
 ) -> Any:
-    """Declare which profiles are asked for; without a default, those that `said` names."""
+    """Declare the option for profiles; `said` describes the default if it is None."""
     return option(default or None, name(), what, "--profile", "-p", many=True, stamped=stamped, said=said)
 
 
 def step_lengths(said: str, *, stamped: bool = False) -> Any:
     """Return the option that takes steps; `said` is the default in words."""
-    what = "Step in seconds, such as 1/240; repeatable."
+    what = "Time step in seconds, such as 1/240; repeatable."
     return option(None, step(), what, "--dt", many=True, stamped=stamped, said=said)
 
 
 def phase_seed(*, stamped: bool = False) -> Any:
     """Return the option that says where the sequence of phases begins."""
-    return option(0, whole(0, MOST_SEED), "Where the sequence of phases begins.", "--seed", stamped=stamped)
+    return option(0, whole(0, MOST_SEED), "Start of the sequence of phases.", "--seed", stamped=stamped)
 
 
 def time_limit(*, stamped: bool = False) -> Any:
     """Declare after what time a run is ended."""
-    what = "Seconds after which a run that gives no answer is ended."
+    what = "Time limit of a run in seconds."
     return option(DEFAULT_TIME_LIMIT_S, seconds(), what, "--time-limit", stamped=stamped)
 
 
 def memory_limit(*, stamped: bool = False) -> Any:
     """Declare how much memory a process may take."""
-    what, said = "Megabytes that an engine's process may take.", "the machine's, shared among --jobs and one more"
+    what, said = "Memory limit of an engine process in megabytes.", "total memory / (jobs + 1)"
     return option(None, megabytes(), what, "--memory-limit", stamped=stamped, said=said)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limited(DeclaredOptions):
-    """What every study that starts engines is given.
+class LimitOptions(DeclaredOptions):
+    """Options of every study that starts engines.
 
     Attributes:
-        jobs: How many jobs are run at a time; as many as there are cores by default.
-        time_limit_s: An engine that gives no answer for this many seconds is ended.
-        memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.execution.pool.LocalPool`
-            has it.
+        jobs: Number of parallel runs; by default the number of cores.
+        time_limit_s: Seconds after which an engine without an answer is ended.
+        memory_limit_mb: Memory limit of an engine's process, megabytes; by default that of
+            `carom.execution.pool.LocalPool`.
     """
 
     jobs: int | None = option(
-        None, whole(1, MOST_JOBS), "Runs at a time.", "--jobs", "-j", said="as many as there are cores"
+        None, whole(1, MOST_JOBS), "Number of parallel runs.", "--jobs", "-j", said="number of cores"
     )
     time_limit_s: float = time_limit()
     memory_limit_mb: float | None = memory_limit()
 
     def pool(self, jobs: int | None = None) -> LocalPool:
-        """Return processes of this machine with these limits, which are all that a study starts."""
+        """Return a pool of worker processes on this machine with these limits."""
         from carom.execution.pool import LocalPool
 
         return LocalPool(jobs or self.jobs, self.time_limit_s, self.memory_limit_mb)
 
 
 def _mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping | tuple):  # a tuple of pairs is what the default is, of none
+    if not isinstance(value, Mapping | tuple):  # the default is an empty tuple of pairs
         raise TypeError
     return dict(value)
 
 
-def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
-    """Return the settings that are asked for as ``name=value``, as texts.
+def parse_settings(words: Sequence[str]) -> dict[str, Setting]:
+    """Parse settings in the form ``name=value``. The values stay texts.
 
     Raises:
-        InputError: A word has no ``=`` or no name, or a setting is asked for twice.
+        InputError: A word has no ``=`` or no name, or a setting occurs twice.
     """
     found: dict[str, Setting] = {}
     for word in words:
@@ -127,13 +127,13 @@ def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
         if not (name and sign):
             raise InputError(f"--set must be NAME=VALUE, such as iterations=20, got {word!r}")
         if name in found:
-            raise InputError(f"--set: {name} is asked for twice, as {found[name]} and as {value}")
+            raise InputError(f"--set: {name} is given twice, as {found[name]} and {value}")
         found[name] = value
     return found
 
 
 @dataclass(frozen=True)
-class Options(Limited):
+class Options(LimitOptions):
     """What is asked of a cross-check, apart from its scenes.
 
     Attributes:
@@ -158,10 +158,10 @@ class Options(Limited):
     """
 
     engines: Sequence[str] | None = engine_names(stamped=True)
-    dts: Sequence[float] | None = step_lengths("each scene's own frame, a quarter and a sixteenth of it", stamped=True)
+    dts: Sequence[float] | None = step_lengths("1, 1/4 and 1/16 of a scene's frame", stamped=True)
     profiles: Sequence[str] | None = profile_names(
-        what="Settings profile, repeatable, or 'all' with every variant.",
-        said="'default', 'tuned' and 'located'",
+        what="Settings profile, repeatable, or 'all' for every variant.",
+        said="default, tuned, located",
         stamped=True,
     )
     settings: Mapping[str, Setting] = option(
@@ -171,17 +171,16 @@ class Options(Limited):
             "NAME=VALUE",
             _mapping,
             wrong=("x", 5, ["x"], None),
-            gather=asked_settings,
+            gather=parse_settings,
         ),
-        "Try a setting instead of the profiles' own, repeatable. Every engine asked for must have it; an "
-        "unknown one is refused with the names that there are.",
+        "Override a setting of the profiles, repeatable. Every chosen engine must have it.",
         "--set",
         stamped=True,
     )
     phases: int = option(
         0,
         whole(0, MOST_PHASES),
-        "Run each cell at this number of sub-step phases too, and show the spread of its errors.",
+        "Number of additional sub-step phases per cell, to show the spread of errors.",
         "--phases",
         stamped=True,
     )
@@ -189,17 +188,13 @@ class Options(Limited):
     certified: bool | None = option(
         None,
         flag(),
-        "Score against certified runs (needs python-flint), and say how far they reach. By default PIC is the "
-        "reference, certified as far as it is reliable for scenes of three discs or more.",
+        "Compare with certified runs, which need python-flint.",
         "--certify/--no-certify",
         stamped=True,
+        said="PIC, certified for three discs or more",
     )
-    certify_s: float = option(
-        CERTIFY_SECONDS, seconds(), "Seconds for the certified run of each scene.", "--certify-time", stamped=True
-    )
-    timing: bool = option(
-        True, flag(), "Whether to time each scene at its coarsest step too.", "--timing/--no-timing", stamped=True
-    )
+    certify_s: float = option(CERTIFY_SECONDS, seconds(), "Seconds per certified run.", "--certify-time", stamped=True)
+    timing: bool = option(True, flag(), "Time each scene at its coarsest step.", "--timing/--no-timing", stamped=True)
     samples: bool = option(True, flag(), "Whether to keep states for drawing.", stamped=True)
     _: KW_ONLY
     time_limit_s: float = time_limit(stamped=True)

@@ -1,6 +1,6 @@
-"""Where in a step the impact falls: one scene run at many sub-step phases, scored as a distribution.
+"""Phases: one scene is run with many starts within a step, and the scores are a distribution.
 
-One phase makes a step look lucky or unlucky; `carom.comparator.shift` moves a scene to another.
+With a single phase a step can be lucky or unlucky. `carom.comparator.shift` shifts a scene to another phase.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from carom.comparator import Score
 from carom.model.scene import Scene
 
-#: Of all numbers the golden ratio is the worst to approximate by fractions: its multiples leave no gap long unfilled.
+#: The golden ratio is hardest to approximate by fractions, so its multiples fill the interval most evenly.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -24,15 +24,15 @@ class PhaseSpread:
     """The scores of one cell over many phases.
 
     Attributes:
-        phases: How many phases ran.
-        wrong: In how many an impact was missed or invented.
-        missed: In how many an impact was missed.
+        phases: Number of phases that ran.
+        wrong: Number of phases with a missed or spurious impact.
+        missed: Number of phases with a missed impact.
         velocity_median: Median over phases of the largest velocity error, over the scene's speed; NaN without any.
         velocity_worst: The largest.
         time_median_s: Median over phases of the magnitude of the largest time error, seconds.
         time_worst_s: The largest.
-        pit_miss_probability: In what share of all phases PIT misses the impact, by closed form; NaN where the scene is
-            not of two discs that meet on straight paths.
+        pit_miss_probability: Fraction of all phases in which PIT misses the impact, by a closed form; NaN unless the
+            scene has two discs that meet on straight paths.
     """
 
     phases: int
@@ -46,22 +46,22 @@ class PhaseSpread:
 
     @property
     def miss_probability(self) -> float:
-        """Share of the phases in which an impact was missed."""
+        """Fraction of the phases with a missed impact."""
         return self.missed / self.phases if self.phases else math.nan
 
 
 def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
-    """Return quasi-random phases in 0 to 1: multiples of the golden ratio from a start that the seed draws."""
+    """Return quasi-random phases in 0 to 1: multiples of the golden ratio, from a start that depends on the seed."""
     start = float(np.random.default_rng(seed).random())
     return tuple((start + k * _GOLDEN) % 1.0 for k in range(count))
 
 
 def pit_miss_probability(scene: Scene, dt_s: float) -> float:
-    """Return in what share of all phases PIT misses the impact of two discs at a step: NaN where none is to be missed.
+    """Return the fraction of all phases in which PIT misses the impact of two discs; NaN if they do not meet.
 
-    PIT sees them overlap and approach for half the chord, ``sqrt(R^2 - b^2)`` at the relative speed; a frame falls into
-    that for certain where it lasts a step, and with the probability of its length in steps where it does not. That is
-    so of straight paths at constant speeds, relative to each other, that meet within the run.
+    PIT detects the impact in the interval in which the discs overlap and approach: half the chord, ``sqrt(R^2 - b^2)``,
+    at the relative speed. If the interval is at least a step long, a frame always falls into it. Otherwise the
+    probability is its length in steps. This is valid for straight relative paths at constant speed.
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan
@@ -85,7 +85,7 @@ def pit_miss_probability(scene: Scene, dt_s: float) -> float:
     return max(0.0, 1.0 - half_chord / (speed * dt_s))
 
 
-def spread_of(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
+def compute_spread(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
     """Return the distribution of scores of one cell over phases."""
     velocities = [s.total.velocity for s in scores if not math.isnan(s.total.velocity)]
     times = [abs(s.total.time_s) for s in scores if not math.isnan(s.total.time_s)]

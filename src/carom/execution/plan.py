@@ -1,7 +1,7 @@
 """The plan of a cross-check: which scene runs on which engine, with which profile and at which step.
 
-Derived from the scenes and from what the adapters declare, each in a process of its own; no engine is imported. What is
-run and what ``--explain`` prints are read off the same plan.
+It is derived from the scenes and from the declarations of the adapters. Each adapter is queried in its own process, and
+no engine is imported. Runs and the output of ``--explain`` use the same plan.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from carom.catalogue import CatalogueScene, KnownAnswer, find_scenes
 from carom.engines.api import Capabilities, ContactTimes
 from carom.engines.registry import EngineInfo
 from carom.errors import InputError, UnknownNameError
-from carom.execution.engine_run import Observe, capabilities_of
-from carom.execution.engines import Methods, described, methods_of, to_run
-from carom.execution.job import Answer, Job, Status, Tried
+from carom.execution.engine_run import ObserveTask, capabilities_of
+from carom.execution.engines import Methods, describe_engines, list_methods, select_engines
+from carom.execution.job import Answer, Job, SettingOverrides, Status
 from carom.execution.options import Options
-from carom.execution.pool import Asker, Pool
-from carom.execution.settings_override import tried_by
+from carom.execution.pool import Pool, TaskRunner
+from carom.execution.settings_override import resolve_settings
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.support.checks import shown
@@ -27,33 +27,33 @@ from carom.support.escaping import named_hints
 __all__ = [
     "DEFAULT_PROFILES",
     "Plan",
+    "build_plan",
     "capabilities_of",
+    "check_own_scene",
     "missing_profile_reason",
-    "of_its_scene",
-    "plan_of",
-    "profiles_to_plan",
-    "sorted_out",
-    "trace_of",
+    "observe_job",
+    "resolve_scenes",
+    "select_profiles",
 ]
 
 DEFAULT_PROFILES = ("default", "tuned", "located")
 
-#: Stands for every profile that an engine offers.
+#: Selects every profile that an engine offers.
 ALL_PROFILES = "all"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Which scene runs by which method at which step.
+    """The jobs of a cross-check, with everything they were derived from.
 
     Attributes:
-        scenes: No two of one name.
-        answers: Known answers of those of the catalogue, by name.
-        engines: What is known of each engine asked for, or of every one.
+        scenes: The scenes; no two have the same name.
+        answers: Known answers of the catalogue scenes, by name.
+        engines: Description of each requested engine, or of every engine.
         profiles: Names of the profiles to run.
         jobs: In the order scene, engine, step, profile.
-        options: What was asked for.
-        methods: What is known of the methods, and why some can't be run.
+        options: The requested options.
+        methods: The methods, and why some of them can't be run.
     """
 
     scenes: tuple[Scene, ...]
@@ -65,64 +65,64 @@ class Plan:
     methods: Methods
 
 
-def profiles_to_plan(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the names of the profiles to run: those asked for, all that are offered, or those of `DEFAULT_PROFILES`.
+def select_profiles(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the names of the profiles to run: the requested ones, all, or those of `DEFAULT_PROFILES`.
 
     Raises:
-        UnknownNameError: No engine asked for has such a profile.
+        UnknownNameError: No requested engine has such a profile.
     """
     offered = dict.fromkeys(profile for info in infos for profile in info.profiles)
     for profile in asked or ():
         if profile not in (*offered, ALL_PROFILES) and all(info.profiles for info in infos):
             hints = named_hints(profile, offered, f"there are: {', '.join(offered)}")
-            raise UnknownNameError(f"no engine asked for has a profile {profile!r}", hints=hints)
+            raise UnknownNameError(f"no requested engine has a profile {profile!r}", hints=hints)
     if asked is None:
         asked = [name for name in DEFAULT_PROFILES if name in offered]
-    # Where no adapter asked for can be loaded, its rows say why.
+    # If no requested adapter can be loaded, a row of each shows the reason.
     return tuple(offered if ALL_PROFILES in asked else asked) or DEFAULT_PROFILES
 
 
-def sorted_out(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tuple[Scene, ...], dict[str, KnownAnswer]]:
-    """Return the scenes, and the known answers of those of the catalogue by name.
+def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tuple[Scene, ...], dict[str, KnownAnswer]]:
+    """Look up names in the catalogue. Return the scenes, and the known answers of catalogue scenes by name.
 
     Raises:
-        InputError: There is no scene, or two have one name.
+        InputError: There is no scene, or two scenes have the same name.
     """
     if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
-        raise InputError(f"scenes must be a list, also where there is one of them, got {type(scenes).__name__}")
+        raise InputError(f"scenes must be a list, even of one item, got {type(scenes).__name__}")
     given = list(scenes)
     entries = [one for entry in given for one in (find_scenes([entry]) if isinstance(entry, str) else [entry])]
     for k, entry in enumerate(entries):
         if not isinstance(entry, Scene | CatalogueScene):
-            raise InputError(f"scenes[{k}] must be a Scene, or one of the catalogue or its name, got {shown(entry)}")
+            raise InputError(f"scenes[{k}] must be a Scene, a catalogue scene or its name, got {shown(entry)}")
     answers = {entry.name: entry.known for entry in entries if isinstance(entry, CatalogueScene)}
     plain = tuple(entry.scene if isinstance(entry, CatalogueScene) else entry for entry in entries)
     if not plain:
-        raise InputError("there is no scene to run")
+        raise InputError("no scene to run")
     names = [scene.name for scene in plain]
     if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise InputError(f"two scenes have the name {twice[0]!r}: a report could not tell them apart")
+        raise InputError(f"two scenes have the name {twice[0]!r}: names must be unique")
     return plain, answers
 
 
-def plan_of(scenes: Iterable[Scene | CatalogueScene | str], options: Options, pool: Pool) -> Plan:
-    """Return the plan of a cross-check.
+def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options, pool: Pool) -> Plan:
+    """Build the plan of a cross-check.
 
     Args:
-        scenes: Scenes, of one's own or of the catalogue; no two of one name.
-        options: What is asked for.
-        pool: Where adapters are asked what they declare; it stays open.
+        scenes: Scenes, catalogue scenes or names of these; no two with the same name.
+        options: The requested options.
+        pool: Where adapters are queried for their declarations; it stays open.
 
     Raises:
-        InputError: There is no scene, or two have one name.
-        UnknownNameError: There is no such engine, or no engine asked for has such a profile.
+        InputError: There is no scene, or two scenes have the same name.
+        UnknownNameError: There is no such engine, or no requested engine has such a profile.
     """
-    plain, answers = sorted_out(scenes)
-    known = described(options.engines, pool)
-    infos = to_run(known, options.engines)
-    profiles = profiles_to_plan(infos, options.profiles)
+    plain, answers = resolve_scenes(scenes)
+    known = describe_engines(options.engines, pool)
+    infos = select_engines(known, options.engines)
+    profiles = select_profiles(infos, options.profiles)
     dts = [dt_s for scene in plain for dt_s in options.steps_of(scene)]
-    methods = methods_of(infos, profiles, dts, pool, _tried(infos, profiles, options, dts, pool))
+    methods = list_methods(infos, profiles, dts, pool, _tried(infos, profiles, options, dts, pool))
     jobs = [
         Job(scene, method, dt_s, refinement)
         for scene in plain
@@ -136,27 +136,27 @@ def plan_of(scenes: Iterable[Scene | CatalogueScene | str], options: Options, po
 
 def _tried(
     infos: Sequence[EngineInfo], profiles: Sequence[str], options: Options, dts: Sequence[float], pool: Pool
-) -> dict[str, Tried]:
-    """Return what each engine is to try instead of its profiles' own settings."""
+) -> dict[str, SettingOverrides]:
+    """Return the settings that replace those of the profiles, by engine."""
     if not options.settings:
         return {}
-    return {info.name: tried_by(info, options.settings, profiles, dts[0], pool) for info in infos}
+    return {info.name: resolve_settings(info, options.settings, profiles, dts[0], pool) for info in infos}
 
 
-def trace_of(job: Job, asker: Asker, *, samples: bool = False) -> Answer[Trace]:
-    """Return what happens in a job, or why it can't be run or was not."""
-    return of_its_scene(job, asker.ask(Observe(job, samples)))
+def observe_job(job: Job, runner: TaskRunner, *, samples: bool = False) -> Answer[Trace]:
+    """Run a job and return its trace, or the reason why there is none."""
+    return check_own_scene(job, runner.run(ObserveTask(job, samples)))
 
 
-def of_its_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
-    """Return the answer to a job, which must be a trace of its own scene."""
+def check_own_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
+    """Return the answer to a job, or a failure if it contains the trace of another scene."""
     if answer.value is not None and answer.value.scene != job.scene:
         return Answer(Status.FAILED, "answered nonsense: a trace of another scene")
     return answer
 
 
 def missing_profile_reason(profile: str, capabilities: Capabilities) -> str:
-    """Return why a method that declares these capabilities has no profile of this name, as far as that can be told."""
+    """Return the likely reason why a method with these capabilities has no profile of this name."""
     if profile.startswith("cylinder") and capabilities.dimensions == 2:
         return "its discs are two-dimensional: there is nothing to tip over"
     if profile == "resting":

@@ -1,7 +1,6 @@
-"""Where tasks are carried out: in worker processes of this machine, or in this very process.
+"""Pools: carry out tasks in worker processes of this machine, or in this process.
 
-A caller that runs engines asks a pool, and gets an `Answer` whatever an engine does. A third pool is a cluster
-(`carom.execution.cluster`).
+A pool returns an `Answer` to every task, whatever an engine does. `carom.execution.cluster` has a third pool.
 """
 
 from __future__ import annotations
@@ -13,16 +12,16 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Generic, Self, TypeVar
 
-from carom.execution.fork_server import Template
+from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Task
 from carom.execution.process import ClosedError, Worker
-from carom.execution.worker import answer
+from carom.execution.worker import carry_out
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, require_megabytes
 from carom.support.system import available_cores, available_memory
 
 
 def memory_share(lanes: int) -> float:
-    """Return how many megabytes each of this many processes at work may take, where one share is left for all else."""
+    """Return the megabytes that each of `lanes` worker processes may use. One share is left for everything else."""
     return available_memory() / (lanes + 1) / 1e6
 
 
@@ -30,11 +29,11 @@ T = TypeVar("T")
 Item = TypeVar("Item")
 
 
-class Closing:
-    """Something to be closed, as a context manager."""
+class Closeable:
+    """Base of everything with a `close` method: a context manager that calls it."""
 
     def close(self) -> None:
-        """End whatever was started."""
+        """Release all resources."""
 
     def __enter__(self) -> Self:
         return self
@@ -43,63 +42,67 @@ class Closing:
         self.close()
 
 
-class Asker(Closing, ABC):
-    """Answers one question at a time."""
+class TaskRunner(Closeable, ABC):
+    """Carries out one task at a time."""
 
-    def ask(self, task: Task[T]) -> Answer[T]:
-        """Have a task carried out, alone."""
-        (found,) = self.ask_each([task])
+    def run(self, task: Task[T]) -> Answer[T]:
+        """Carry out one task."""
+        (found,) = self.run_each([task])
         return found
 
     @abstractmethod
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Have tasks of one engine carried out, one after another and alone, and yield the answer to each in turn."""
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Carry out tasks of one engine one after another, and yield the answer to each in turn."""
 
 
-class Pool(Asker):
-    """Answers several questions at a time; used as a context manager, it ends whatever it has started."""
+class Pool(TaskRunner):
+    """Carries out several tasks at a time. As a context manager, it ends the processes that it started."""
 
     def renew(self) -> None:
-        """Have what is asked next carried out in processes in which nothing has been, where there are processes."""
+        """Replace the worker processes, if there are any, so that later tasks run in fresh ones."""
 
     @abstractmethod
-    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
-        """Do some work on each item, several at a time, and yield what comes of it as it comes, in no order.
+    def each(
+        self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
+    ) -> Iterator[list[T]]:
+        """Apply a function to each item, several at a time, and yield the results as they finish, in no order.
 
         Args:
-            items: Names of the engines that are asked for, and what is to be worked on.
-            work: Yields what comes of an item; it asks whatever it is given with the item.
+            items: Each item with the name of the engine that it needs.
+            work: Yields the results of an item. It runs tasks on the runner that is passed with the item.
         """
 
 
-class InProcess(Pool):
-    """Carries everything out in this process, one after another: nothing to start, and nothing to be safe from."""
+class InProcessPool(Pool):
+    """Carries out all tasks in this process, one after another. It does not protect against a crash of an engine."""
 
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Carry tasks out."""
-        return map(answer, tasks)
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Carry out tasks one after another."""
+        return map(carry_out, tasks)
 
-    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+    def each(
+        self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
+    ) -> Iterator[list[T]]:
         """Work on one item after another."""
         return ([result] for _, item in items for result in work(item, self))
 
 
-class Lane(Asker):
-    """Worker processes of one thread, one an engine, so that each has its engine warm and no other's.
+class Lane(TaskRunner):
+    """Worker processes of one thread, one for each engine, so that an engine is loaded once and runs alone.
 
     Args:
-        time_limit_s: A task that gives no answer for so long is ended, and its answer says so.
-        memory_limit_mb: Megabytes that a process may take; by default `memory_share` of this one lane.
-        template: What forks the processes, where there is one.
+        time_limit_s: Seconds after which a task without an answer is ended and reported as timed out.
+        memory_limit_mb: Megabytes that a process may use; by default `memory_share` of one lane.
+        fork_server: Forks the processes, if there is one.
     """
 
     def __init__(
         self,
         time_limit_s: float = DEFAULT_TIME_LIMIT_S,
         memory_limit_mb: float | None = None,
-        template: Template | None = None,
+        fork_server: ForkServer | None = None,
     ) -> None:
-        self._template = template
+        self._fork_server = fork_server
         self._time_limit_s = time_limit_s
         if memory_limit_mb is not None:
             require_megabytes("the memory limit", memory_limit_mb)
@@ -110,53 +113,53 @@ class Lane(Asker):
 
     @property
     def engines(self) -> Collection[str]:
-        """Names of the engines that it has a worker for."""
+        """Names of the engines with a worker."""
         return self._workers.keys()
 
-    def of(self, engine: str) -> Worker:
-        """Return the worker of an engine; its process is started when it is first asked."""
+    def worker_of(self, engine: str) -> Worker:
+        """Return the worker of an engine. Its process starts with the first task."""
         with self._lock:
             if self._closed:
                 raise ClosedError
             if engine not in self._workers:
-                self._workers[engine] = Worker(self._memory_bytes, self._template)
+                self._workers[engine] = Worker(self._memory_bytes, self._fork_server)
             return self._workers[engine]
 
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Have tasks of one engine carried out in its worker, by one message."""
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Carry out tasks of one engine in its worker, sent as one message."""
         if not tasks:
             return iter(())
-        limit_s = max(self._time_limit_s, getattr(tasks[0], "least_limit_s", 0.0))
-        return self.of(tasks[0].engine).ask_each(tasks, limit_s)
+        limit_s = max(self._time_limit_s, getattr(tasks[0], "min_time_limit_s", 0.0))
+        return self.worker_of(tasks[0].engine).run_each(tasks, limit_s)
 
     def renew(self) -> None:
-        """End the processes; the next task starts anew."""
+        """End the processes; the next task starts a new one."""
         with self._lock:
             ended, self._workers = self._workers, {}
         for worker in ended.values():
             worker.close()
 
     def stop(self) -> None:
-        """Let the caller that waits for an answer wait no longer, and nobody ask again."""
+        """Abort the task that is running, and refuse further tasks."""
         with self._lock:
             self._closed = True
             for worker in self._workers.values():
                 worker.stop()
 
     def close(self) -> None:
-        """End the processes; who waits for an answer is told so."""
+        """End the processes. A caller that waits for an answer gets a `ClosedError`."""
         self.stop()
         for worker in self._workers.values():
             worker.close()
 
 
 class LocalPool(Pool):
-    """Lanes of this machine, each with its own worker processes.
+    """Lanes on this machine, each with its own worker processes.
 
     Args:
-        jobs: How many tasks are carried out at a time; as many as there are cores by default.
-        time_limit_s: As of a `Lane`.
-        memory_limit_mb: As of a `Lane`; by default each has the same share.
+        jobs: Number of tasks carried out at a time; by default the number of cores.
+        time_limit_s: As in `Lane`.
+        memory_limit_mb: As in `Lane`; by default all lanes have equal shares.
     """
 
     def __init__(
@@ -167,51 +170,53 @@ class LocalPool(Pool):
     ) -> None:
         lanes = jobs or available_cores()
         share_mb = memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
-        self._template = Template.forked()
-        self._lanes = [Lane(time_limit_s, share_mb, self._template) for _ in range(lanes)]
+        self._fork_server = ForkServer.forked()
+        self._lanes = [Lane(time_limit_s, share_mb, self._fork_server) for _ in range(lanes)]
         self._threads: list[threading.Thread] = []
 
     def close(self) -> None:
-        """End the engines, and with them the threads that wait for their answers."""
+        """End the worker processes and the threads that wait for their answers."""
         for lane in self._lanes:
-            lane.stop()  # all at once, since each takes its time to end
+            lane.stop()  # all before the first close, which takes a while
         for lane in self._lanes:
             lane.close()
         for thread in self._threads:
-            if thread.is_alive():  # a signal may have come before it was started
+            if thread.is_alive():  # a signal can interrupt before a thread was started
                 thread.join()
-        if self._template is not None:
-            self._template.close()
+        if self._fork_server is not None:
+            self._fork_server.close()
 
     def worker(self, engine: str) -> Worker:
-        """Return the worker of an engine in which what is asked alone is carried out: one that is there already."""
-        return self._lane_of(engine).of(engine)
+        """Return the worker of an engine that `run` uses: an existing one if there is any."""
+        return self._lane_of(engine).worker_of(engine)
 
     def renew(self) -> None:
-        """End the processes; the next tasks start anew."""
+        """End the processes; the next tasks start new ones."""
         for lane in self._lanes:
             lane.renew()
 
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Have tasks carried out in a lane that has their engine already, or else in the first."""
-        return self._lane_of(tasks[0].engine if tasks else "").ask_each(tasks)
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Carry out tasks in a lane that already has their engine, or else in the first."""
+        return self._lane_of(tasks[0].engine if tasks else "").run_each(tasks)
 
     def _lane_of(self, engine: str) -> Lane:
         return next((lane for lane in self._lanes if engine in lane.engines), self._lanes[0])
 
-    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
-        """Work on items in all lanes; what has come by now comes together, so that it can be written together."""
-        todo = _Todo(items)
-        found: queue.SimpleQueue[tuple[T] | BaseException | None] = queue.SimpleQueue()
+    def each(
+        self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
+    ) -> Iterator[list[T]]:
+        """Work on items in all lanes. Results that are ready are yielded together, so that one write stores them."""
+        pending = _PendingItems(items)
+        messages: queue.SimpleQueue[tuple[T] | BaseException | None] = queue.SimpleQueue()
 
         def serve(lane: Lane) -> None:
             try:
-                while (item := todo.take(lane)) is not None:
+                while (item := pending.take(lane)) is not None:
                     for result in work(item[0], lane):
-                        found.put((result,))
-                found.put(None)
-            except BaseException as error:  # noqa: BLE001 - it is raised again where it can be seen
-                found.put(error)
+                        messages.put((result,))
+                messages.put(None)
+            except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
+                messages.put(error)
 
         threads = [threading.Thread(target=serve, args=(lane,), daemon=True) for lane in self._lanes]
         self._threads += threads
@@ -220,36 +225,36 @@ class LocalPool(Pool):
         running = len(threads)
         while running:
             results: list[T] = []
-            for one in [found.get(), *(found.get() for _ in range(found.qsize()))]:
-                if isinstance(one, BaseException):
-                    raise one
-                if one is None:
+            for message in [messages.get(), *(messages.get() for _ in range(messages.qsize()))]:
+                if isinstance(message, BaseException):
+                    raise message
+                if message is None:
                     running -= 1
                 else:
-                    results += one
+                    results += message
             if results:
                 yield results
 
 
-class _Todo(Generic[Item]):
-    """What is still to be worked on: a lane stays with its engine, whose process then need not be started again."""
+class _PendingItems(Generic[Item]):
+    """Items not yet worked on. A lane stays with its engine, whose process then need not be started again."""
 
     def __init__(self, items: Iterable[tuple[str, Item]]) -> None:
-        self._of: dict[str, deque[Item]] = {}
+        self._items: dict[str, deque[Item]] = {}
         for engine, item in items:
-            self._of.setdefault(engine, deque()).append(item)
+            self._items.setdefault(engine, deque()).append(item)
         self._engines: dict[Lane, str] = {}
         self._lock = threading.Lock()
 
     def take(self, lane: Lane) -> tuple[Item] | None:
-        """Return the next item for a lane, None where there is none left."""
+        """Return the next item for a lane, None if there is none left."""
         with self._lock:
             engine = self._engines.get(lane)
-            if engine is None or not self._of[engine]:
+            if engine is None or not self._items[engine]:
                 served = set(self._engines.values())
-                left = [name for name, items in self._of.items() if items]
+                left = [name for name, items in self._items.items() if items]
                 if not left:
                     return None
-                engine = max(left, key=lambda name: (name not in served, name in lane.engines, len(self._of[name])))
+                engine = max(left, key=lambda name: (name not in served, name in lane.engines, len(self._items[name])))
                 self._engines[lane] = engine
-            return (self._of[engine].popleft(),)
+            return (self._items[engine].popleft(),)

@@ -1,6 +1,6 @@
-"""The parent's side of a worker process: starts it, asks it, and survives whatever an engine does to it.
+"""Worker processes as seen by the parent: starts them, sends tasks, receives answers, and handles every failure.
 
-Nothing here waits without a limit, holds more than a stated number of bytes, or runs code that came back.
+Every wait has a time limit, every buffer has a size limit, and no code that a worker returns is run.
 """
 
 from __future__ import annotations
@@ -23,57 +23,57 @@ from pydantic import ValidationError
 from carom.errors import AdapterError
 from carom.execution.codec import Codec
 from carom.execution.folder import Folder
-from carom.execution.fork_server import Template
+from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Status, Task
-from carom.execution.worker import TASK_END, UNHEARD, codec_of
+from carom.execution.worker import ANSWERS_CLOSED, TASK_END, codec_of
 from carom.support.escaping import last_words
 
-#: Longer answers are refused. Half a million impacts with all that is known of them are shorter.
+#: Longer answers are refused. The answer for half a million impacts is shorter.
 MOST_ANSWER_BYTES = 2**27
-#: Of what an engine prints, the end is kept.
+#: This many bytes at the end of an engine's output are kept.
 MOST_PRINTED_BYTES = 2**16
-#: More than a pipe holds by default, and what one can be made to hold.
+#: The largest capacity of a pipe; the default is smaller.
 MOST_PIPE_BYTES = 2**20
-#: Of what is no answer, so much is shown.
+#: This many bytes of an invalid answer are shown.
 SHOWN_BYTES = 60
 
-#: How long a process that was told to end may take to do so, seconds: what the system takes to end it.
+#: Seconds that the system may take to end a process.
 GRACE_S = 5.0
-#: How often a caller that waits for an answer looks whether the worker was closed meanwhile, seconds.
+#: Seconds between checks, during a wait for an answer, whether the worker was closed.
 CLOSED_CHECK_S = 0.2
 
 T = TypeVar("T")
 
 
 class ClosedError(Exception):
-    """The caller was ended meanwhile, by Ctrl-C say, so that nobody waits for the answer."""
+    """The worker was closed during a task, by Ctrl-C for example, so that the answer is no longer needed."""
 
 
 class Worker:
-    """One worker process, started at the first task and again after one that ended it.
+    """One worker process. It is started at the first task, and again after a task that ended it.
 
     Args:
-        memory_bytes: Most that the process, or one that it starts, may take.
-        template: What forks the process, where there is one.
+        memory_bytes: Memory limit of the process, and of each process that it starts.
+        fork_server: Forks the process, if there is one.
     """
 
-    def __init__(self, memory_bytes: int, template: Template | None = None) -> None:
+    def __init__(self, memory_bytes: int, fork_server: ForkServer | None = None) -> None:
         if os.name != "posix":
-            raise AdapterError("engines run in worker processes, which need a POSIX system: Linux, or macOS")
-        self._memory_bytes, self._template = memory_bytes, template
+            raise AdapterError("engines run in worker processes, which need Linux or macOS")
+        self._memory_bytes, self._fork_server = memory_bytes, fork_server
         self._process: _Process | None = None
         self._closed = False
-        self._lock = threading.Lock()  # of the process, between the thread that asks and the one that closes
+        self._lock = threading.Lock()  # the thread that sends tasks and the one that closes share the process
         self._folder = Folder()
 
-    def ask_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
-        """Send several tasks in one message and yield the answer to each, in their order, as soon as it is there.
+    def run_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
+        """Send tasks in one message and yield the answer to each, in order, as soon as it arrives.
 
-        A task that ends the process, gives no answer within `time_limit_s` of the one before, or answers something else
-        than was asked for, costs nobody else: its answer says so, and those behind it are sent again.
+        A task fails alone if it ends the process, exceeds `time_limit_s` or returns an invalid answer. Its answer has
+        the reason, and the tasks after it are sent again.
 
         Raises:
-            ClosedError: The worker was closed meanwhile.
+            ClosedError: The worker was closed during a task.
         """
         todo = list(tasks)
         try:
@@ -87,7 +87,7 @@ class Worker:
                     del todo[0]
                     yield answer
         finally:
-            if todo:  # the caller went away: what is still to come must not answer the next
+            if todo:  # the caller stopped early: later answers must not be taken for those of the next call
                 with self._lock:
                     self._end()
 
@@ -95,14 +95,14 @@ class Worker:
         if self._closed:
             raise ClosedError
         if self._process is None:
-            self._process = _Process(os.fspath(self._folder.path), self._memory_bytes, self._template)
+            self._process = _Process(os.fspath(self._folder.path), self._memory_bytes, self._fork_server)
         return self._process
 
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
-        """Return an answer; a process that gave none, or nonsense, is ended.
+        """Return an answer. A process that gives no answer, or an invalid one, is ended.
 
-        What counts is the time waited for, and no more of a wait than was asked for: while the machine sleeps, or this
-        process is stopped, the engine stands still as well.
+        Each wait counts with at most its requested length: while the machine sleeps or this process is stopped, the
+        engine does not run either.
         """
         left_s = time_limit_s
         while (line := process.line()) is None and not process.ended:
@@ -115,12 +115,12 @@ class Worker:
             process.exchange(wait_s)
             left_s -= min(time.monotonic() - began_s, wait_s)
         if line is None:
-            answer: Answer[T] = process.obituary()
+            answer: Answer[T] = process.describe_end()
         else:
             with suppress(ValidationError):
                 number, answer = codec.loads(line)
                 if number == process.answered and (answer.value is not None) is (answer.status is Status.RAN):
-                    said = process.last_said() if answer.status is Status.FAILED else ""
+                    said = process.last_printed() if answer.status is Status.FAILED else ""
                     process.answered += 1
                     return replace(answer, reason=f"{answer.reason}; {said}") if said else answer
             answer = Answer(Status.FAILED, f"answered nonsense: {_shown(line)}")
@@ -128,20 +128,20 @@ class Worker:
         return answer
 
     def printed(self) -> str:
-        """Return the end of what the process has printed since it was started."""
+        """Return the end of what the process has printed since its start."""
         with self._lock:
             return self._process.printed() if self._process else ""
 
     def files(self) -> list[str]:
-        """Return the names of the files that lie in the process's working folder, which was empty when it began."""
+        """Return the names of the files in the process's working folder, which is empty at the start."""
         return sorted(os.listdir(self._folder.path))
 
     def stop(self) -> None:
-        """Let the caller that waits for an answer wait no longer, and nobody ask again."""
+        """Abort the task that is running, and refuse further tasks."""
         self._closed = True
 
     def close(self) -> None:
-        """End the process and remove what it left; who still waits for an answer is told so."""
+        """End the process and remove its folder. A caller that waits for an answer gets a `ClosedError`."""
         self.stop()
         with self._lock:
             self._end()
@@ -157,16 +157,16 @@ class _Process:
     """One process, from its start to its end.
 
     Attributes:
-        answered: How many tasks it has answered.
-        ended: Whether no further answer can come: it has ended, or closed its end, or answered too much.
+        answered: Number of tasks answered.
+        ended: Whether no further answer can come, since the process has ended or closed its pipe.
     """
 
-    def __init__(self, folder: str, memory_bytes: int, template: Template | None) -> None:
-        # The child must find exactly the adapters that this process finds, wherever they were put on the path. It works
-        # in a folder of its own, so that an engine's log file lands there and not beside the user's scenes.
+    def __init__(self, folder: str, memory_bytes: int, fork_server: ForkServer | None) -> None:
+        # The child must find exactly the adapters that this process finds, wherever they are on the path. It works in
+        # a folder of its own, so that an engine's log file is not written next to the user's scenes.
         path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
-        forked = template.start(folder, path, memory_bytes) if template is not None else None
-        self._popen = forked or _fresh(folder, path, memory_bytes)
+        forked = fork_server.start(folder, path, memory_bytes) if fork_server is not None else None
+        self._popen = forked or _start_watchdog(folder, path, memory_bytes)
         requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
         assert requests and answers and printed  # noqa: S101, PT018 - they were opened with pipes
         self._requests, self._answers, self._printed = requests.fileno(), answers.fileno(), printed.fileno()
@@ -180,26 +180,26 @@ class _Process:
         self._tail, self._tasks_ended = b"", 0
 
     def send(self, message: object) -> None:
-        """Have a message sent while answers are waited for."""
+        """Queue a message; `exchange` sends it."""
         if not self._unsent:
             self._selector.register(self._requests, selectors.EVENT_WRITE)
         self._unsent = memoryview(bytes(self._unsent) + pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL))
 
     def line(self) -> bytes | None:
-        """Return the next whole line of what was answered; None where there is none yet."""
+        """Return the next complete line of the answers; None if there is none yet."""
         end = self._found.find(b"\n", self._searched)
         if end < 0:
             self._searched = len(self._found)
             if len(self._found) <= MOST_ANSWER_BYTES:
                 return None
-            end = 2 * SHOWN_BYTES  # no answer is so long, and its beginning is none
+            end = 2 * SHOWN_BYTES  # too long for an answer: its beginning is enough to report it
         line = bytes(self._found[:end])
         del self._found[: end + 1]
         self._searched = 0
         return line
 
     def exchange(self, wait_s: float) -> None:
-        """Send and take in what can be, after waiting for some time at most."""
+        """Send and receive what is possible now, after waiting for at most `wait_s` seconds."""
         for key, _ in self._selector.select(wait_s):
             try:
                 if key.fd == self._requests:
@@ -217,26 +217,26 @@ class _Process:
                     self.ended |= key.fd == self._answers
             except BlockingIOError:
                 pass
-            except BrokenPipeError:  # it ended before it had read all; the end of its answers says so
+            except BrokenPipeError:  # it ended before it had read everything; the end of its answers shows that
                 self._selector.unregister(self._requests)
 
     def printed(self) -> str:
-        """Return the end of what it has printed."""
+        """Return the end of what the process has printed."""
         for _ in range(MOST_PIPE_BYTES // MOST_PRINTED_BYTES):
             self.exchange(0)
         return self._tail.replace(TASK_END, b"").decode(errors="replace")
 
-    def last_said(self) -> str:
-        """Return what the task that is not yet answered has last printed, in a phrase; empty where that is nothing."""
+    def last_printed(self) -> str:
+        """Return a phrase with the last output of the first unanswered task; empty if it printed nothing."""
         self.printed()
-        since = self._tasks_ended - self.answered  # of the tasks that have ended, how many print no more
+        since = self._tasks_ended - self.answered  # tasks that have ended but are not yet counted as answered
         parts = self._tail.split(TASK_END)
-        printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # further back it is forgotten
+        printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output is no longer kept
         said = last_words(printed.decode(errors="replace"))
         return f"it last printed: {said}" if said else ""
 
-    def obituary(self) -> Answer[Any]:
-        """Return how it ended, and what it last printed; one that closed what it answers by has not crashed."""
+    def describe_end(self) -> Answer[Any]:
+        """Return how the process ended and its last output. One that closed its answer pipe has not crashed."""
         try:
             code = self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:
@@ -244,18 +244,18 @@ class _Process:
         status, how = Status.CRASHED, f"exit code {code}"
         if code < 0:
             how = f"the engine's process was ended by {_signal_name(-code)}"
-        elif code == UNHEARD:
+        elif code == ANSWERS_CLOSED:
             status, how = Status.FAILED, f"the engine closed what its process answers by, which then ended ({how})"
-        said = self.last_said()
+        said = self.last_printed()
         return Answer(status, f"{how}; {said}" if said else how)
 
     def end(self) -> None:
-        """End the process with all that it started."""
-        self._popen.send_signal(signal.SIGCONT)  # its keeper can have been stopped
+        """End the process and all processes that it started."""
+        self._popen.send_signal(signal.SIGCONT)  # its watchdog can have been stopped
         for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
             if pipe is not None:
-                pipe.close()  # the end of its input is the keeper's sign
-        self._popen.terminate()  # and so is this: what was forked meanwhile can hold the other end open
+                pipe.close()  # the watchdog ends when its input does
+        self._popen.terminate()  # in case a forked process holds the other end of the pipe open
         self._selector.close()
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(GRACE_S)
@@ -265,8 +265,8 @@ class _Process:
             self._popen.wait(GRACE_S)
 
 
-def _fresh(folder: str, path: str, memory_bytes: int) -> subprocess.Popen[bytes]:
-    """Return a keeper in an interpreter of its own."""
+def _start_watchdog(folder: str, path: str, memory_bytes: int) -> subprocess.Popen[bytes]:
+    """Start a watchdog in a new interpreter."""
     return subprocess.Popen(  # noqa: S603 - our own interpreter and our own module
         [sys.executable, "-m", "carom.execution.watchdog", str(memory_bytes)],
         stdin=subprocess.PIPE,
@@ -280,7 +280,7 @@ def _fresh(folder: str, path: str, memory_bytes: int) -> subprocess.Popen[bytes]
 
 
 def _shown(line: bytes) -> str:
-    """Return the first bytes of a line, such as can be printed."""
+    """Return the first bytes of a line as printable text."""
     text = "".join(chr(byte) if 32 <= byte < 127 else "." for byte in line[:SHOWN_BYTES])
     return f"{text!r} and more" if len(line) > SHOWN_BYTES else repr(text)
 

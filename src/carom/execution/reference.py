@@ -1,4 +1,4 @@
-"""The reference of a scene: PIC's trace, how far it is certified, and up to when it is reliable."""
+"""Reference of a scene: PIC's trace, the certified part of it, and the time up to which it is reliable."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, replace
 
 from carom.comparator import Horizon, horizon_of
-from carom.comparator.finite import not_finite
+from carom.comparator.finite import find_non_finite
 from carom.comparator.horizon import estimate_horizon
-from carom.comparator.shift import begun_earlier
+from carom.comparator.shift import shift_start
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Job, UnsupportedError
 from carom.execution.options import CERTIFY_SECONDS
@@ -18,24 +18,24 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.support.formatting import instant
 
-#: A minute or so of PIC in plain Python, and of memory for every row: a longer reference is for a solver, not a table.
+#: Limit of a cross-check, since every row of its tables needs memory for these impacts.
 MOST_IMPACTS = 200_000
 
-#: Discs above which a scene is not certified unless that is asked for: bounds for all pairs take 8 MB at 1000.
+#: Scenes with more discs are certified on request only: bounds for all pairs take 8 MB at 1000 discs.
 MOST_DISCS = 1000
-#: Discs below which the closed form says all, so that it is left out unless asked for.
+#: Scenes with fewer discs are certified on request only, since a closed form solves them.
 FEWEST_DISCS = 3
 
 
 @dataclass(frozen=True)
 class Reference:
-    """What a scene's runs are compared with.
+    """The trace that runs of a scene are compared with.
 
     Attributes:
         trace: The PIC trace, or the certified one.
-        certified: How far PIC agrees with the certified run, or why that is not known; None where it was not looked at.
-        horizon_s: Time up to which `trace` is reliable and no contact lasts; None for all of it.
-        pic: The PIC trace where `trace` is not it.
+        certified: How far PIC agrees with the certified run, or why that is unknown; None if it was not requested.
+        horizon_s: Time up to which `trace` is reliable and no contact lasts; None for the whole trace.
+        pic: The PIC trace, if `trace` is the certified one.
     """
 
     trace: Trace
@@ -44,8 +44,8 @@ class Reference:
     pic: Trace | None = None
 
 
-def reference_trace(scene: Scene) -> Trace | str:
-    """Return the PIC trace that everything is compared with, or why there is none, for every row to say."""
+def solve_reference(scene: Scene) -> Trace | str:
+    """Solve a scene with PIC, and return the trace, or the reason why there is no reference."""
     try:
         trace = solve_pic(scene, max_impacts=MOST_IMPACTS)
     except InputError as error:
@@ -53,28 +53,28 @@ def reference_trace(scene: Scene) -> Trace | str:
     if trace.outcome is Outcome.MAX_IMPACTS:
         at = f"{MOST_IMPACTS} impacts come before {instant(trace.end_time_s)} of its {scene.duration_s:g} s"
         return f"{at}, more than a cross-check follows; shorten duration_s"
-    if broken := not_finite(trace):
+    if broken := find_non_finite(trace):
         return f"PIC's own answer is no number: {broken}"
     return trace
 
 
-def begun_scene(job: Job) -> Scene:
-    """Return the scene of a job, begun at its phase of the step.
+def scene_at_phase(job: Job) -> Scene:
+    """Return the scene of a job, with its start shifted by the job's phase.
 
     Raises:
-        UnsupportedError: There is no such start.
+        UnsupportedError: The scene can't begin that much earlier.
     """
     try:
-        return begun_earlier(job.scene, job.phase * job.dt_s)
+        return shift_start(job.scene, job.phase * job.dt_s)
     except InputError as error:
         raise UnsupportedError(str(error)) from None
 
 
 def require_reference(found: Trace | str) -> Trace:
-    """Return what `reference_trace` found.
+    """Return the trace that `solve_reference` found.
 
     Raises:
-        UnsupportedError: There is none.
+        UnsupportedError: It found none.
     """
     if isinstance(found, str):
         raise UnsupportedError(found)
@@ -82,26 +82,26 @@ def require_reference(found: Trace | str) -> Trace:
 
 
 def will_certify(scene: Scene, asked: bool | None) -> bool:
-    """Whether a scene's reference is to be certified; see `reference_of`."""
+    """Whether a scene's reference is to be certified; see `build_reference`."""
     return bool(asked) or (asked is None and len(scene.discs) >= FEWEST_DISCS)
 
 
-def reference_of(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
-    """Return a scene's reference, certified as far as the time allows, or else with an estimate of its horizon.
+def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
+    """Build the reference of a scene, certified as far as the time allows, or else with an estimated horizon.
 
     Args:
         trace: The PIC trace of the scene.
-        asked: True to certify and to score against the certified run; None to find the horizon of many discs where
-            python-flint is installed; False not to.
+        asked: True to certify and to score against the certified run. None to certify the horizon of scenes with three
+            discs or more if python-flint is installed. False not to certify.
         time_budget_s: Seconds for the certified run.
 
     Raises:
-        MissingExtraError: It was asked for, and python-flint is not installed.
+        MissingExtraError: Certification was requested, and python-flint is not installed.
     """
     reference = _certified(trace, asked, time_budget_s) if will_certify(trace.scene, asked) else Reference(trace)
     if reference.trace.contact_s < math.inf:
-        believed_s = math.inf if reference.horizon_s is None else reference.horizon_s
-        return replace(reference, horizon_s=min(reference.trace.contact_s, believed_s))
+        reliable_s = math.inf if reference.horizon_s is None else reference.horizon_s
+        return replace(reference, horizon_s=min(reference.trace.contact_s, reliable_s))
     if reference.horizon_s is not None or isinstance(reference.certified, Horizon):
         return reference
     return replace(reference, horizon_s=estimate_horizon(reference.trace))
@@ -118,7 +118,7 @@ def _certified(trace: Trace, asked: bool | None, time_budget_s: float) -> Refere
             raise
         return Reference(trace, f"not certified: {error}")
     found = horizon_of(certified, trace)
-    if certified.degeneracy is not None:  # beyond it there is a convention, which is PIC's
+    if certified.degeneracy is not None:  # beyond it, the result depends on a convention: PIC's is used
         return Reference(trace, f"certified to impact {len(certified)}; there, {certified.degeneracy}")
     if not asked:
         return Reference(trace, found, None if found.covers_the_scene else found.end_s)

@@ -1,4 +1,4 @@
-"""What a cross-check yields: one row for each scene, engine, profile and step."""
+"""Results of a cross-check: one row for each scene, engine, profile and step."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from carom.support.display import Tabular
 
 @dataclass(frozen=True)
 class Row:
-    """What came of a job.
+    """Result of a job.
 
     Attributes:
-        job: What was asked for.
+        job: The job.
         status: Whether it was run.
-        reason: Why it was not run, empty where it was.
-        trace: What happened; None where it was not run.
-        score: How that compares with the reference; None where it was not run.
-        timing: Its two clocks; None where it was not timed.
-        time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None where either
-            was not timed.
-        spread: Its scores over many sub-step phases; None where only one was run.
-        untimed: Why it was not timed although it ran and timing was asked for; empty otherwise.
+        reason: Why it was not run; empty if it was.
+        trace: The trace; None if it was not run.
+        score: The comparison with the reference; None if it was not run.
+        timing: Its run times; None if it was not timed.
+        time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None if either was
+            not timed.
+        spread: Its scores over many sub-step phases; None if only one was run.
+        untimed: Why it was not timed although it ran and timing was requested; empty otherwise.
     """
 
     job: Job
@@ -46,35 +46,35 @@ class Row:
 
     @property
     def grade(self) -> Grade | None:
-        """The grade, None where the job was not run."""
+        """The grade; None if the job was not run."""
         return self.score.grade if self.score else None
 
 
 def violates(row: Row, fail_on: Grade) -> bool:
-    """Whether the row's grade is `fail_on` or worse; a row that was not run, or not graded, violates nothing."""
+    """Whether the row's grade is `fail_on` or worse. A row without a grade is no violation."""
     return row.grade is not None and row.grade.is_at_least_as_bad_as(fail_on)
 
 
 @dataclass(frozen=True, repr=False)
 class Results(Tabular):
-    """All rows of a cross-check, and what they were compared with.
+    """All rows of a cross-check, with the references.
 
     Attributes:
         rows: In the order scene, engine, profile, step.
         references: The PIC trace of each scene, by the scene's name.
         known: Known answer of each catalogue scene and the reference's deviation from it, by the scene's name.
-        engines: What was known of each engine asked for, or of every one: those not installed are not run then.
+        engines: Description of each requested engine, or of every engine; those not installed are then not run.
         environment: Machine and versions.
-        command: The command that makes this again; empty where the cross-check was called from Python.
+        command: The command that repeats this cross-check; empty if it was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
-        certified: How far the reference of a scene is certified, or in words why it is not, by the scene's name; scenes
-            of one or two discs are left out unless that was asked for.
-        horizons: Up to when runs of a scene are compared with its reference, seconds, by the scene's name: where it is
-            no longer reliable, by an estimate where nobody has certified it, or where contact that lasts begins. What
-            is not listed is compared whole.
-        phases: At how many sub-step phases each job was run in addition to the scene's own.
-        skipped: What PIC and PIT at the coarsest step save by skipping, by the scene's name; empty where no run was
-            timed, or nobody draws it.
+        certified: How far the reference of a scene is certified, or why it is not, by the scene's name. Scenes of one
+            or two discs are included on request only.
+        horizons: Time up to which runs of a scene are compared with its reference, seconds, by the scene's name. Beyond
+            it the reference is not reliable (certified or estimated), or contact lasts. Other scenes are compared
+            completely.
+        phases: Number of sub-step phases at which each job was run in addition to the scene's own.
+        skipped: Run time that PIC and PIT at the coarsest step save by skipping, by the scene's name; empty if no run
+            was timed, or no report is drawn.
     """
 
     rows: tuple[Row, ...]

@@ -1,4 +1,4 @@
-"""Files of engines as scenes, read by the engine's adapter in a worker process."""
+"""Imports files of engines as scenes. The engine's adapter reads them in a worker process."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from carom.model.scene import Scene
 from carom.model.walls import with_lengths, with_speeds
 from carom.support.checks import number
 
-#: Whose adapter reads a file, by the file's ending.
+#: Name of the adapter that reads a file, by the file's ending.
 READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}
 
-#: The ending of a dump of Planck's, which is plain data: no engine is needed to read it.
+#: Ending of a Planck dump, which is plain data: no engine is needed to read it.
 DUMP = ".json"
 
-#: A space of a hundred thousand discs has some 30 MB.
+#: Limit of a file. A space of 100,000 discs has about 30 MB.
 MOST_BYTES = 64 * 2**20
 
 
 @dataclass(frozen=True)
-class _Read(AdapterTask):
-    """Ask an adapter to read a file of its engine."""
+class _ReadTask(AdapterTask):
+    """Let an adapter read a file of its engine."""
 
     content: bytes
     name: str
@@ -40,13 +40,13 @@ class _Read(AdapterTask):
         Raises:
             UnavailableError: The engine is not installed.
             AdapterError: The adapter reads no files, or refuses this one.
-            SceneError: What is left is no scene.
+            SceneError: The supported part of the file is not a valid scene.
         """
         adapter = load_adapter(self.engine)
         if reason := why_unavailable(adapter):
             raise UnavailableError(reason)
         if not isinstance(adapter, ReadingAdapter):
-            raise AdapterError("its adapter reads no files")
+            raise AdapterError("its adapter cannot read files")
         found = adapter.read(self.content, self.name, self.duration_s)
         return Imported(found.scene, tuple(plain_text(one, "what was dropped") for one in found.dropped))
 
@@ -54,23 +54,23 @@ class _Read(AdapterTask):
 def import_scene(
     path: str | Path, *, name: str = "", duration_s: float = 10.0, pixels_per_metre: float = 1.0
 ) -> Imported:
-    """Return the scene that a file of an engine holds, in metres, and all of the file that it has no place for.
+    """Return the scene in a file of an engine, in metres, and a list of everything in it that scenes do not support.
 
     Args:
-        path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``) or an MJCF model (``.xml``), read in a
-            process of its own, in which nothing but the engine's own types is made; see ``docs/reference/security.md``.
-            Or what Planck's ``Serializer.toJson`` made of a world (``.json``).
-        name: What to call the scene; the file's name by default.
-        duration_s: How long it is to be, seconds.
-        pixels_per_metre: How many of the file's units of length a metre is.
+        path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``), an MJCF model (``.xml``), or a world written
+            by Planck's ``Serializer.toJson`` (``.json``). The first two are read in a process of their own, which
+            creates only types of the engine; see ``docs/reference/security.md``.
+        name: Name of the scene; by default the name of the file.
+        duration_s: Duration of the scene, seconds.
+        pixels_per_metre: Number of the file's units of length in a metre.
 
     Raises:
-        InputError: The ending is of no file that can be read, the file can't be read, or a number is out of range.
-        AdapterError: The engine is not installed, or its adapter refuses the file; the message says why.
+        InputError: The ending is not supported, the file can't be read, or a number is out of range.
+        AdapterError: The engine is not installed, or its adapter refuses the file; the message contains the reason.
     """
     path = Path(path)
     if (engine := READERS.get(path.suffix)) is None and path.suffix != DUMP:
-        raise InputError(f"{path} ends in none of {', '.join((*READERS, DUMP))}, the files of engines that can be read")
+        raise InputError(f"{path} has an unknown extension; known: {', '.join((*READERS, DUMP))}")
     number("duration_s", duration_s, positive=True)
     number("pixels_per_metre", pixels_per_metre, positive=True)
     try:
@@ -89,7 +89,7 @@ def import_scene(
             raise SceneError(error.problems, source=str(path), more=error.more) from None
         return Imported(_in_metres(found.scene, pixels_per_metre), found.dropped)
     with LocalPool(1) as pool:
-        answer = pool.ask(_Read(engine, content, name or path.stem, duration_s))
+        answer = pool.run(_ReadTask(engine, content, name or path.stem, duration_s))
     if answer.value is None:
         why = answer.reason if answer.status is Status.FAILED else answer.said
         raise AdapterError(f"{path}: {why}")
@@ -97,7 +97,7 @@ def import_scene(
 
 
 def _in_metres(scene: Scene, unit: float) -> Scene:
-    """Return a scene whose lengths were given in units of which a metre has this many."""
+    """Convert a scene to metres; `unit` is the number of its units of length in a metre."""
     if unit == 1.0:
         return scene
 

@@ -1,7 +1,7 @@
-"""The desk: where every study asks what it wants to know of engines, and has it written down as it is answered.
+"""Scheduler: runs a study's tasks on a pool and journals each result.
 
-What a journal knows already is not asked again, what is refused is not sent, and the rest goes to a pool, whose
-processes have the limits that were asked for. A study says what it asks, and makes its result of the answers.
+Results in the journal are not computed again, and refused tasks are not sent. All other tasks go to the pool, whose
+worker processes enforce the requested limits.
 """
 
 from __future__ import annotations
@@ -13,107 +13,108 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from carom.execution.job import Answer, Task
-from carom.execution.journal import Entry, Notes
-from carom.execution.pool import Asker, Pool
+from carom.execution.journal import JournalEntry, MemoryJournal
+from carom.execution.pool import Pool, TaskRunner
 
-#: A message holds as many questions as take this many steps together, a second or so: then what a message costs is
-#: nothing, and what is lost with one is little. So many questions at most, that workers have equal shares to the end.
+#: A batch holds tasks of this many steps together, about a second of work: then the cost of sending a batch is
+#: negligible, and little is lost with one. The limit on the number of tasks keeps the workers evenly busy to the end.
 BATCH_STEPS = 50_000
-BATCH_QUESTIONS = 16
+BATCH_TASKS = 16
 
 S = TypeVar("S")
 K = TypeVar("K")
 T = TypeVar("T")
 
 
-class Talk(ABC, Generic[T]):
-    """A question that takes several tasks, of which the later ones depend on what came of the earlier."""
+class DependentTasks(ABC, Generic[T]):
+    """Several tasks with one result, of which later tasks depend on the answers to earlier ones."""
 
     @property
     @abstractmethod
     def engine(self) -> str:
-        """Name of the adapter that is asked first."""
+        """Name of the adapter of the first task."""
 
     @abstractmethod
-    def answer(self, asker: Asker) -> Answer[T]:
-        """Ask, and return what came of it all."""
+    def run(self, runner: TaskRunner) -> Answer[T]:
+        """Run the tasks and return their common result."""
 
 
-#: What can be asked, and what travels together with the keys of its answers.
-Question = Task[T] | Talk[T]
-Message = list[tuple[K, Question[T]]]
+#: What a request can contain.
+AnyTask = Task[T] | DependentTasks[T]
+
+#: Tasks that are sent together, each with the key of its journal entry.
+Batch = list[tuple[K, AnyTask[T]]]
 
 
 @dataclass(frozen=True)
-class Ask(Generic[S, K, T]):
-    """What a study asks.
+class TaskRequest(Generic[S, K, T]):
+    """A task that a study wants to have run.
 
     Attributes:
-        subject: What the study knows it by; it stays with the study.
-        key: What tells it from all others that the journal may hold; its entry has the same.
-        question: What is to be carried out.
-        refused: Why it can't be carried out, as far as that is known; then it is not sent, nor written down.
-        steps: Engine steps that it takes: questions of few steps share a message, others have one of their own.
+        subject: The study's own label of the task; returned with the answer.
+        key: Key of the task's journal entry. Tasks with the same key are the same.
+        task: What to carry out.
+        refused: Why the task can't be carried out, if that is known. Then it is neither sent nor journalled.
+        steps: Number of engine steps. Tasks of few steps share a batch, others have a batch of their own.
     """
 
     subject: S
     key: K
-    question: Question[T]
+    task: AnyTask[T]
     refused: Answer[Any] | None = None
     steps: float = math.inf
 
 
-def answers(
-    asks: Iterable[Ask[S, K, T]], pool: Pool, notes: Notes[K, T], *, alone: bool = False
+def run_tasks(
+    requests: Iterable[TaskRequest[S, K, T]], pool: Pool, journal: MemoryJournal[K, T], *, alone: bool = False
 ) -> Iterator[tuple[S, Answer[T]]]:
-    """Yield the answer to each ask, with its subject: first what is known or refused, then the others as they come.
+    """Yield the subject and the answer of each request: known and refused ones first, then the others as they finish.
 
     Args:
-        asks: What is asked; asks of one key are carried out once.
-        pool: Where; it stays open.
-        notes: What is known, and where more of it is written before it is yielded: a journal, or what lasts no longer
-            than this process.
-        alone: Whether one is carried out at a time, with nothing else running.
+        requests: The tasks; those with the same key are carried out once.
+        pool: Where the tasks are carried out; it stays open.
+        journal: The known answers. New answers are added before they are yielded.
+        alone: Whether tasks are carried out one at a time, with nothing else running.
     """
-    todo: dict[K, list[Ask[S, K, T]]] = {}
-    for ask in asks:
-        if (known := notes.entries.get(ask.key)) is not None:
-            yield ask.subject, known.answer
-        elif ask.refused is not None:
-            yield ask.subject, ask.refused
+    pending: dict[K, list[TaskRequest[S, K, T]]] = {}
+    for request in requests:
+        if (known := journal.entries.get(request.key)) is not None:
+            yield request.subject, known.answer
+        elif request.refused is not None:
+            yield request.subject, request.refused
         else:
-            todo.setdefault(ask.key, []).append(ask)
-    messages = batches((key, several[0].question, several[0].steps) for key, several in todo.items())
-    found: Iterator[list[Entry[K, T]]]
+            pending.setdefault(request.key, []).append(request)
+    batches = build_batches((key, same_key[0].task, same_key[0].steps) for key, same_key in pending.items())
+    results: Iterator[list[JournalEntry[K, T]]]
     if alone:
-        found = ([entry] for _, message in messages for entry in _carried_out(message, pool))
+        results = ([entry] for _, batch in batches for entry in _run_batch(batch, pool))
     else:
-        found = pool.each(messages, _carried_out)
-    for entries in found:
-        notes.add(entries)
+        results = pool.each(batches, _run_batch)
+    for entries in results:
+        journal.add(entries)
         for entry in entries:
-            for ask in todo[entry.key]:
-                yield ask.subject, entry.answer
+            for request in pending[entry.key]:
+                yield request.subject, entry.answer
 
 
-def batches(asked: Iterable[tuple[K, Question[T], float]]) -> list[tuple[str, Message[K, T]]]:
-    """Return questions, with their keys and steps, in messages, with the engine of each; an engine's stay in order."""
-    messages: list[tuple[str, Message[K, T]]] = []
-    taken = 0.0
-    for key, question, steps in sorted(asked, key=lambda one: one[1].engine):
-        full = not messages or taken + steps > BATCH_STEPS or len(messages[-1][1]) >= BATCH_QUESTIONS
-        if full or messages[-1][0] != question.engine:
-            messages.append((question.engine, []))
-            taken = 0.0
-        messages[-1][1].append((key, question))
-        taken += steps
-    return messages
+def build_batches(tasks: Iterable[tuple[K, AnyTask[T], float]]) -> list[tuple[str, Batch[K, T]]]:
+    """Group tasks, given with key and number of steps, into batches of one engine. Order within an engine is kept."""
+    batches: list[tuple[str, Batch[K, T]]] = []
+    batch_steps = 0.0
+    for key, task, steps in sorted(tasks, key=lambda item: item[1].engine):
+        full = not batches or batch_steps + steps > BATCH_STEPS or len(batches[-1][1]) >= BATCH_TASKS
+        if full or batches[-1][0] != task.engine:
+            batches.append((task.engine, []))
+            batch_steps = 0.0
+        batches[-1][1].append((key, task))
+        batch_steps += steps
+    return batches
 
 
-def _carried_out(message: Message[K, T], asker: Asker) -> Iterator[Entry[K, T]]:
-    """Have the questions of one message carried out."""
-    tasks = [question for _, question in message if not isinstance(question, Talk)]
-    talks = [question for _, question in message if isinstance(question, Talk)]  # a message of its own each
-    told = [talk.answer(asker) for talk in talks] if talks else asker.ask_each(tasks)
-    for (key, _), answer in zip(message, told, strict=True):
-        yield Entry(key, answer)
+def _run_batch(batch: Batch[K, T], runner: TaskRunner) -> Iterator[JournalEntry[K, T]]:
+    """Carry out the tasks of a batch."""
+    tasks = [task for _, task in batch if not isinstance(task, DependentTasks)]
+    dependent = [task for _, task in batch if isinstance(task, DependentTasks)]  # always alone in a batch
+    answers = [task.run(runner) for task in dependent] if dependent else runner.run_each(tasks)
+    for (key, _), answer in zip(batch, answers, strict=True):
+        yield JournalEntry(key, answer)

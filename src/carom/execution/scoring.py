@@ -1,6 +1,6 @@
-"""Sweeps: many jobs, of each of which the numbers of its score are kept and not its trace.
+"""Sweeps: run many jobs and keep the numbers of each score, but no traces.
 
-A score is found in the worker that ran the job, and written to a journal as soon as it is there.
+The worker that runs a job also scores it. Each score is journalled as soon as it is available.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from typing import Any
 
 from carom.comparator import Errors, compare
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import able_adapter, observe_run
-from carom.execution.job import Answer, Job, JobTask, Progress, unheard
-from carom.execution.journal import Entry, Journal, Notes
+from carom.execution.engine_run import load_supported_adapter, observe_run
+from carom.execution.job import Answer, Job, JobTask, Progress, no_progress
+from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.reference import begun_scene, reference_trace, require_reference
-from carom.execution.scheduler import Ask, answers
+from carom.execution.reference import require_reference, scene_at_phase, solve_reference
+from carom.execution.scheduler import TaskRequest, run_tasks
 
-#: References kept by a worker: the jobs of a batch are in order of scene and phase, so that few are enough.
+#: References that a worker keeps. A few are enough, since the jobs of a batch are sorted by scene and phase.
 REFERENCES_KEPT = 8
 
 
@@ -34,7 +34,7 @@ class Measures:
         missed: Impacts missed.
         spurious: Impacts invented.
         undecided: Impacts too close to the end of the run to have been reported.
-        duration_s: By which times are divided where they are to have no unit.
+        duration_s: Duration of the scene, the unit of dimensionless times.
         outcome: How the run ended, the name of a `carom.model.trace.Outcome`.
     """
 
@@ -49,18 +49,18 @@ class Measures:
 
 
 @dataclass(frozen=True)
-class ScoreJob(JobTask):
-    """Run a job and score it, in a worker process."""
+class ScoreTask(JobTask):
+    """Run and score a job in a worker process."""
 
     def carry_out(self) -> Measures:
         """Return the numbers of the job's score.
 
         Raises:
-            UnsupportedError: There is no reference, or no such start.
+            UnsupportedError: There is no reference, or the scene can't begin earlier.
         """
         job = self.job
-        adapter = able_adapter(job)
-        scene = begun_scene(job)
+        adapter = load_supported_adapter(job)
+        scene = scene_at_phase(job)
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried)
         score = compare(reference, observed)
@@ -76,43 +76,45 @@ class ScoreJob(JobTask):
         )
 
 
-_reference = lru_cache(maxsize=REFERENCES_KEPT)(reference_trace)
+_reference = lru_cache(maxsize=REFERENCES_KEPT)(solve_reference)
 
 
 #: Opens the journal of a sweep.
-score_journal = partial(Journal[JobKey, Measures], "scores", Entry[JobKey, Measures])
+score_journal = partial(Journal[JobKey, Measures], "scores", JournalEntry[JobKey, Measures])
 
 
 def sweep(
     jobs: Sequence[Job],
     pool: Pool,
-    notes: Notes[JobKey, Measures] | None = None,
-    progress: Progress = unheard,
+    notes: MemoryJournal[JobKey, Measures] | None = None,
+    progress: Progress = no_progress,
     *,
     refusal: Callable[[Job], Answer[Any] | None] = lambda _: None,
 ) -> Mapping[JobKey, Answer[Measures]]:
-    """Score jobs, and return what came of each.
+    """Run and score jobs, and return the answers by key.
 
     Args:
-        jobs: What is to be run.
-        pool: Where; it stays open.
-        notes: What is known already, and where more of it goes.
-        progress: Called with (done, all, what) as jobs finish.
-        refusal: Why a job can't be run, as far as that is known; such a job is not sent.
+        jobs: The jobs.
+        pool: Where they are run; it stays open.
+        notes: Journal with the known scores, to which new ones are added.
+        progress: Called with (done, total, description) as jobs finish.
+        refusal: Returns why a job can't be run, if that is known. Such a job is not sent.
     """
-    found: dict[JobKey, Answer[Measures]] = {}
-    asks = [Ask(job, job_key(job), ScoreJob(job), refusal(job), steps_of(job)) for job in by_start(jobs)]
-    for job, answer in answers(asks, pool, Notes() if notes is None else notes):
-        found[job_key(job)] = answer
-        progress(len(found), len(asks), f"{job.scene.name} on {job.engine}")
-    return found
+    answers: dict[JobKey, Answer[Measures]] = {}
+    requests = [
+        TaskRequest(job, job_key(job), ScoreTask(job), refusal(job), steps_of(job)) for job in sort_by_start(jobs)
+    ]
+    for job, answer in run_tasks(requests, pool, MemoryJournal() if notes is None else notes):
+        answers[job_key(job)] = answer
+        progress(len(answers), len(requests), f"{job.scene.name} on {job.engine}")
+    return answers
 
 
-def by_start(jobs: Iterable[Job]) -> list[Job]:
-    """Return jobs with those of one start together, since a worker keeps the references of the last few."""
+def sort_by_start(jobs: Iterable[Job]) -> list[Job]:
+    """Sort jobs so that those with the same start are adjacent, since a worker keeps only a few references."""
     return sorted(jobs, key=lambda job: (job.scene.name, job.phase * job.dt_s, job.dt_s))
 
 
 def steps_of(job: Job) -> float:
-    """Return about how many engine steps a job takes."""
+    """Return the approximate number of engine steps of a job."""
     return job.scene.duration_s / job.dt_s

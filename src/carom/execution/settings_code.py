@@ -1,4 +1,4 @@
-"""Settings to paste: a profile of an engine as code of the engine's own, which its adapter writes in a worker."""
+"""Settings of a profile as code of the engine, ready to paste. The adapter writes it in a worker process."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from carom.engines.api import CodedAdapter, unsupported_reason
 from carom.engines.registry import load_adapter, require_profile
 from carom.errors import AdapterError
 from carom.execution.engine_run import capabilities_of, profile_settings
-from carom.execution.engines import described
-from carom.execution.exception_text import raised
-from carom.execution.job import AdapterTask, Status, Tried, UnsupportedError
+from carom.execution.engines import describe_engines
+from carom.execution.exception_text import describe_exception
+from carom.execution.job import AdapterTask, SettingOverrides, Status, UnsupportedError
 from carom.execution.pool import LocalPool, Pool
 from carom.execution.step_code import changed_lines, step_lines
 from carom.execution.validate import plain_text
 from carom.model.scene import Disc, Scene, Wall
 
-#: Characters of a program: a line of a hundred for each of a hundred thousand discs.
+#: Largest number of characters of a program: a line of 100 for each of 100,000 discs.
 MOST_CODE = 10_000_000
 
 
 def example_scene() -> Scene:
-    """Return a scene with a body of each kind, for who asks for settings and names none of their own."""
+    """Return a scene with a body of each kind, for users who want settings and name no scene."""
     return Scene(
         name="two discs and a floor",
         discs=[
@@ -34,15 +34,15 @@ def example_scene() -> Scene:
 
 
 @dataclass(frozen=True)
-class _CodeOf(AdapterTask):
-    """Ask an adapter to write a scene with a profile's settings as code."""
+class _CodeTask(AdapterTask):
+    """Let an adapter write a scene with the settings of a profile as code."""
 
     profile: str
     scene: Scene
     dt_s: float
     heading: str
-    tried: Tried = ()
-    #: Settings that are searched may lift what a profile declares to be its limits.
+    tried: SettingOverrides = ()
+    #: Whether the profile's limits apply. Settings found by a search may lift them.
     limited: bool = True
 
     def carry_out(self) -> str:
@@ -58,88 +58,89 @@ class _CodeOf(AdapterTask):
         if self.limited and (reason := unsupported_reason(self.scene, able, self.dt_s, located=False)):
             raise UnsupportedError(reason)
         if not isinstance(adapter, CodedAdapter):
-            raise AdapterError("it has no code() any more")
+            raise AdapterError("it no longer has code()")
         try:
             return plain_text(adapter.code(self.scene, settings, self.heading), "code()", MOST_CODE)
         except AdapterError:
             raise
         except Exception as error:
-            raise AdapterError(f"code() of {self.engine} fails: {raised(error)}") from error
+            raise AdapterError(f"code() of {self.engine} fails: {describe_exception(error)}") from error
 
 
-def code_of(engine: str, profile: str, scene: Scene, dt_s: float, *, command: str = "") -> str:
-    """Return a scene with a profile's settings as code of the engine's own; the engine need not be installed.
+def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command: str = "") -> str:
+    """Return a scene with a profile's settings as code of the engine, which need not be installed.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
         scene: The scene.
         dt_s: Step, seconds.
-        command: The command line that makes it again, for its heading.
+        command: The command line that repeats this, for the heading of the code.
 
     Raises:
         UnknownNameError: There is no such engine or profile.
-        AdapterError: The adapter writes no code, the profile's steps are cut, or the scene is beyond the engine.
+        AdapterError: The adapter writes no code, the profile's steps are cut, or the engine does not support the scene.
     """
     with LocalPool(1) as pool:
-        (info,) = described([engine], pool)
+        (info,) = describe_engines([engine], pool)
         if info.capabilities is None:
             raise AdapterError(info.unavailable)
         require_profile(engine, profile, info.profiles)
         if not info.code:
-            able = ", ".join(one.name for one in described(None, pool) if one.code)
-            raise AdapterError(f"the adapter {engine!r} writes no code of its engine; those that do: {able}")
+            able = ", ".join(one.name for one in describe_engines(None, pool) if one.code)
+            raise AdapterError(f"the adapter {engine!r} cannot print settings as code; adapters that can: {able}")
         if profile in info.located:
             others = ", ".join(name for name in info.profiles if name not in info.located)
             cut = "its steps are cut by Carom, which no setting of the engine does"
-            raise AdapterError(f"profile {profile!r} of {engine} can't be pasted: {cut}; those that can: {others}")
+            raise AdapterError(
+                f"profile {profile!r} of {engine} cannot be printed as code: {cut}; profiles that can: {others}"
+            )
         version = f" {info.version}" if info.version else ""
         heading = (
             f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s: {info.profiles[profile]}"
         )
         made = f"\nMade by: {command}" if command else ""
-        task = _CodeOf(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{made}")
-        answer = pool.ask(task)
+        task = _CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{made}")
+        answer = pool.run(task)
     if answer.value is None:
         why = answer.reason if answer.status is Status.FAILED else answer.said
         raise AdapterError(f"{engine}: {why}")
     return answer.value
 
 
-def step_code_of(engine: str, profile: str, scene: Scene, dt_s: float, pool: Pool) -> str:
-    """Return what of the code of `code_of` says how long a step is and how often a frame takes it.
+def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: Pool) -> str:
+    """Return the lines of `write_code` that set the time step and the number of steps per frame.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
-        scene: The scene, with the rate of its frames.
+        scene: The scene, with its frame rate.
         dt_s: Step, seconds.
-        pool: Where the adapter is asked; it stays open.
+        pool: Where the adapter runs; it stays open.
 
     Returns:
-        The lines; empty where there are none, or the adapter writes no code of this.
+        The lines; empty if there are none, or the adapter writes no code for this scene.
     """
     frame = Scene(**{**dict(scene), "duration_s": 1.0 / scene.frame_rate_hz})
-    written = [pool.ask(_CodeOf(engine, profile, frame, step_s, "A frame.")).value for step_s in (dt_s, dt_s / 2)]
-    here, finer = written
-    return "" if here is None or finer is None else step_lines(here, finer)
+    written = [pool.run(_CodeTask(engine, profile, frame, step_s, "A frame.")).value for step_s in (dt_s, dt_s / 2)]
+    code, finer_code = written
+    return "" if code is None or finer_code is None else step_lines(code, finer_code)
 
 
-def tried_code_of(engine: str, profile: str, tried: Tried, scene: Scene, dt_s: float, pool: Pool) -> str:
-    """Return what of an engine's own code reads otherwise with settings instead of a profile's own.
+def find_changed_code(engine: str, profile: str, tried: SettingOverrides, scene: Scene, dt_s: float, pool: Pool) -> str:
+    """Return the lines of an engine's code that change when settings of a profile are replaced.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
-        tried: The settings.
+        tried: The settings that replace those of the profile.
         scene: The scene.
         dt_s: Step, seconds.
-        pool: Where the adapter is asked; it stays open.
+        pool: Where the adapter runs; it stays open.
 
     Returns:
-        The lines; empty where there are none, or the adapter writes no code of this.
+        The lines; empty if there are none, or the adapter writes no code for this scene.
     """
-    asks = [_CodeOf(engine, profile, scene, dt_s, "Found.", some, limited=False) for some in (tried, ())]
-    written = [pool.ask(ask).value for ask in asks]
-    found, before = written
-    return "" if found is None or before is None else changed_lines(found, before)
+    tasks = [_CodeTask(engine, profile, scene, dt_s, "Found.", settings, limited=False) for settings in (tried, ())]
+    code, profile_code = (pool.run(task).value for task in tasks)
+    return "" if code is None or profile_code is None else changed_lines(code, profile_code)

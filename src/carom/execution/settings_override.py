@@ -1,4 +1,4 @@
-"""Settings that are tried without a profile: which an engine has, and what is asked for as the kind that each is."""
+"""Settings that replace those of a profile (``--set``): checks that the engine has them, and converts their values."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from carom.engines.registry import EngineInfo, load_adapter
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.execution.engine_run import profile_settings
-from carom.execution.job import AdapterTask, Tried
-from carom.execution.pool import Asker
+from carom.execution.job import AdapterTask, SettingOverrides
+from carom.execution.pool import TaskRunner
 from carom.model.trace import Setting, setting_text
 from carom.support.escaping import named_hints
 
-#: Set by other means: the step is a part of a job.
+#: The step has an option of its own, since it is part of a job.
 STEP = "dt_s"
 
 _BOOLS = {"true": True, "false": False}
@@ -22,11 +22,11 @@ _KINDS = {bool: "true or false", int: "a whole number", float: "a finite number"
 
 
 @dataclass(frozen=True)
-class KnownSettings(AdapterTask):
-    """Ask an adapter for every setting that one of its profiles has, with a value of each.
+class KnownSettingsTask(AdapterTask):
+    """Query all settings that any profile of an adapter has, with an example value of each.
 
     Attributes:
-        profiles: Names of the profiles whose values count first.
+        profiles: Names of the profiles whose values take precedence.
         dt_s: Step, seconds.
     """
 
@@ -34,7 +34,7 @@ class KnownSettings(AdapterTask):
     dt_s: float
 
     def carry_out(self) -> Mapping[str, Setting]:
-        """Return the values by name; of a profile that fails none, since the caller is told why."""
+        """Return the values by name. A profile that fails is skipped, since the caller reports it anyway."""
         adapter = load_adapter(self.engine)
         found: dict[str, Setting] = {}
         for profile in dict.fromkeys((*self.profiles, *adapter.profiles)):
@@ -45,47 +45,47 @@ class KnownSettings(AdapterTask):
         return found
 
 
-def tried_by(
-    info: EngineInfo, asked: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, asker: Asker
-) -> Tried:
-    """Return the settings that an engine is to try, each as the kind that it is, in order of name.
+def resolve_settings(
+    info: EngineInfo, asked: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, runner: TaskRunner
+) -> SettingOverrides:
+    """Check and convert the settings that replace those of a profile; return them in order of name.
 
     Args:
-        info: What is known of the engine.
-        asked: The settings, by name; a text is read as the kind that the setting is.
-        profiles: The profiles instead of whose settings they are tried.
-        dt_s: A step at which the profiles are asked for theirs, seconds.
-        asker: Where the adapter is asked.
+        info: Description of the engine.
+        asked: The settings by name. Texts are converted to the type of the setting.
+        profiles: The profiles whose settings are replaced.
+        dt_s: A step at which to query the settings of the profiles, seconds.
+        runner: Where the adapter is queried.
 
     Raises:
         UnknownNameError: The engine has no such setting.
-        InputError: A value is not of the setting's kind.
+        InputError: A value has the wrong type.
     """
-    if not asked or not info.profiles:  # of an adapter that declares nothing its rows say why
+    if not asked or not info.profiles:  # the rows of an adapter without declarations show the reason
         return ()
-    answer = asker.ask(KnownSettings(info.name, tuple(profiles), dt_s))
+    answer = runner.run(KnownSettingsTask(info.name, tuple(profiles), dt_s))
     if answer.value is None:
-        raise InputError(f"{info.name} was asked which settings it has, and {answer.said}")
+        raise InputError(f"{info.name} could not list its settings: {answer.said}")
     known = {**{name: knob.example for name, knob in info.knobs.items()}, **answer.value}
-    return tuple(sorted((name, _read(info.name, name, value, known)) for name, value in asked.items()))
+    return tuple(sorted((name, _check_setting(info.name, name, value, known)) for name, value in asked.items()))
 
 
-def _read(engine: str, name: str, value: Setting, known: Mapping[str, Setting]) -> Setting:
+def _check_setting(engine: str, name: str, value: Setting, known: Mapping[str, Setting]) -> Setting:
     if name == STEP:
-        raise InputError(f"{STEP} is the step, which is asked for as one: --dt, or dt in Python")
+        raise InputError(f"{STEP} is the time step: give it with --dt, or dt in Python")
     if name not in known:
         names = ", ".join(sorted(known.keys() - {STEP})) or "none"
         hints = named_hints(name, known, f"there are: {names}")
         raise UnknownNameError(f"{engine} has no setting {name!r}", hints=hints)
     kind = type(known[name])
-    found = _as_kind(value, kind)
+    found = _convert(value, kind)
     if found is None:
         raise InputError(f"setting {name!r} of {engine} must be {_KINDS[kind]}, got {setting_text(value)!r}")
     return found
 
 
-def _as_kind(value: Setting, kind: type[Setting]) -> Setting | None:
-    """Return a value as the kind that a setting is, None where it is none."""
+def _convert(value: Setting, kind: type[Setting]) -> Setting | None:
+    """Convert a value to the type of a setting; return None if that is not possible."""
     if kind is str or kind is bool:
         found = _BOOLS.get(value.lower()) if kind is bool and isinstance(value, str) else value
         return found if isinstance(found, kind) else None

@@ -1,4 +1,4 @@
-"""What Carom's own methods skip in a scene, and what that saves: measured by running them with and without."""
+"""Run time that Carom's own methods save by skipping needless work, measured by runs with and without skipping."""
 
 from __future__ import annotations
 
@@ -15,63 +15,63 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
 from carom.solvers.run import trace_of
 
-#: Runs of each form, alternately, for the median of their ratios; fewer once so many seconds are full.
+#: Number of alternating runs for the median of their ratios: at least, at most, and the seconds after which to stop.
 _LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
 
-#: Tests of pairs and walls that a run without skipping may make; with more it is not worth the wait.
+#: Limit of the tests of pairs and walls in a run without skipping. With more it would take too long.
 MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Run time with skipping, seconds, and how many times that the run takes without it: medians of the same rounds."""
+    """Run time with skipping, seconds, and the ratio of the time without to it: medians over the same rounds."""
 
     with_s: float
     ratio: float
 
 
 class SceneSkips(NamedTuple):
-    """What PIC and PIT save in a scene; None where the run without skipping is not worth the wait."""
+    """Savings of PIC and PIT in a scene; None if the run without skipping would take too long."""
 
     pic: SkippedTime | None
     pit: SkippedTime | None
     dt_s: float
 
 
-def scene_skips(reference: Trace, dt_s: float) -> SceneSkips:
-    """Return what PIC and PIT at a step save in the scene of a reference."""
+def measure_skips(reference: Trace, dt_s: float) -> SceneSkips:
+    """Measure the savings of PIC, and of PIT at a step, in the scene of a reference."""
     scene = reference.scene
-    return SceneSkips(pic_saved(scene, reference), pit_saved(scene, dt_s), dt_s)
+    return SceneSkips(measure_pic_saving(scene, reference), measure_pit_saving(scene, dt_s), dt_s)
 
 
-def tests_a_frame(scene: Scene) -> int:
-    """Return how many pairs, and discs at walls, there are to test."""
+def tests_per_frame(scene: Scene) -> int:
+    """Return the number of pairs of discs, and of discs with walls, that a frame tests."""
     discs = len(scene.discs)
     return discs * (discs - 1) // 2 + discs * len(scene.walls)
 
 
-def in_closed_form(reference: Trace) -> bool:
-    """Whether PIC solved a scene by the closed form of two discs, which counts no crossings of cells."""
+def is_closed_form(reference: Trace) -> bool:
+    """Whether PIC used the closed form for two discs, which counts no crossings of cells."""
     scene = reference.scene
     straight = not (any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2)
     return straight and "crossings" not in reference.counts
 
 
-def pic_saved(scene: Scene, reference: Trace) -> SkippedTime | None:
-    """Return what PIC saves by the closed form, or else by predicting only the discs of an impact again.
+def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
+    """Measure what PIC saves by the closed form, or else by predicting only the discs of an impact again.
 
-    None where all pairs are too many.
+    Return None if there are too many pairs.
     """
-    if len(reference.impacts) * tests_a_frame(scene) > MOST_TESTS:
+    if len(reference.impacts) * tests_per_frame(scene) > MOST_TESTS:
         return None
     until_s = min(scene.duration_s, reference.end_time_s)
-    closed = in_closed_form(reference)
+    closed = is_closed_form(reference)
 
     def prepare(skipping: bool) -> Callable[[], object]:
         if closed:  # both from the scene to the trace
             return partial(solve_pic, scene) if skipping else partial(_event_driven, scene)
         return partial(pic_run(scene, all_pairs=not skipping).advance_to, until_s)
 
-    return _measured(prepare)
+    return _measure(prepare)
 
 
 def _event_driven(scene: Scene) -> Trace:
@@ -79,16 +79,16 @@ def _event_driven(scene: Scene) -> Trace:
     return trace_of(run, "pic", scene, run.advance_to(scene.duration_s))
 
 
-def pit_saved(scene: Scene, dt_s: float) -> SkippedTime | None:
-    """Return what PIT saves by skipping frames and pairs that can't touch; None where the plain loop is too long."""
-    if scene.step_count(dt_s) * tests_a_frame(scene) > MOST_TESTS:
+def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
+    """Measure what PIT saves by skipping frames and pairs that can't touch; None if the plain loop is too long."""
+    if scene.step_count(dt_s) * tests_per_frame(scene) > MOST_TESTS:
         return None
     clock = FrameClock(rate_hz=1.0 / dt_s)
-    return _measured(lambda skipping: partial(pit_run(scene, clock, skipping=skipping).advance_to, scene.duration_s))
+    return _measure(lambda skipping: partial(pit_run(scene, clock, skipping=skipping).advance_to, scene.duration_s))
 
 
-def _measured(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
-    """Time runs with and without skipping in turn; preparing them is no part of it."""
+def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
+    """Time runs with and without skipping alternately. Preparation is not timed."""
 
     def seconds(skipping: bool) -> float:
         run = prepare(skipping)
@@ -100,7 +100,7 @@ def _measured(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
     rounds: list[tuple[float, float]] = []
     started = time.perf_counter()
     while len(rounds) < _LEAST_ROUNDS or (len(rounds) < _ROUNDS and time.perf_counter() - started < _ENOUGH_S):
-        first = len(rounds) % 2 == 0  # each form is the first in every other round: the second finds warm caches
+        first = len(rounds) % 2 == 0  # the order alternates, since the second run has warm caches
         taken = {skipping: seconds(skipping) for skipping in (first, not first)}
         rounds.append((taken[True], taken[False]))
     ratio = statistics.median(plain_s / with_s for with_s, plain_s in rounds)

@@ -1,4 +1,4 @@
-"""What of an engine's own code says how long a step is and how often it is taken, read off the code of a profile."""
+"""Extracts time step and step count from an engine's settings code."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ _COMMENT = re.compile(r"<!--.*?-->\s*", re.DOTALL)
 
 
 def step_lines(code: str, at_another_step: str) -> str:
-    """Return the statements of a program, or the lines of a model, that a step's length decides.
+    """Return the statements of a program, or the lines of a model, that depend on the time step.
 
-    Of a program in Python these are the statements that say or read how long a step is, or how many there are, and what
-    else reads otherwise at another step; with the constants that they take, without the scene's own bodies. Of a
-    model in XML they are the lines that read otherwise. Of a module of node there are none: it steps a world of its own
-    making, which stands in no other program.
+    - Python: statements that set or use `dt` or `steps`, or differ at another step, with the constants that they use.
+      The scene's bodies are left out.
+    - XML: lines that differ at another step.
+    - JavaScript: none, since its world exists only within the written module.
 
     Args:
-        code: What an adapter writes of a scene (`carom.engines.api.CodedAdapter`).
-        at_another_step: What it writes of the same at another step.
+        code: Code of a scene, as written by an adapter (`carom.engines.api.CodedAdapter`).
+        at_another_step: Code of the same scene at another step.
 
     Returns:
-        The lines, each as it stands in the code; empty where there are none to give.
+        The lines as they appear in the code; empty if there are none.
     """
     if code.startswith("<"):
         other = set(_COMMENT.sub("", at_another_step).splitlines())
@@ -34,7 +34,7 @@ def step_lines(code: str, at_another_step: str) -> str:
     own = {one.name for one in statements if isinstance(one, ast.FunctionDef)}
     chosen: list[ast.stmt] = []
     taken: set[str] = set()
-    # From below, so that a name is known to be taken where it is given its value.
+    # In reverse order, so that the uses of a name are known at its assignment.
     for statement in reversed(statements):
         if isinstance(statement, ast.FunctionDef) or own & (names := set(_names(statement, ast.Load))):
             continue
@@ -48,9 +48,9 @@ def step_lines(code: str, at_another_step: str) -> str:
 
 
 def changed_lines(code: str, before: str) -> str:
-    """Return the statements of a program in Python, or the lines of another text, that read otherwise than before.
+    """Return the statements of a Python program, or the lines of another text, that differ from an earlier version.
 
-    Of a program also those that read what these give a value to. Comments are left out.
+    In a program, also return the statements that use a name assigned by these. Comments are left out.
     """
     if not code.startswith("#"):
         model = code.startswith("<")

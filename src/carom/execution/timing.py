@@ -1,7 +1,7 @@
-"""The timed loop: all steps in as few calls as the adapter allows, nothing observed, each run in a fresh world.
+"""Timed run of an engine: all steps in as few calls as possible, without observation, each run in a new world.
 
-Two clocks, for preparing the world and for its steps. How engines are compared by them is the bench's business; here is
-the one loop that everything which times an engine runs.
+Preparation and steps are timed separately. Everything that times an engine uses this loop; `carom.studies.bench`
+compares engines by it.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ import numpy as np
 from carom.engines.api import Adapter, TimedWorld, World
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import profile_settings
-from carom.execution.job import JobTask, Tried, UnsupportedError
+from carom.execution.job import JobTask, SettingOverrides, UnsupportedError
 from carom.execution.locate import Cutter
 from carom.execution.validate import adapter_error
 from carom.model.scene import Scene
 
-#: Timed runs of a job; the median of three throws one disturbed run away.
+#: Timed runs of a job. The median of three ignores one disturbed run.
 TIMING_RUNS = 3
 
-#: Two runs in a row that differ by less than this part are enough: finer than this nobody reads a ratio of run times.
+#: Two consecutive runs that differ by less than this fraction are enough for a ratio of run times.
 AGREED = 0.1
 
 
@@ -40,15 +40,15 @@ _TOO_SHORT = (
 
 @dataclass(frozen=True)
 class Timing:
-    """Two clocks, each the median of several runs.
+    """Run times, each the median of several runs.
 
     Attributes:
         prepare_s: Seconds to build the world.
-        advance_s: Seconds to take all steps, nothing observed.
-        runs: How many runs the medians are of.
-        call_s: Seconds of a call of no steps, where that was asked for; NaN where the adapter does not take one.
-        ends: In how many final states the runs ended that differ in a bit: 1 where the engine repeats. None from a file
-            that was written before they were counted.
+        advance_s: Seconds to take all steps, without observation.
+        runs: Number of runs.
+        call_s: Seconds of a call with no steps, if requested; NaN if the adapter does not accept one.
+        ends: Number of final states that differ in at least one bit; 1 if the engine is repeatable. None if read from a
+            file of an older version.
     """
 
     prepare_s: float
@@ -59,11 +59,11 @@ class Timing:
 
 
 @dataclass(frozen=True)
-class Measure(JobTask):
-    """Time a job, in a worker process; the caller sees to it that nothing else is running."""
+class TimeTask(JobTask):
+    """Time a job in a worker process. The caller ensures that nothing else is running."""
 
     def carry_out(self) -> Timing:
-        """Return the two clocks."""
+        """Return the run times."""
         job = self.job
         adapter = load_adapter(job.engine)
         return time_run(adapter, job.scene, job.profile, job.dt_s, tried=job.method.tried, agreed=AGREED)
@@ -75,7 +75,7 @@ def time_run(
     profile: str,
     dt_s: float,
     *,
-    tried: Tried = (),
+    tried: SettingOverrides = (),
     steps: int | None = None,
     runs: int = TIMING_RUNS,
     enough_s: float = math.inf,
@@ -83,25 +83,25 @@ def time_run(
     call: bool = False,
     zero: bool = False,
 ) -> Timing:
-    """Time the steps alone, each run in a fresh world.
+    """Time the steps of a run, repeatedly, each time in a new world.
 
     Args:
         adapter: The adapter.
         scene: The scene.
         profile: Name of the profile.
         dt_s: The step, seconds.
-        tried: Settings instead of the profile's own.
-        steps: How many; as many as the scene lasts by default.
-        runs: How many runs the medians are of, one at least.
+        tried: Settings that replace those of the profile.
+        steps: Number of steps; by default the whole scene.
+        runs: Largest number of runs, at least one.
         enough_s: No further run is made once this many seconds have been timed.
-        agreed: No further run is made once the times of two in a row differ by less than this part.
-        call: Whether to time a call of no steps, too; it is made before the steps, and no part of them.
-        zero: Whether the clock may show no time: what is timed is next to nothing, and its cost is taken off.
+        agreed: No further run is made once two consecutive times differ by less than this fraction.
+        call: Whether to time a call with no steps too. It is made before the steps and not included in their time.
+        zero: Whether a time of 0 is accepted, for runs so short that only their overhead is measured.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
-        AdapterError: The adapter refuses the scene or fails, or its clock shows what no clock can.
-        UnsupportedError: The clock shows no time at all: it is too coarse for a run so short.
+        AdapterError: The adapter refuses the scene or fails, or its clock shows an impossible time.
+        UnsupportedError: The clock shows 0 seconds: it is too coarse for such a short run.
     """
     settings = profile_settings(adapter, profile, dt_s, tried)
     steps = scene.step_count(dt_s) if steps is None else steps
@@ -110,51 +110,51 @@ def time_run(
     called: list[float] = []
     advanced: list[float] = []
     ends: set[bytes] = set()
-    with _no_collection():
+    with _without_garbage_collection():
         while not advanced or (
-            len(advanced) < runs and sum(prepared) + sum(advanced) < enough_s and not _agree(advanced, agreed)
+            len(advanced) < runs and sum(prepared) + sum(advanced) < enough_s and not _last_two_agree(advanced, agreed)
         ):
             started = time.perf_counter()
             world = adapter.prepare(scene, settings)
             prepared.append(time.perf_counter() - started)
             try:
-                called.append(_call(world) if call else math.nan)
-                advanced.append(_advance(world, steps, dt_s, located=located))
-                ends.add(_end(world))
+                called.append(_time_empty_call(world) if call else math.nan)
+                advanced.append(_time_steps(world, steps, dt_s, located=located))
+                ends.add(_state_bytes(world))
             finally:
                 world.close()
     call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
-    if not (zero or statistics.median(advanced) > 0.0):  # no ratio, and no sum of visits, can be made of it
+    if not (zero or statistics.median(advanced) > 0.0):  # a time of 0 allows no ratio
         raise UnsupportedError(_TOO_SHORT.format(steps=steps, runs=len(advanced)))
     return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s, len(ends))
 
 
-def _agree(seconds: list[float], part: float) -> bool:
-    """Whether the last two of some times differ by less than a part of the longer."""
-    *_, one, other = (math.nan, *seconds)
-    return abs(one - other) < part * max(one, other)
+def _last_two_agree(times_s: list[float], fraction: float) -> bool:
+    """Whether the last two times differ by less than a fraction of the longer one."""
+    *_, previous, last = (math.nan, *times_s)
+    return abs(previous - last) < fraction * max(previous, last)
 
 
-def _advance(world: World, steps: int, dt_s: float, *, located: bool) -> float:
-    """Take steps, and return the seconds that it took, by the world's own clock where it has one."""
-    own_s = world.seconds if isinstance(world, TimedWorld) else 0.0
+def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> float:
+    """Take steps and return the seconds, by the world's own clock if it has one."""
+    own_clock_s = world.seconds if isinstance(world, TimedWorld) else 0.0
     started = time.perf_counter()
-    if located:  # cutting is then a part of what the engine is asked to do
+    if located:  # the cost of cutting steps belongs to the profile
         _cut_steps(world, steps, dt_s)
     else:
         world.advance(steps)
     passed_s = time.perf_counter() - started
-    return _shown(world, own_s) if isinstance(world, TimedWorld) else passed_s
+    return _own_clock_since(world, own_clock_s) if isinstance(world, TimedWorld) else passed_s
 
 
-def _end(world: World) -> bytes:
-    """Return the bits of the state that a world is in."""
-    seen = world.observe()
-    return b"".join(np.ascontiguousarray(one).tobytes() for one in (seen.position_m, seen.velocity_m_s))
+def _state_bytes(world: World) -> bytes:
+    """Return positions and velocities of a world as bytes."""
+    state = world.observe()
+    return b"".join(np.ascontiguousarray(array).tobytes() for array in (state.position_m, state.velocity_m_s))
 
 
-def _shown(world: TimedWorld, before_s: float) -> float:
-    """Return the seconds that a world's own clock shows since it showed `before_s`."""
+def _own_clock_since(world: TimedWorld, before_s: float) -> float:
+    """Return the seconds on a world's own clock since it showed `before_s`."""
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
@@ -171,22 +171,22 @@ def _cut_steps(world: World, steps: int, dt_s: float) -> None:
             pass
 
 
-def _call(world: World) -> float:
-    """Return seconds for a call of no steps, NaN where the adapter refuses one; the second, as the first warms up."""
+def _time_empty_call(world: World) -> float:
+    """Return the seconds of a second call with no steps, after one to warm up; NaN if the adapter refuses it."""
     call_s = math.nan
     try:
         for _ in range(2):
             started = time.perf_counter()
             world.advance(0)
             call_s = time.perf_counter() - started
-    except Exception:  # noqa: BLE001 - no adapter has to take no steps; then there is no such number
+    except Exception:  # noqa: BLE001 - an adapter need not accept a call with no steps
         return math.nan
     return call_s
 
 
 @contextmanager
-def _no_collection() -> Iterator[None]:
-    """Collect no garbage meanwhile: somebody else's is no part of a step."""
+def _without_garbage_collection() -> Iterator[None]:
+    """Suspend garbage collection, which would add time for objects of other code."""
     collecting = gc.isenabled()
     gc.disable()
     try:

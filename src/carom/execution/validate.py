@@ -1,8 +1,8 @@
-"""Whatever an adapter hands over is held to what it may be, before anything is made of it.
+"""Validates everything an adapter returns: declarations, settings, states and contacts.
 
-A mistake of an adapter is an `AdapterError` that names the field and the value, so that it never reads as a fault of
-its engine. A state that is not finite is the engine's own, and passes. What nobody could score, a wall that moves say,
-or a number whose square is none, comes no further than this.
+A mistake of an adapter raises an `AdapterError` with the field and the value, so that it is not taken for a fault of
+the engine. A non-finite state is accepted, since the engine itself can produce it. Values that can't be scored are
+refused, such as a moving velocity of a static wall, or a number whose square overflows.
 """
 
 from __future__ import annotations
@@ -28,30 +28,30 @@ from carom.support.limits import LARGEST, beyond
 
 Kind = TypeVar("Kind")
 
-#: Where an author reads what a field may be, and what may be declared.
+#: Sections of the adapter reference: allowed values of each field, and declarations.
 FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 
-#: A warning, a name or a setting is read by people; so are settings and counts, one by one.
+#: Limits of a text, and of the number of settings or counts. People read all of these.
 MOST_CHARACTERS = 2000
 MOST_ENTRIES = 1000
-#: Whole numbers are as large as a machine's; Python can't even print much larger ones.
+#: Limit of whole numbers. Python can't even print much larger ones.
 MOST_WHOLE = 2**64
 
 _FLOAT64 = np.dtype(np.float64)
-#: Of so few numbers Python adds up the squares sooner than NumPy does.
+#: Up to this many numbers, Python adds the squares faster than NumPy.
 _FEW = 24
 
 
 def adapter_error(message: str, section: str = FIELDS) -> AdapterError:
-    """Return what to raise of a mistake of an adapter's author, with where to read on."""
+    """Return the exception for a mistake in an adapter, with a reference to the documentation."""
     return AdapterError(f"{message}; see docs/reference/adapters.md#{section}")
 
 
 def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
-    """Return a text of an adapter's, of at most this many characters, as a plain string.
+    """Return a text from an adapter, of at most `most` characters, as a plain string.
 
     Raises:
-        AdapterError: It is no text, too long, or can't be written; `what` says which.
+        AdapterError: It is not a text, is too long, or is not valid Unicode. The message names it as `what`.
     """
     if not isinstance(value, str):
         raise adapter_error(f"{what} must be a text, got {_shown(value)}")
@@ -66,10 +66,10 @@ def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
 
 
 def plain_settings(settings: object, of: str) -> dict[str, Setting]:
-    """Return settings as plain numbers, bools and strings; `of` says whose.
+    """Return settings as plain numbers, bools and strings. Messages describe their owner by `of`.
 
     Raises:
-        AdapterError: They are no mapping, or a name or value is something else.
+        AdapterError: They are not a mapping, or a name or value has another type.
     """
     return {
         plain_text(name, f"a name among the settings {of}"): _plain(name, value, of)
@@ -102,7 +102,7 @@ def plain_counts(counts: object) -> dict[str, int]:
     """Return work counts as plain numbers.
 
     Raises:
-        AdapterError: They are no mapping of texts to whole numbers.
+        AdapterError: They are not a mapping of texts to whole numbers.
     """
     return {
         plain_text(name, "a name among the counts"): _whole(count, f"count {name!r}", least=0)
@@ -110,8 +110,8 @@ def plain_counts(counts: object) -> dict[str, int]:
     }
 
 
-class Declared(NamedTuple):
-    """What an adapter declares, held to the seam."""
+class Declarations(NamedTuple):
+    """Validated declarations of an adapter."""
 
     engine: Engine
     capabilities: Capabilities
@@ -119,14 +119,14 @@ class Declared(NamedTuple):
     knobs: Mapping[str, Knob]
 
 
-def sound_adapter(adapter: Adapter) -> Declared:
-    """Return what an adapter declares.
+def validate_adapter(adapter: Adapter) -> Declarations:
+    """Validate and return the declarations of an adapter.
 
     Raises:
-        AdapterError: A field is not what it must be.
+        AdapterError: A field has a wrong type or value.
     """
     plain_text(adapter.name, "the name of an adapter")
-    engine = _held(adapter.engine, Engine, "engine")
+    engine = _check_fields(adapter.engine, Engine, "engine")
     plain_text(engine.name, "engine.name")
     for field, release in (("oldest", engine.oldest), ("newest_tried", engine.newest_tried)):
         if plain_text(release, f"engine.{field}") and not re.fullmatch(r"[0-9]+(\.[0-9]+)*", release):
@@ -153,49 +153,51 @@ def sound_adapter(adapter: Adapter) -> Declared:
             plain_text(changed, f"a name in {where}.changed")
             plain_text(reason, f"{where}.changed[{changed!r}]")
         if profile.capabilities is not None:
-            _able(profile.capabilities, f"{where}.capabilities")
-    return Declared(engine, _able(adapter.capabilities, "capabilities"), profiles, _knobs(adapter))
+            _check_capabilities(profile.capabilities, f"{where}.capabilities")
+    capabilities = _check_capabilities(adapter.capabilities, "capabilities")
+    return Declarations(engine, capabilities, profiles, _check_knobs(adapter))
 
 
-def _knobs(adapter: Adapter) -> Mapping[str, Knob]:
-    """Return the knobs that an adapter may declare."""
+def _check_knobs(adapter: Adapter) -> Mapping[str, Knob]:
+    """Validate and return the optional knobs of an adapter."""
     found: object = getattr(adapter, "knobs", {})
     return {
-        plain_text(name, "the name of a knob"): _held(knob, Knob, f"knobs[{name!r}]")
+        plain_text(name, "the name of a knob"): _check_fields(knob, Knob, f"knobs[{name!r}]")
         for name, knob in _entries(found, "knobs")
     }
 
 
-def _able(found: object, where: str) -> Capabilities:
-    able = _held(found, Capabilities, where)
+def _check_capabilities(found: object, where: str) -> Capabilities:
+    capabilities = _check_fields(found, Capabilities, where)
     for name in (field.name for field in fields(Capabilities)):
-        value = getattr(able, name)
+        value = getattr(capabilities, name)
         numbers = value if isinstance(value, tuple) else (value,)
         if any(isinstance(number, float) and math.isnan(number) for number in numbers) or (
             isinstance(value, tuple) and not value[0] <= value[1]
         ):
             kind = "a least and a greatest" if isinstance(value, tuple) else "a number"
             raise adapter_error(f"{where}.{name} must be {kind}, got {_shown(value)}", DECLARED)
-    if able.float_bits not in MANTISSA_BITS:
-        narrow = able.float_bits < min(MANTISSA_BITS)
+    if capabilities.float_bits not in MANTISSA_BITS:
+        narrow = capabilities.float_bits < min(MANTISSA_BITS)
         advice = "; declare 32 for narrower floats: to the rounding of these they are held" if narrow else ""
         raise adapter_error(
-            f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {able.float_bits}{advice}", DECLARED
+            f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {capabilities.float_bits}{advice}",
+            DECLARED,
         )
     for name in ("restitution_combine", "friction_combine"):
-        if getattr(able, name) not in COMBINE_RULES:
+        if getattr(capabilities, name) not in COMBINE_RULES:
             rules = ", ".join(COMBINE_RULES)
-            raise adapter_error(f"{where}.{name} must be one of {rules}, got {getattr(able, name)!r}", DECLARED)
-    return able
+            raise adapter_error(f"{where}.{name} must be one of {rules}, got {getattr(capabilities, name)!r}", DECLARED)
+    return capabilities
 
 
-def _held(found: object, kind: type[Kind], where: str) -> Kind:
-    """Return a dataclass of the seam with each field of the type that it declares."""
+def _check_fields(found: object, kind: type[Kind], where: str) -> Kind:
+    """Return a dataclass of the adapter interface, after checking that each field has its declared type."""
     if not isinstance(found, kind):
         raise adapter_error(f"{where} must be {kind.__name__}(...), got {_shown(found)}", DECLARED)
     hints, values = get_type_hints(kind), {}
-    for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # the seam's are dataclasses
-        value = _python(getattr(found, name))
+    for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # always a dataclass
+        value = _to_python(getattr(found, name))
         try:
             values[name] = TypeAdapter(hints[name]).validate_python(value, strict=True)
         except ValidationError as error:
@@ -203,20 +205,20 @@ def _held(found: object, kind: type[Kind], where: str) -> Kind:
     return kind(**values)
 
 
-def _python(value: object) -> object:
-    """Return numbers of NumPy's as Python's, and a pair that is a list as the tuple that it is meant to be."""
+def _to_python(value: object) -> object:
+    """Return a NumPy number as a Python number, and a list as a tuple."""
     if isinstance(value, np.generic):
         value = value.item()
     return tuple(value) if isinstance(value, list) else value
 
 
 class Validator:
-    """Lets in what a world of one run observes.
+    """Validates the observations of one run.
 
     Args:
         scene: The scene of the run.
         dt_s: Its step, seconds.
-        float_bits: Width of the floats that the method declares.
+        float_bits: Declared width of the method's floats.
     """
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int) -> None:
@@ -225,16 +227,16 @@ class Validator:
         self._drives = [arrays.drive_of_wall(k) for k in range(len(scene.walls))]
         self._movable = np.isfinite(arrays.mass_kg)
         self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
-        # Half of the digits that the method computes with: what is further off was never meant to be of length 1.
+        # Half of the method's digits: a normal that is further from length 1 is a mistake, not rounding.
         self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
 
     def state(self, found: object) -> tuple[Observation, bool]:
-        """Return an observation with its arrays checked and copied, and whether each number is finite.
+        """Return an observation with checked arrays, and whether each number is finite.
 
-        The world may go on to write to its own arrays.
+        The arrays are copied, since the world may change its own later.
 
         Raises:
-            AdapterError: A field is not what it must be.
+            AdapterError: A field has a wrong type or value.
         """
         if not isinstance(found, Observation):
             raise adapter_error(f"observe() must return an Observation, got {_shown(found)}")
@@ -253,10 +255,10 @@ class Validator:
         return Observation(places, speeds, found.contacts, warning, spins), turns and are_places and are_speeds
 
     def contacts(self, state: Observation, begin_s: float, end_s: float) -> Observation:
-        """Return an observation with its contacts checked: those of the step, or piece of one, between two times.
+        """Return an observation with checked contacts, for the step or piece of a step between two times.
 
         Raises:
-            AdapterError: A field of a contact is not what it must be.
+            AdapterError: A field of a contact has a wrong type or value.
         """
         found: object = state.contacts
         if found == ():  # as after most steps
@@ -282,7 +284,7 @@ class Validator:
             )
         of = f"of a contact of bodies {first} and {second}"
         time_s = _number(found.time_s, "time_s", of)
-        # Engines add up their own clocks; a step to either side is more than rounding ever makes of that.
+        # Engines sum their own clocks. A step on either side is more than the rounding of that sum.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{number(begin_s, 9)} to {number(end_s, 9)} s"
             raise adapter_error(
@@ -337,9 +339,9 @@ def _array(found: object, name: str, shape: tuple[int, ...]) -> tuple[NDArray[np
         raise adapter_error(f"{name} must be an array of floats, got {_shown(found)}")
     if found.shape != shape:
         raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
-    plain = type(found) is np.ndarray and found.dtype is _FLOAT64  # whose copy is made in a third of the time
+    plain = type(found) is np.ndarray and found.dtype is _FLOAT64  # copied three times as fast
     array = found.copy() if plain else np.array(found, dtype=np.float64)
-    # A sum of squares that is no larger, or its root, says so of each number: this is asked after every step.
+    # If the sum of squares is within the limit, so is each number. This fast check runs after every step.
     few = array.size <= _FEW
     if (math.hypot(*array.ravel().tolist()) if few else np.vdot(array, array)) <= LARGEST:
         return array, True
@@ -357,7 +359,7 @@ def _items(found: object, what: str, count: int) -> tuple[object, ...]:
 
 
 def _is_plain(found: object) -> TypeGuard[float]:
-    """Whether something is a Python float within the limits, as nearly all numbers are."""
+    """Whether a value is a Python float within the limits, as nearly all numbers are."""
     return type(found) is float and abs(found) <= LARGEST
 
 
@@ -403,7 +405,7 @@ def _whole(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
 
 
 def _shown(value: object) -> str:
-    """Return a value's type, and of a plain one the beginning of what it is."""
+    """Return the type of a value, and the beginning of its text if it is a plain value."""
     kind = type(value).__name__
     if value is None or type(value) in (bool, int, float, str, bytes, tuple, list, dict):
         text = ascii(value) if not isinstance(value, int) or abs(value) < 2**64 else "a huge one"

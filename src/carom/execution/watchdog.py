@@ -1,15 +1,19 @@
-"""The keeper of a worker process: it ends the worker with everything that it started, and outlives nobody.
+"""Watchdog: terminates a worker and all its child processes when the worker ends or the parent exits.
 
-Run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.process`, or forked by
-`carom.execution.fork_server`. It forks before it loads an adapter: the child becomes the worker
-(`carom.execution.worker`), which keeps standard input, output and error; the keeper watches. When the worker ends, or
-the caller wants no more answers (SIGTERM, or the other end of standard input is closed) or is gone, the keeper kills
-what is left and ends as the worker did.
+It is run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.process`, or forked by
+`carom.execution.fork_server`. It forks before it loads an adapter. The child becomes the worker
+(`carom.execution.worker`) and uses standard input, output and error. The watchdog waits until one of these happens:
 
-On Linux the keeper adopts what the worker's processes leave behind, so that one that has left their session is found,
-too, and a worker whose keeper was killed is killed. Elsewhere what has left the worker's process group is not found.
-What is never covered: a program that leaves its session again and again faster than it is looked for, and one that left
-it before the worker killed the keeper.
+- The worker ends.
+- The parent needs no more answers: it sends SIGTERM, or closes its end of standard input.
+- The parent exits.
+
+Then the watchdog kills all remaining processes and exits with the worker's status.
+
+On Linux the watchdog adopts orphaned descendants of the worker, so that it also finds processes that have left the
+session. A worker whose watchdog was killed is killed by the system. On other systems, processes that have left the
+worker's process group are not found. Two cases are not covered on any system: a program that changes its session
+faster than the search, and one that has left the session before the worker kills the watchdog.
 """
 
 from __future__ import annotations
@@ -27,73 +31,73 @@ PR_SET_PDEATHSIG = 1
 PR_SET_CHILD_SUBREAPER = 36
 
 
-#: A child has ended; the parent has, or goes on with what was stopped; the parent wants the end.
-_HEARD = (signal.SIGCHLD, signal.SIGCONT, signal.SIGTERM)
+#: A child has ended; the parent has ended or continues a stopped watchdog; the parent requests the end.
+_SIGNALS = (signal.SIGCHLD, signal.SIGCONT, signal.SIGTERM)
 
 
 def main() -> None:
-    """Keep a worker."""
-    keep(os.getppid(), int(sys.argv[1]))
+    """Watch a worker."""
+    watch_worker(os.getppid(), int(sys.argv[1]))
 
 
-def keep(parent: int, memory_bytes: int) -> None:
-    """Keep a worker; this returns in the worker alone, when nothing more is asked.
+def watch_worker(parent: int, memory_bytes: int) -> None:
+    """Fork a worker and watch it. This returns only in the worker, after its last task.
 
     Args:
-        parent: The process that this one ends with.
-        memory_bytes: Most that the worker may take.
+        parent: The process whose exit ends the watchdog and the worker.
+        memory_bytes: Memory limit of the worker.
     """
-    keeper = os.getpid()
-    on_linux(PR_SET_CHILD_SUBREAPER, 1)
-    on_linux(PR_SET_PDEATHSIG, signal.SIGCONT)  # else one that its worker has stopped would never see it
+    watchdog = os.getpid()
+    set_process_option(PR_SET_CHILD_SUBREAPER, 1)
+    set_process_option(PR_SET_PDEATHSIG, signal.SIGCONT)  # wakes a watchdog that its worker has stopped
     woken, wake = os.pipe()
     os.set_blocking(wake, False)
     signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
-    for number in _HEARD:
-        signal.signal(number, lambda *_: None)  # without a handler nobody is woken
+    for number in _SIGNALS:
+        signal.signal(number, lambda *_: None)  # without a handler the signal would not wake the poll
     worker = os.fork()
     if worker:
-        _keep(worker, woken, parent)
+        _wait_and_clean_up(worker, woken, parent)
     signal.set_wakeup_fd(-1)
-    for number in _HEARD:
+    for number in _SIGNALS:
         signal.signal(number, signal.SIG_DFL)
     os.close(woken)
     os.close(wake)
-    on_linux(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != keeper:  # killed before that was said
+    set_process_option(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != watchdog:  # it was killed before the option was set
         os._exit(1)
     os.setsid()
-    _limit(memory_bytes)
+    _limit_memory(memory_bytes)
     from carom.execution.worker import main as work
 
     work()
 
 
-def _keep(worker: int, woken: int, parent: int) -> None:
-    """Wait until the worker ends or nobody asks any more; kill what is left, and end as the worker did.
+def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
+    """Wait until the worker ends or is no longer needed. Kill what is left, and exit with the worker's status.
 
-    Nobody asks any more where the other end of the input is closed, where the parent says so, and where it is gone: a
-    process that it has forked can hold that end open.
+    The worker is no longer needed when the other end of the input is closed, when the parent sends SIGTERM, or when the
+    parent has exited. All three are checked, since a process that the parent has forked can hold the other end open.
     """
     null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)  # the end of the answers is the worker's
+    os.dup2(null, 1)  # only the worker keeps the answer pipe open
     os.dup2(null, 2)
     poll = select.poll()
-    poll.register(0, 0)  # not for what there is to read, which is the worker's; it says when the other end is closed
+    poll.register(0, 0)  # reports that the other end is closed; the input itself is read by the worker
     poll.register(woken, select.POLLIN)
     status: int | None = None
     while status is None and all(file == woken for file, _ in poll.poll()):
-        heard = os.read(woken, select.PIPE_BUF)
-        status = _reaped(worker)
-        if signal.SIGTERM in heard or os.getppid() != parent:
+        received = os.read(woken, select.PIPE_BUF)
+        status = _reap_children(worker)
+        if signal.SIGTERM in received or os.getppid() != parent:
             break
-    while children := _children() if sys.platform == "linux" else [worker] * (status is None):
+    while children := _find_children() if sys.platform == "linux" else [worker] * (status is None):
         for child in children:
             _kill(child)
-        ended = _reaped(worker, wait=True)
-        status = ended if status is None else status
+        worker_status = _reap_children(worker, wait=True)
+        status = worker_status if status is None else status
     if status is not None and os.WIFSIGNALED(status):
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the worker has left its own
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the worker has already written a core file
         number = os.WTERMSIG(status)
         if number != signal.SIGKILL:
             signal.signal(number, signal.SIG_DFL)
@@ -101,8 +105,8 @@ def _keep(worker: int, woken: int, parent: int) -> None:
     os._exit(1 if status is None else os.waitstatus_to_exitcode(status))
 
 
-def _reaped(worker: int, *, wait: bool = False) -> int | None:
-    """Take note of the children that have ended, and return how the worker did; None where it is not among them."""
+def _reap_children(worker: int, *, wait: bool = False) -> int | None:
+    """Reap the children that have ended, and return the worker's status; None if it is not among them."""
     found = None
     with suppress(ChildProcessError):
         while True:
@@ -115,20 +119,20 @@ def _reaped(worker: int, *, wait: bool = False) -> int | None:
     return found
 
 
-def _children() -> list[int]:
-    """Return the children of this process, those adopted and those ended among them."""
+def _find_children() -> list[int]:
+    """Return the children of this process, including adopted and ended ones."""
     found = []
     for name in os.listdir("/proc"):
         if name.isdecimal():
             with suppress(OSError), open(f"/proc/{name}/stat", "rb") as file:
-                # The name of the program, in parentheses, may hold anything; state and parent come after it.
+                # The name of the program, in parentheses, can contain anything. State and parent come after it.
                 if int(file.read().rpartition(b")")[2].split()[1]) == os.getpid():
                     found.append(int(name))
     return found
 
 
 def _kill(child: int) -> None:
-    """Kill a child with its process group; before it has one of its own, alone."""
+    """Kill a child with its process group, or the child alone if it has no group of its own yet."""
     with suppress(ProcessLookupError, PermissionError):
         group = os.getpgid(child)
         if group == os.getpgrp():
@@ -137,10 +141,10 @@ def _kill(child: int) -> None:
             os.killpg(group, signal.SIGKILL)
 
 
-def _limit(memory_bytes: int) -> None:
-    """Let this process, and each that it starts, take no more memory.
+def _limit_memory(memory_bytes: int) -> None:
+    """Limit the memory of this process and of each process that it starts.
 
-    What is counted is data that can be written: address space alone is reserved by libraries far beyond what they use.
+    The limit counts writable data. Libraries reserve much more address space than they use, so that is not limited.
     """
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     most = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
@@ -148,8 +152,8 @@ def _limit(memory_bytes: int) -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
 
 
-def on_linux(option: int, value: int) -> None:
-    """Set an option of this process, see prctl(2), where there are such."""
+def set_process_option(option: int, value: int) -> None:
+    """Set an option of this process, see prctl(2). Does nothing on systems other than Linux."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 

@@ -43,7 +43,7 @@ def written_out(content: dict[str, Any]) -> dict[str, Any]:
             raise SceneError([Problem((), str(error))]) from None
         content = _in_metres(content, per_metre)
     if "shape" in content:
-        raise SceneError([Problem(("shape",), "is not a field of a scene", ("each of [[discs]] has one of its own",))])
+        raise SceneError([Problem(("shape",), "is not a field of a scene", ("give it for each of [[discs]]",))])
     discs = content.get("discs")
     if isinstance(discs, list):
         content["discs"] = [_with_inertia(disc, k) for k, disc in enumerate(discs)]
@@ -83,7 +83,7 @@ def _with_inertia(disc: Any, k: int) -> Any:
     if not isinstance(disc, dict) or "shape" not in disc:
         return disc
     if "inertia_factor" in disc:
-        raise SceneError([Problem(("discs", k, "shape"), "says what inertia_factor says: leave one of them out")])
+        raise SceneError([Problem(("discs", k, "shape"), "conflicts with inertia_factor: give only one of them")])
     shape = disc["shape"]
     if not isinstance(shape, str) or shape not in SHAPES:
         known = " or ".join(f'"{name}"' for name in SHAPES)

@@ -347,7 +347,7 @@ class Scene(Drawn, Model):
         planes = tuple(wall for wall in self.walls if isinstance(wall, Wall))
         if len(planes) < len(self.walls):
             number = next(k for k, wall in enumerate(self.walls) if not isinstance(wall, Wall))
-            raise InputError(f"wall {number} is no half-plane, which is all that is supported here")
+            raise InputError(f"wall {number} is not a half-plane; only half-planes are supported here")
         return planes
 
     def step_count(self, dt_s: float) -> int:
@@ -432,7 +432,14 @@ def load_scene(path: str | Path) -> Scene:
 
 def _parse(path: Path) -> dict[str, Any]:
     if path.suffix not in MOST_BYTES:
-        raise SceneError([Problem((), f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}")])
+        raise SceneError(
+            [
+                Problem(
+                    (),
+                    f"a scene file must end in .toml or .json, got {repr(path.suffix) if path.suffix else 'no suffix'}",
+                )
+            ]
+        )
     try:
         content = read_data(path, path.suffix)
     except InputError as error:
@@ -444,7 +451,7 @@ def _parse(path: Path) -> dict[str, Any]:
         edges = f", their edges counted: {total}" if (total := sum(map(edge_count, bodies))) > len(bodies) else ""
         if total > most:
             found = f"got {len(bodies)}{edges}"
-            raise SceneError([Problem((name,), f"a file of a scene holds {most} of them at most, {found}")])
+            raise SceneError([Problem((name,), f"a scene file can have at most {most}, {found}")])
     return content
 
 
@@ -492,6 +499,6 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     elif path.suffix == ".json":
         text = scene.model_dump_json(indent=2) + "\n"
     else:
-        message = f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}"
+        message = f"a scene file must end in .toml or .json, got {repr(path.suffix) if path.suffix else 'no suffix'}"
         raise SceneError([Problem((), message)], source=str(path))
     path.write_text(text, encoding="utf-8")

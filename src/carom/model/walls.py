@@ -28,8 +28,8 @@ _NAMED = 3
 def _no_bumper(value: Any) -> Any:
     if isinstance(value, int | float) and not isinstance(value, bool) and value > 1:
         raise ValueError(
-            "must be 1 at most: a bumper, which gives energy at each impact, leaves a scene no greatest speed "
-            "that errors could be told in"
+            "must be at most 1: with a bumper, which adds energy at each impact, speeds have no limit that could "
+            "scale errors"
         )
     return value
 
@@ -222,7 +222,7 @@ def _as_wall(value: Any) -> Any:
     telling = [name for name in ("point_m", "normal", *_TELLING) if name in value]
     if wrong := [name for name in telling if name not in kind.model_fields]:
         of = "a chain has points_m" if kind is Chain else "a circle has centre_m and radius_m"
-        raise SceneError([Problem((name,), f"is a field of another kind of wall: {of}") for name in wrong])
+        raise SceneError([Problem((name,), f"belongs to another kind of wall: {of}") for name in wrong])
     return kind(**value)
 
 

@@ -1,4 +1,4 @@
-"""Results as pandas data frames, one row an impact or a run, with the units in the names of the columns."""
+"""Results as pandas data frames, one row per impact or run, with the units in the names of the columns."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def to_pandas(thing: object) -> DataFrame:
 
 
 def _error_name(metric: str) -> str:
-    """Return what the column of a metric is called; the errors without a unit are parts of the scene's own scales."""
+    """Return the name of a metric's column; errors without a unit are relative to the scene's own scales."""
     name, _, unit = metric.rpartition("_")
     return f"{name}_error_{unit}" if unit in {"s", "rad"} else f"{metric}_error"
 

@@ -1,4 +1,4 @@
-"""What a report shows, before any medium: a document of sections, tables, figures and lines.
+"""Document model of reports, independent of the medium: sections, tables, figures and lines.
 
 The modules of `carom.studies` build documents; `carom.report.render` shows them as HTML, as Markdown and on a
 terminal. What a medium leaves out on purpose is said in the document (`only`), so that nothing else can be missing.
@@ -26,9 +26,9 @@ EVERYWHERE: Media = frozenset(Medium)
 PAGE: Media = frozenset({Medium.PAGE})
 TERMINAL: Media = frozenset({Medium.TERMINAL})
 DETAIL: Media = frozenset({Medium.DETAIL})
-#: What is written into files, and what there is no room for on a terminal.
+#: Media that are files, and media with more room than a terminal.
 ON_PAPER: Media = frozenset({Medium.PAGE, Medium.MARKDOWN})
-#: The evidence: everywhere but where the answer alone is shown.
+#: Media of the evidence: all except the short summary.
 IN_FULL: Media = ON_PAPER | DETAIL
 
 
@@ -76,7 +76,7 @@ class Cell:
 
     @property
     def line(self) -> str:
-        """All of the cell in one line of text."""
+        """The whole cell in one line of text."""
         return " ".join(filter(None, (self.symbol, self.text, self.note)))
 
 
@@ -174,7 +174,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Legend:
-    """What the marks of a table stand for, each as a cell with symbol and word, and its meaning."""
+    """Meanings of the marks of a table, each with a cell of symbol and word."""
 
     items: tuple[tuple[Cell, str], ...]
     only: Media = EVERYWHERE
@@ -182,7 +182,7 @@ class Legend:
 
 @dataclass(frozen=True)
 class Code:
-    """Text to be typed as it is."""
+    """Text to type literally, such as a command."""
 
     text: str
     only: Media = EVERYWHERE
@@ -190,7 +190,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Figure:
-    """A drawing: made when a page needs it, as SVG.
+    """A drawing, made as SVG when a page needs it.
 
     Attributes:
         draw: Makes it.
@@ -205,7 +205,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Figures:
-    """Drawings side by side, or large, one below the other; a medium that shows none has the tables."""
+    """Drawings side by side, or large, one below the other; media without drawings show the tables."""
 
     items: tuple[Figure, ...]
     large: bool = False
@@ -233,7 +233,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Several pairs of drawings; in Markdown their captions alone."""
+    """Several pairs of drawings; in Markdown only their captions."""
 
     items: tuple[Pair, ...]
     only: Media = ON_PAPER
@@ -241,7 +241,7 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replays:
-    """What a page's script plays, packed when a page needs it: the name of each scene, with its runs."""
+    """Data for the replay script of a page, packed when a page needs it: the runs of each scene by name."""
 
     pack: Callable[[], Iterable[tuple[str, str]]]
     only: Media = PAGE
@@ -275,7 +275,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Headline:
-    """What a document says first: it answers the question that the study was asked.
+    """The first sentences of a document: the answer to the question of the study.
 
     Attributes:
         sentence: The answer; a terminal prints it on the first line.
@@ -287,7 +287,7 @@ class Headline:
 
     @classmethod
     def of(cls, sentences: Iterable[str]) -> Headline:
-        """Return an answer of sentences, of which the first is the answer; there must be one."""
+        """Return a headline of one or more sentences, of which the first is the answer."""
         first, *more = sentences
         return cls(first, tuple(more))
 

@@ -1,4 +1,4 @@
-"""The files of a report: what they need, and JSON of any result."""
+"""Files of reports: their requirements, and JSON of any result."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from carom.errors import MissingExtraError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-#: By kind of file. Raised when a field changes its meaning or goes; a new field does not raise it.
+#: Format version by kind of file. It increases when a field changes its meaning or is removed, not for a new field.
 FORMATS = {"results": 2, "bench": 1, "growth": 1, "stress": 2}
 
 
 def require_report_extra() -> None:
-    """See to it that jinja2 and matplotlib are there.
+    """Raise an error if jinja2 or matplotlib is not installed.
 
     Raises:
         MissingExtraError: One of them is not installed.
@@ -35,13 +35,13 @@ def require_report_extra() -> None:
 
 
 def packed(data: object) -> str:
-    """Return data as text for a page, whose script unpacks them: JSON, gzip, base64."""
+    """Pack data as text that the script of a page unpacks: JSON, gzip, base64."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
 
 
 def plain(value: object) -> object:
-    """Return a result as JSON has it: objects and lists, an enum by its name, null for what is no finite number."""
+    """Convert a result to JSON types: objects and lists, an enum by its name, null for a number that is not finite."""
     if isinstance(value, Enum):
         return value.name.lower()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -60,7 +60,7 @@ def fields_of(result: DataclassInstance) -> dict[str, object]:
 
 
 def as_json(kind: str, result: DataclassInstance, leave_out: Sequence[str] = (), **content: object) -> str:
-    """Return a file of strict JSON of a kind that has a format: a result's fields but some, and others as given."""
+    """Return the text of a strict JSON file: the fields of a result except some, and further content."""
     own = {name: value for name, value in fields_of(result).items() if name not in leave_out}
     fields = plain({"format": FORMATS[kind], **own, **content})
     return json.dumps(fields, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

@@ -1,4 +1,4 @@
-"""How pages and reports write numbers and lists; numbers rounded to a number of digits by `support.formatting`."""
+"""Formatting of numbers and lists in pages and reports; `support.formatting` rounds numbers."""
 
 from __future__ import annotations
 
@@ -14,76 +14,76 @@ __all__ = ["ABSENT", "instant", "metres", "number", "seconds", "steps"]
 K = TypeVar("K")
 V = TypeVar("V")
 
-#: A step is written 1/n where its inverse is whole to this, relative: a float holds 1/240 to 1e-16.
+#: A step is written 1/n where its inverse is whole to this relative error.
 WHOLE = 1e-9
 
 
 def step(dt_s: float) -> str:
-    """Return a step, as a part of a second where it is one: 1/240 s."""
+    """Format a step, as a fraction of a second where possible: 1/240 s."""
     if 0.0 < dt_s < 1.0 and abs(1.0 / dt_s - round(1.0 / dt_s)) < WHOLE / dt_s:
         return f"1/{round(1.0 / dt_s)} s"
     return seconds(dt_s)
 
 
 def step_option(dt_s: float) -> str:
-    """Return a step as an option takes it, to the last bit: 1/240 where that is the very number."""
+    """Format a step for a command-line option, exact to the last bit: 1/240 where that is the same number."""
     whole = round(1.0 / dt_s)
     return f"1/{whole}" if whole and 1.0 / whole == dt_s else repr(dt_s)
 
 
 def part(share: float) -> str:
-    """Return a part of a whole, as a fraction where it is one: 1/16."""
+    """Format a part of a whole, as a fraction where possible: 1/16."""
     inverse = round(1.0 / share)
     return f"1/{inverse}" if inverse > 1 and math.isclose(share * inverse, 1.0, rel_tol=WHOLE) else number(share)
 
 
 def percent(share: float) -> str:
-    """Return a share in per cent."""
+    """Format a share in per cent; absent where it is NaN."""
     return ABSENT if math.isnan(share) else f"{number(100.0 * share)} %"
 
 
 def share(part: float) -> str:
-    """Return a share in per cent, and nothing where there is none."""
+    """Format a share in per cent; empty where it is NaN."""
     return "" if math.isnan(part) else percent(part)
 
 
 def ratio(value: float | None) -> str:
-    """Return how many times as long something takes."""
+    """Format a ratio of times."""
     return ABSENT if value is None else f"{number(value)} ×"  # noqa: RUF001 - the multiplication sign is meant
 
 
 def count(n: int, one: str, many: str = "") -> str:
-    """Return a number of things: 1 impact, 2 impacts."""
+    """Format a number of things: 1 impact, 2 impacts."""
     return f"{n} {one if n == 1 else many or one + 's'}"
 
 
 def lost(missed: int, invented: int) -> str:
-    """Return how many impacts are missed and invented, and nothing of none: -1 +2."""
+    """Format the numbers of missed and invented impacts, without zeros: -1 +2."""
     return " ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented))
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
-    """Return words as a list in a sentence: a, b and c."""
+    """Join words as a list in a sentence: a, b and c."""
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
 def together(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
-    """Return what is told together: by what they share, in the order of the first of each, all that share it."""
+    """Group values by key, in the order of the first value of each key."""
     found: dict[K, list[V]] = {}
-    for shared, one in pairs:
-        found.setdefault(shared, []).append(one)
+    for key, value in pairs:
+        found.setdefault(key, []).append(value)
     return found
 
 
 def capitalised(sentence: str) -> str:
-    """Return a sentence with its first letter in upper case, the rest as it is."""
+    """Return a sentence with its first letter in upper case and the rest unchanged."""
     return sentence[:1].upper() + sentence[1:]
 
 
 def setting(value: Setting) -> str:
-    """Return the value of an engine's setting, to full precision where it is a choice and not a measurement."""
+    """Format the value of an engine's setting."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""What a word of a report means: a verdict's, a grade's, or a mark's."""
+"""Glossary of reports: meanings of verdicts, grades and marks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
 from carom.errors import UnknownNameError
 from carom.report.grid import GRADED, Mark
 
-#: Words of the field for what a report has another word for.
+#: Common terms of the field for which reports have another word.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}
 
 
@@ -47,7 +47,7 @@ def glossary() -> Iterator[Meaning]:
 
 
 def explained(word: str) -> list[Meaning]:
-    """Return what a word means: of every verdict, grade or mark that has it for its name or for its sentence.
+    """Return the meanings of a word: of every verdict, grade or mark that has it as its name or sentence.
 
     Raises:
         UnknownNameError: No report uses the word; the message names the nearest ones.
@@ -61,7 +61,7 @@ def explained(word: str) -> list[Meaning]:
     near += [entry.word for entry in entries if asked and asked in _plain(entry.sentence)][:3]
     hint = " or ".join(repr(one) for one in dict.fromkeys(near))
     hints = [f"did you mean {hint}?" if near else "`carom explain` lists the words"]
-    raise UnknownNameError(f"no report says {word!r}", hints=hints)
+    raise UnknownNameError(f"no report uses the word {word!r}", hints=hints)
 
 
 def _plain(word: str) -> str:

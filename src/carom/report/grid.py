@@ -1,4 +1,4 @@
-"""What came of each row, in words and marks; and the grid: scenes down, engines and profiles across."""
+"""Marks of the outcomes of runs, and the grid of a cross-check: scenes in rows, engines and profiles in columns."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.report import formatting
 
-#: Where a column has no row for a scene; `carom.execution` drops a profile whose settings another one has too.
+#: Reason where a column has no row for a scene: `carom.execution` drops a profile with the settings of another one.
 NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
 NO_REFERENCE = "PIC does not solve this scene, so there is no reference to compare the run with"
 
 
 class Mark(Enum):
-    """What came of a cell. Each has a symbol of its own, so that colour is never the only sign."""
+    """The outcome of a cell. Each mark has its own symbol, so that colour is never the only sign."""
 
     EXACT = ("exact", "✓", Grade.EXACT, "green")
     EXACT_32 = ("exact (float32)", "✓", "to the rounding of the 32-bit floats that the method declares", "green")
@@ -45,7 +45,7 @@ class Mark(Enum):
     def __init__(self, word: str, symbol: str, meaning: Grade | str, style: str) -> None:
         self.word = word
         self.symbol = symbol
-        # A grade's sentence begins with its own word, which stands next to it already.
+        # A grade's sentence begins with its own word, which is shown next to it already.
         self.meaning = meaning.value.partition(": ")[2] if isinstance(meaning, Grade) else meaning
         self.style = style
 
@@ -56,7 +56,7 @@ class Mark(Enum):
 
     @property
     def sentence(self) -> str:
-        """Its word and what that means."""
+        """The word of the mark and its meaning."""
         return f"{self.word}: {self.meaning}"
 
     @property
@@ -71,26 +71,26 @@ _OF_STATUS = {status: Mark[status.name] for status in Status if status is not St
 
 #: The grade behind each mark that has one.
 GRADED = {mark: grade for grade, mark in _OF_GRADE.items()} | dict.fromkeys(_OF_WIDTH.values(), Grade.EXACT)
-#: The engine gave no answer, or not a whole one.
+#: Marks of runs in which the engine returned no complete answer.
 BROKEN = frozenset({Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED})
 
 
 def mark_of(row: Row | None) -> Mark:
-    """Return the mark of a row; None is a cell that no row was planned for."""
+    """Return the mark of a row; None is a cell without a planned row."""
     if row is None:
         return Mark.ABSENT
-    return mark_read(row.status, row.grade, row.score.float_bits if row.score else None)
+    return parse_mark(row.status, row.grade, row.score.float_bits if row.score else None)
 
 
-def mark_read(status: Status, grade: Grade | None, float_bits: int | None) -> Mark:
-    """Return the mark of a row by what its record says of it."""
+def parse_mark(status: Status, grade: Grade | None, float_bits: int | None) -> Mark:
+    """Return the mark of a row from the fields of its record."""
     if status is not Status.RAN:
         return _OF_STATUS[status]
     return Mark.UNSCORED if grade is None else mark_of_grade(grade, float_bits or 64)
 
 
 def mark_of_grade(grade: Grade, float_bits: int) -> Mark:
-    """Return the mark of a grade: what is exact says to the rounding of which floats."""
+    """Return the mark of a grade; *exact* has a mark for each width of floats."""
     mark = _OF_GRADE[grade]
     return _OF_WIDTH.get(float_bits, mark) if mark is Mark.EXACT else mark
 
@@ -103,10 +103,10 @@ def reasons_of(row: Row | None) -> tuple[str, ...]:
         return (row.reason,)
     if row.score is None:
         return (NO_REFERENCE,)
-    # An engine that was cut short on its own warning, a reset say, is told in its own words first.
-    warned = row.trace.notes if row.trace is not None and row.trace.outcome is Outcome.WARNED else ()
+    # The engine's own warning, such as a reset, comes first if it ended the run.
+    warnings = row.trace.notes if row.trace is not None and row.trace.outcome is Outcome.WARNED else ()
     untimed = (f"not timed: {row.untimed}",) if row.untimed else ()
-    return (*warned, *(f"{finding.verdict.value} ({finding.reason})" for finding in row.score.findings), *untimed)
+    return (*warnings, *(f"{finding.verdict.value} ({finding.reason})" for finding in row.score.findings), *untimed)
 
 
 class GridColumn(NamedTuple):
@@ -127,7 +127,7 @@ class GridColumn(NamedTuple):
 
     @property
     def label(self) -> str:
-        """What a heading calls the engine: Carom's methods by their initials, an adapter by its name."""
+        """The engine's name in headings: Carom's methods by their initials, an adapter by its name."""
         return self.engine.upper() if self.own else self.engine
 
     @property
@@ -142,7 +142,7 @@ class GridCell:
 
     Attributes:
         column: Its engine and profile.
-        mark: What came of it.
+        mark: The outcome.
         figure: The number that matters most, in words; empty where there is none.
         compact: The same for a terminal.
         reasons: Every verdict with its numbers, or why it was not run, as sentences.
@@ -157,8 +157,8 @@ class GridCell:
     row: Row | None
 
     @property
-    def plays(self) -> bool:
-        """Whether there is a run and a reference, so that the one can be played next to the other."""
+    def has_replay(self) -> bool:
+        """Whether there is a run and a reference for a replay."""
         return self.row is not None and self.row.trace is not None and self.row.score is not None
 
 
@@ -171,8 +171,8 @@ class GridRow:
 
 
 @dataclass(frozen=True)
-class Unrun:
-    """Cells, at any step, that were not run or not scored for one and the same reason."""
+class NotRun:
+    """Cells, at any step, that were not run or not scored for the same reason."""
 
     mark: Mark
     reason: str
@@ -195,11 +195,11 @@ class Grid:
     columns: Mapping[Method, GridColumn]
     rows: tuple[GridRow, ...]
     own_frame_rate: bool
-    unrun: tuple[Unrun, ...]
+    unrun: tuple[NotRun, ...]
 
     @property
     def step_phrase(self) -> str:
-        """At which steps the cells are, for a sentence."""
+        """The steps of the cells, as a phrase."""
         return "each scene's own frame rate" if self.own_frame_rate else "the coarsest step"
 
     def cells(self, column: GridColumn) -> tuple[GridCell, ...]:
@@ -213,14 +213,14 @@ class Grid:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """The marks that a reader of this grid needs explained: the grades, and whatever else occurs."""
+        """The marks for the legend of this grid: the grades, and any other mark that occurs."""
         present = {cell.mark for row in self.rows for cell in row.cells}
         grades = set(_OF_GRADE.values()) - {Mark.UNGRADED}
         return tuple(mark for mark in Mark if mark in present | grades)
 
 
 def build_grid(results: Results) -> Grid:
-    """Derive the grid."""
+    """Build the grid of a cross-check."""
     own = {info.name for info in results.engines if info.engine == "Carom"}
     methods = list(dict.fromkeys(row.job.method for row in results.rows))
     # A profile can come in at a later step only; among an engine's columns its own order decides.
@@ -238,7 +238,7 @@ def build_grid(results: Results) -> Grid:
         columns,
         tuple(rows),
         own_frame_rate=all(math.isclose(frame, 1.0, rel_tol=formatting.WHOLE) for frame in frames),
-        unrun=_unrun(results, columns, len(scenes)),
+        unrun=_group_not_run(results, columns, len(scenes)),
     )
 
 
@@ -261,7 +261,7 @@ def _figure(row: Row | None) -> tuple[str, str]:
         if score.undecided:
             return f"{len(score.undecided)} of {score.expected} undecided", ""
         return "none compared" if score.beyond_horizon else "no impact", ""
-    # Head-on, velocities come out right however late the impact is found: then the time is what there is to say.
+    # Velocities after a head-on impact are right however late it is found: then its time is shown.
     time_s, rounding = score.total.time_s, THRESHOLDS.rounding_of(score.float_bits)
     velocity, spin = score.total.velocity, score.total.spin
     rounding_s = THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, row.job.dt_s)
@@ -274,7 +274,7 @@ def _figure(row: Row | None) -> tuple[str, str]:
     return f"{symbol} {shown}{paid}", shown
 
 
-def _unrun(results: Results, columns: Mapping[Method, GridColumn], scene_count: int) -> tuple[Unrun, ...]:
+def _group_not_run(results: Results, columns: Mapping[Method, GridColumn], scene_count: int) -> tuple[NotRun, ...]:
     found: dict[tuple[Mark, str, str], tuple[dict[str, None], dict[str, None]]] = {}
     for row in results.rows:
         mark = mark_of(row)
@@ -283,6 +283,6 @@ def _unrun(results: Results, columns: Mapping[Method, GridColumn], scene_count: 
             names[columns[row.job.method].name] = None
             scenes[row.job.scene.name] = None
     return tuple(
-        Unrun(mark, reason, tuple(names), tuple(scenes), len(scenes) == scene_count)
+        NotRun(mark, reason, tuple(names), tuple(scenes), len(scenes) == scene_count)
         for (mark, _, reason), (names, scenes) in found.items()
     )

@@ -1,4 +1,4 @@
-"""A result with its picture as HTML for a notebook: the drawing above the lines that a terminal has."""
+"""HTML of a result for notebooks: a drawing above the lines of the terminal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from carom.report.svg import drawing, new_figure, render
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Of a picture in a notebook.
+#: Size of a picture in a notebook.
 SIZE_IN = (7.0, 3.8)
 
 

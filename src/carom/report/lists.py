@@ -1,8 +1,9 @@
-"""What there is, a line each: engines and scenes; and an engine in full."""
+"""Lists of engines, scenes and groups of scenes; and the description of one engine."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 from carom.catalogue import CatalogueScene, Complaint, all_scenes
@@ -13,7 +14,7 @@ from carom.report.document import EVERYWHERE, Block, Cell, Column, Document, Fac
 
 
 def engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
-    """Return a table of engines, a line each."""
+    """Return a table of engines, one line each."""
     known = [(info.name, info.capabilities, info) for info in infos if info.capabilities is not None]
     heading = ("name", "version", "swept in", "friction", "spin", "floats")
     lines = _aligned([heading, *(_engine_row(info, able) for _, able, info in known)])
@@ -37,8 +38,33 @@ def _engine_row(info: EngineInfo, able: Capabilities) -> tuple[str, ...]:
     )
 
 
+#: What the scenes of each group show.
+_GROUPS = {
+    "paper": "scenes of the paper behind PIC and PIT",
+    "classics": "textbook collisions with known answers",
+    "gravity": "falling discs",
+    "issues": "bugs reported to engines",
+    "spin": "friction and spin",
+    "tables": "billiard tables of straight and curved walls",
+    "driven": "moving walls and discs",
+    "contact": "sliding, rolling and resting",
+    "engines": "limits and known weaknesses of engines",
+}
+
+
+def group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
+    """Return a table of groups with their number of scenes, and how to list more."""
+    counts = Counter(entry.group for entry in entries)
+    rows = [("group", "scenes", "content"), *((name, str(n), _GROUPS.get(name, "")) for name, n in counts.items())]
+    return [
+        *_aligned(rows, numbers=(1,)),
+        "",
+        "List one group: carom scenes GROUP. List every scene: carom scenes --all.",
+    ]
+
+
 def scene_lines(entries: Sequence[CatalogueScene]) -> list[str]:
-    """Return a table of scenes, a line each, which says what a scene shows last: it may be cut there."""
+    """Return a table of scenes; what a scene shows is the last column, because a terminal may cut it."""
     rows = [("name", "discs", "impacts", "what it shows")]
     for entry in entries:
         count = entry.known.count
@@ -58,26 +84,26 @@ def _aligned(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = ()) -> 
 
 
 def engine_page(info: EngineInfo) -> Document:
-    """Return all that an adapter declares of its engine, and what was reported of it."""
+    """Return everything that an adapter declares about its engine, and its reported bugs."""
     sections = [Section(info.name, (Facts(tuple(_facts(info)), only=EVERYWHERE),))]
     if info.profiles:
         table = Table(
             (
                 Column("profile", lambda item: item[0]),
-                Column("what it stands for", lambda item: item[1]),
+                Column("meaning", lambda item: item[1]),
             ),
             list(info.profiles.items()),
         )
         sections.append(Section("Profiles", (table,)))
     if info.knobs:
         knobs = Table(
-            (Column("knob", lambda item: item[0]), Column("how far", lambda item: _range(item[1]))),
+            (Column("knob", lambda item: item[0]), Column("range", lambda item: _range(item[1]))),
             list(info.knobs.items()),
-            note=f"carom tune -e {info.name} searches them.",
+            note=f"To search them: carom tune {info.name}.",
         )
         sections.append(Section("Knobs", (knobs,)))
     if info.capabilities is not None:
-        sections.append(_capabilities({"in general": info.capabilities, **info.own}))
+        sections.append(_capabilities({"value": info.capabilities, **info.own}))
     sections.append(_hazards(info))
     able = (
         f"is not available: {info.unavailable}"
@@ -108,26 +134,26 @@ _SAID = {
     "walls": ("walls", ""),
     "segments": ("walls of straight edges", ""),
     "arcs": ("walls of arcs and circles", ""),
-    "posts": ("circles from outside", ""),
-    "wall_materials": ("walls of their own restitution or friction", ""),
+    "posts": ("posts (circles hit from outside)", ""),
+    "wall_materials": ("restitution or friction per wall", ""),
     "immovable_discs": ("immovable discs", ""),
     "driven_walls": ("driven walls", ""),
     "driven_discs": ("driven discs", ""),
     "legs": ("driven bodies whose velocity changes", ""),
-    "belts": ("walls whose surface runs", ""),
-    "edge_belts": ("edges and circles whose surface runs", ""),
+    "belts": ("conveyor walls", ""),
+    "edge_belts": ("conveyor edges and circles", ""),
     "gravity": ("gravity", ""),
     "damping": ("damping", ""),
     "rolling_resistance": ("rolling resistance", ""),
-    "table_friction": ("a table that slows discs down", ""),
+    "table_friction": ("table deceleration", ""),
     "spin": ("spin", ""),
     "restitution": ("restitution", ""),
     "restitution_threshold_m_s": ("inelastic up to", " m/s"),
     "friction": ("friction", ""),
     "tangential_restitution": ("tangential restitution", ""),
-    "continuous_detection": ("no fast disc passes through another", ""),
+    "continuous_detection": ("continuous collision detection between discs", ""),
     "contact_times": ("contact times", ""),
-    "stamp": ("a contact's time is", ""),
+    "stamp": ("contact time stamp", ""),
     "max_speed_m_s": ("greatest speed", " m/s"),
     "max_spin_rad_s": ("greatest spin", " rad/s"),
     "max_move_m": ("greatest move a step", " m"),
@@ -145,7 +171,7 @@ _SAID = {
 
 
 def _capabilities(kinds: Mapping[str, Capabilities]) -> Section:
-    """Return what an engine can do, and next to it each profile that can do otherwise; limits at infinity are none."""
+    """Return the capabilities of an engine, and of each profile that differs; infinite limits are left out."""
     rows = []
     for name, (word, unit) in _SAID.items():
         values = [getattr(able, name) for able in kinds.values()]
@@ -156,7 +182,7 @@ def _capabilities(kinds: Mapping[str, Capabilities]) -> Section:
     def column(head: str, k: int) -> Column:
         return Column(head, lambda row: Cell(row[1][k]))
 
-    columns = [Column("it can", lambda row: row[0])]
+    columns = [Column("capability", lambda row: row[0])]
     columns += [column(profile, k) for k, profile in enumerate(kinds)]
     return Section("Capabilities", (Table(tuple(columns), rows),))
 
@@ -179,13 +205,13 @@ def _range(knob: Knob) -> str:
 
 
 def _hazards(info: EngineInfo) -> Section:
-    """Return what was reported of an engine: each a scene, by which anybody sees whether it is so here."""
+    """Return the reported bugs of an engine, each with a scene that reproduces it."""
     found = [entry for entry in all_scenes().values() if isinstance(entry, Complaint) and entry.engine == info.name]
     blocks: list[Block] = []
     if found:
         columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.reported))
-        note = f"Whether it is so here: carom run SCENE -e {info.name}."
+        note = f"To check your version: carom run SCENE -e {info.name}."
         blocks.append(Table(columns, found, note=note))
     measured = "Measured over many starts: docs/results/hazards.md."
-    blocks.append(Lines((measured,) if found else (f"No complaint in the catalogue. {measured}",)))
+    blocks.append(Lines((measured,) if found else (f"No bug report in the catalogue. {measured}",)))
     return Section("Known hazards", tuple(blocks))

@@ -1,4 +1,4 @@
-"""What a notebook shows of a result, and what `plot` draws."""
+"""HTML of results for notebooks, and the drawings of `plot`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from carom.comparator import Score
-from carom.comparator.finite import not_finite
+from carom.comparator.finite import find_non_finite
 from carom.errors import InputError, MissingExtraError
 from carom.execution.engines import EngineList
 from carom.execution.results import Results
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _SIZE_IN = (5.0, 3.6)
-#: With more impacts than this, a picture in a cell is a tangle of megabytes; `plot` draws them all.
+#: Largest number of impacts for a picture in a notebook's cell; `plot` has no limit.
 _MOST_IMPACTS_DRAWN = 1000
-#: Of the bars: green, light blue, blue, ochre, plum, violet, red; all others grey.
+#: Colours of the bars: green, light blue, blue, ochre, plum, violet, red; all others grey.
 _COLOUR = {
     Mark.EXACT: SERIES[0],
     Mark.CLOSE: "#3f8fc4",
@@ -87,11 +87,11 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     """
     require_report_extra()
     if not traces or not all(isinstance(trace, Trace) for trace in traces):
-        raise InputError("plot_beside takes traces, one at least")
+        raise InputError("plot_beside needs at least one trace")
     for trace in traces:
         if trace.scene != traces[0].scene:
-            raise InputError(f"the traces are of two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
-        if broken := not_finite(trace):
+            raise InputError(f"the traces belong to two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
+        if broken := find_non_finite(trace):
             raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
     from matplotlib import pyplot as plt
 
@@ -119,7 +119,7 @@ def _(thing: Scene, axes: Axes) -> None:
 
 @_draw.register(Trace)
 def _(thing: Trace, axes: Axes) -> None:
-    if broken := not_finite(thing):
+    if broken := find_non_finite(thing):
         raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
     draw_trace(axes, thing)
     if not axes.get_xlabel():
@@ -133,7 +133,7 @@ def _(thing: CertifiedTrace, axes: Axes) -> None:
 
 @_draw.register(Results)
 def _(thing: Results, axes: Axes) -> None:
-    """Draw a bar a method: how many of its runs were what, from the best on the left to the worst."""
+    """Draw one bar per method with its number of runs by mark, the best on the left."""
     marks = [mark_of(row) for row in thing.rows]
     methods = list(dict.fromkeys(row.job.method.name for row in thing.rows))
     ended = dict.fromkeys(methods, 0)
@@ -160,7 +160,7 @@ def _has_picture(thing: object) -> bool:
     if isinstance(thing, CertifiedTrace):
         return _has_picture(thing.trace)
     if isinstance(thing, Trace):
-        return _has_picture(thing.scene) and len(thing.impacts) <= _MOST_IMPACTS_DRAWN and not not_finite(thing)
+        return _has_picture(thing.scene) and len(thing.impacts) <= _MOST_IMPACTS_DRAWN and not find_non_finite(thing)
     if isinstance(thing, EngineList):
         return False
     return not isinstance(thing, Scene) or len(thing.discs) <= MOST_DISCS_DRAWN
@@ -173,7 +173,7 @@ def _score_rows(score: Score) -> Iterator[str]:
         "missed": str(len(score.missed)),
         "invented": str(len(score.spurious)),
     }
-    if not math.isnan(score.price_paid):  # what was not measured has no row
+    if not math.isnan(score.price_paid):  # an unmeasured error has no row
         rows["error / PIT's"] = formatting.number(score.price_paid)
     for metric in dataclasses.fields(score.total):
         unit = {"s": " s", "rad": " rad"}.get(metric.name.rpartition("_")[2], "")

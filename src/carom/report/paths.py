@@ -1,4 +1,4 @@
-"""The line that each disc of a trace draws, and where the discs stand at its impacts."""
+"""Paths of the discs of a trace, and their positions at impacts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Stand:
 
 @dataclass(frozen=True)
 class Paths:
-    """What there is to draw of a trace.
+    """The paths of a trace and its impacts, for drawing.
 
     Attributes:
         lines: For each disc its times and centres, shapes ``(k,)`` and ``(k, 2)``.
@@ -43,7 +43,7 @@ class Paths:
     turned: tuple[Turning, ...] = ()
 
     def at(self, disc: int, time_s: float) -> NDArray[np.float64]:
-        """Return where a disc is, on its line."""
+        """Return the position of a disc at a time."""
         times, points = self.lines[disc]
         return np.array([np.interp(time_s, times, points[:, axis]) for axis in (0, 1)])
 

@@ -1,4 +1,4 @@
-"""Runs as pictures, each next to its reference: the paths of the discs with their impacts."""
+"""Pictures of runs next to their references: the paths of the discs with their impacts."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
 #: An engine that throws discs out of the picture must not shrink the scene to a dot: this many extents are shown.
 _WIDEST = 1.6
-#: With more impacts than this, circles at each of them would hide the paths: the turns are dotted instead.
+#: Largest number of impacts that are drawn as circles; more would hide the paths, so they are drawn as dots.
 _MOST_STANDS = 8
-#: With more frames than this, dots at each of them would run into a line.
+#: Largest number of frames that are drawn as dots; more would merge into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
 #: Straight parts that an arc is drawn in, for a whole turn: then it is off by 1/2000 of its radius.
@@ -73,7 +73,7 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
 
 
 def draw_trace(axes: Axes, trace: Trace) -> None:
-    """Draw the paths of a trace, its impacts and its walls: in the plane, or against time where all is on one line."""
+    """Draw the paths, impacts and walls of a trace: in the plane, or against time for motion along a line."""
     draw_traces([axes], [trace])
 
 

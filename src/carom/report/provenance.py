@@ -1,4 +1,4 @@
-"""What a report was made on and by: machine, versions, and the command that makes it again."""
+"""Provenance of a report: machine, versions, and the command that reproduces it."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from carom.report.document import ON_PAPER, Code, Facts, Section
 
 
 def making(here: Environment, command: str, elapsed_s: float) -> Iterator[Section]:
-    """Yield the sections that say so."""
+    """Yield the sections with machine, versions and command."""
     yield Section("Machine and versions", (Facts((*_facts(here), ("Whole run", formatting.seconds(elapsed_s)))),))
     yield Section("Made by", (Code(command, ON_PAPER),) if command else (), level=3)
 
 
 def stamp_lines(here: Environment, command: str) -> tuple[str, ...]:
-    """Return the same in a few lines, for the foot of a diagram that is a file of its own."""
+    """Return the same facts in a few lines, for the foot of a diagram in its own file."""
     facts = [value for _, value in _facts(here)]
     return ("; ".join(facts[:3]), "; ".join(facts[3:]), command)
 

@@ -1,4 +1,4 @@
-"""A line of results.jsonl: one type, from which it is written, read back and described.
+"""Lines of results.jsonl: types for writing, reading and the JSON Schema.
 
 In JSON a number that is NaN or infinite is null, and null is read as NaN where there must be a number; an enum is its
 name in lower case.
@@ -45,10 +45,10 @@ from carom.report.files import FORMATS
 from carom.support.escaping import shortened
 from carom.support.limits import LARGEST, SMALLEST
 
-#: Of the parts of a score, what is of spins: it is written only if a disc of the scene spins.
+#: Parts of a score that are about spins: they are written only if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
-#: Of a timing, what files of an earlier Carom do not have; it is not written where there is none.
+#: Parts of a timing that files of earlier versions do not have; they are not written where absent.
 _LATER = frozenset({"ends"})
 
 #: A step that a run can have.
@@ -155,7 +155,7 @@ class RowLine:
 
 
 def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
-    """Return a line as strict JSON, without its end; `spins` says whether what is of spins is written."""
+    """Return a line as strict JSON without its end; `spins` includes the fields of spins."""
     parts = ("total", "against_pit", "consistency")
     leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
@@ -170,7 +170,7 @@ L = TypeVar("L", Summary, RowLine)
 
 
 def read_line(kind: type[L], fields: Mapping[str, object], path: Path, number: int) -> L:
-    """Return what a line of a file says; a field that is null at will may be missing.
+    """Parse a line of a file; a field that may be null may be missing.
 
     Raises:
         InputError: A field is missing or of another type: the message names file, line and field.
@@ -204,7 +204,7 @@ def records_schema() -> dict[str, Any]:
 
 
 def _named(schema: Any, parts: dict[str, Any]) -> Any:
-    """Return a schema in which each part that has a name stands once, in `parts`."""
+    """Return a schema in which each named part occurs once, in `parts`."""
     if isinstance(schema, list):
         return [_named(item, parts) for item in schema]
     if not isinstance(schema, dict):
@@ -233,7 +233,7 @@ class _Described(GenerateJsonSchema):
         return field["name"] not in OF_SPINS | _LATER
 
 
-#: What follows from the fields of a class and is written with them; it is not read.
+#: Properties of a class that are written with its fields and not read.
 _DERIVED: Mapping[type[Any], Mapping[str, Any]] = {LocalScore: {"grade": Grade}}
 
 
@@ -243,7 +243,7 @@ def _form(kind: type[Any]) -> TypeAdapter[Any]:
 
 
 def _written(hint: Any) -> Any:
-    """Return a type as it stands in the file."""
+    """Return the type of a value in the file."""
     origin, parts = get_origin(hint), get_args(hint)
     if hint is float:
         return _NUMBER
@@ -300,7 +300,7 @@ def _by_name(kind: type[Enum]) -> Any:
 
 @dataclass(frozen=True)
 class _Fields:
-    """Of a dataclass: each field as it is written."""
+    """Schema of a dataclass: each field as it is written."""
 
     def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         hints = get_type_hints(kind, include_extras=True)
@@ -317,7 +317,7 @@ class _Fields:
 
 
 def _missing(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:
-    """Return a schema that knows what a field is that a file of an earlier Carom does not have."""
+    """Return a schema with a default for a field that files of earlier versions do not have."""
     if field.default_factory is not dataclasses.MISSING:
         return core_schema.with_default_schema(schema, default_factory=field.default_factory)
     if type(None) in get_args(hint):

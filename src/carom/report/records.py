@@ -1,4 +1,4 @@
-"""The rows for other programs: every number as JSON lines, and JUnit XML, which continuous integration shows as tests.
+"""Results for other programs: every number as JSON lines, and JUnit XML for continuous integration.
 
 The first of the JSON lines says what all rows were made on and by.
 """
@@ -27,12 +27,12 @@ from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 
-#: XML 1.0 can't hold these characters, not even escaped; an engine's message may well.
+#: Characters that XML 1.0 can't contain, not even escaped, but that an engine's message may contain.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def records(results: Results) -> str:
-    """Return one line of strict JSON for the whole run, and one a row; a number that is not finite is null."""
+    """Return one line of strict JSON for the whole run and one per row; a number that is not finite is null."""
     return "".join(f"{line}\n" for line in (text_of(_summary(results)), *map(record, results.rows)))
 
 
@@ -59,7 +59,7 @@ def _summary(results: Results) -> Summary:
 
 
 def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
-    """What PIT's errors are at a step of a scene, which every row there is compared with."""
+    """Return PIT's errors at a step of a scene, with which all rows there are compared."""
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     return {
         "scene": scene,
@@ -70,7 +70,7 @@ def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | floa
 
 
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
-    """Return what `records` wrote: the summary, and the lines of the rows.
+    """Read the text written by `records`: the summary, and the lines of the rows.
 
     Raises:
         InputError: The file can't be read, is of another format, not whole, or a field is not as declared.
@@ -80,7 +80,7 @@ def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
 
 
 def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Return the same as JSON has it, each line an object whose fields nobody has looked at.
+    """Read the same as plain JSON objects, without validation of their fields.
 
     Raises:
         InputError: The file can't be read, is of another format, or not whole.
@@ -122,7 +122,7 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
         yield line
 
 
-#: What a line has of a score as it is, under the same name.
+#: Fields of a score that a line has unchanged, under the same names.
 _OF_SCORE = (
     *("missed", "spurious", "undecided", "total", "against_pit", "own_velocity", "equals_pit", "edits"),
     *("local_truth", "parted_s", "pit_parted_s", "consistency"),
@@ -161,12 +161,12 @@ def _line(row: Row) -> RowLine:
 
 
 def _paid(price: float) -> float | Literal["inf"]:
-    """A price that is infinite is one still, which JSON has no number for; a mass is written in the same way."""
+    """Return a ratio, or the text ``inf`` for an infinite one, which JSON has no number for."""
     return "inf" if math.isinf(price) else price
 
 
 def _local(score: Score) -> dict[str, int | float]:
-    """Medians and largest of the local errors: one entry an impact would be too long a line.
+    """Return medians and largest local errors: one entry per impact would make lines too long.
 
     A kind of error that no impact has, of spins, say, if no disc spins, is left out.
     """
@@ -189,7 +189,7 @@ def _outcome(score: Score) -> Taken | None:
 
 
 def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
-    """Return one test case a cell, a suite for each engine and profile.
+    """Return one test case per cell, and one suite per engine and profile.
 
     A case fails where its grade is `fail_on` or worse; None: no grade fails.
     """
@@ -208,7 +208,7 @@ def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
 
 
 def _kind(row: Row, fail_on: Grade | None) -> str:
-    """Return what JUnit calls what came of a row; empty where it passes."""
+    """Return JUnit's word for the outcome of a row; empty where it passes."""
     if fail_on is not None and violates(row, fail_on):
         return "failure"
     mark = mark_of(row)

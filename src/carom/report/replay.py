@@ -1,4 +1,4 @@
-"""A replay: all that a page needs to show a run next to its reference, moving, with the evidence of each impact.
+"""Replay data: everything that a page needs to animate a run next to its reference, with evidence of each impact.
 
 The data of a scene and of all cells that ran it are one block of JSON, packed, which the page's script unpacks when
 somebody opens one of them.
@@ -18,7 +18,7 @@ import tomli_w
 from carom.comparator import ImpactError, Score
 from carom.comparator.local import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.execution.job import Job
 from carom.execution.results import Results
 from carom.model.scene import Chain, Need, Ring, Scene, Wall
@@ -37,7 +37,7 @@ _SHARP = 6
 #: flights of one acceleration, so it is told more of them there. A hundredth of a pixel in a picture of a hundred.
 _NEAR_IN_CONTACT = 1e-4
 
-#: Why a cause is not told.
+#: Reasons why a cause is not known.
 UNKNOWN = "not told apart: its own state before is not known"
 
 Json = dict[str, Any]
@@ -53,43 +53,43 @@ _MODES = {
 #: Discs of a scene that the page of `carom play` shows.
 _MOST_THROWN = 10
 
-#: A pair that passes through within this many steps of an impact has missed that one.
+#: A pair that passes through each other within this many steps of an impact has missed that impact.
 _NEAR_STEPS = 2.0
 
 
 def scene_replays(
-    results: Results, grid: Grid, drag_link: Callable[[Scene], str] = lambda _: ""
+    results: Results, grid: Grid, play_link: Callable[[Scene], str] = lambda _: ""
 ) -> Iterator[tuple[str, str]]:
     """Yield the name of each scene that has a reference, and its replays, packed.
 
     Args:
         results: The runs.
-        grid: Where they stand.
-        drag_link: Where a scene's discs can be thrown, next to the page; empty where they can't.
+        grid: The grid of the runs.
+        play_link: Returns the relative link to a scene on the play page; empty where it has none.
     """
     for row in grid.rows:
         reference = results.references.get(row.scene.name)
-        cells = [cell for cell in row.cells if cell.plays]
+        cells = [cell for cell in row.cells if cell.has_replay]
         if reference is not None and cells:
             data = replay_data(reference, (_of_cell(cell) for cell in cells))
-            yield visible(row.scene.name), packed(data | {"drag": drag_link(row.scene)})
+            yield visible(row.scene.name), packed(data | {"drag": play_link(row.scene)})
 
 
 def replay_link(cell: GridCell) -> str:
-    """Return where a page plays a cell; empty where there is nothing to play."""
+    """Return the link to a cell's replay in the same page; empty where there is none."""
     row = cell.row
-    return f"#{quote(_key(row.job))}" if row and cell.plays else ""
+    return f"#{quote(_key(row.job))}" if row and cell.has_replay else ""
 
 
 def _key(job: Job) -> str:
-    """Return what a page calls a replay; of the scene's name what is shown of it, as all of a page is."""
+    """Return the key of a replay in a page, with the scene's name as it is shown."""
     return f"{visible(job.scene.name)}/{job.engine}/{job.method.profile_shown}"
 
 
 def run_command(scene: str, job: Job) -> str:
     """Return the command that runs a job again, on a scene by this name or in this file."""
     tried = (word for name, value in job.method.tried for word in ("--set", f"{name}={setting_text(value)}"))
-    asked = ("carom", "run", scene, "-e", asked_as(job.engine), "-p", job.profile)
+    asked = ("carom", "run", scene, "-e", engine_argument(job.engine), "-p", job.profile)
     return shlex.join((*asked, *tried, "--dt", repr(job.dt_s)))
 
 
@@ -150,7 +150,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
 
 
 def _sampler(reference: Trace, trace: Trace) -> Json | None:
-    """Return what the page needs to look at two discs with another step; None for all but PIT of two that fly freely.
+    """Return data to sample two discs with another step in the page; None except for PIT of two free discs.
 
     Nothing acts on them but their one impact, and that along the line of their centres.
     """
@@ -216,7 +216,7 @@ def _of_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
 
 
 def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
-    """Return the instant of a fault that is looked at, seconds: where it is reported, or where a miss is seen best.
+    """Return the instant at which a replay shows a fault, seconds: its report, or the best view of a miss.
 
     Of a miss that is half way from touching to parting, when the two are deepest in each other, but two steps late at
     the most: longer overlaps are not why it is missed.
@@ -228,7 +228,7 @@ def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
 
 
 def first_fault(rows: list[Json]) -> int | None:
-    """Return which row a replay holds at: the first missed or invented, or else the one that is most off.
+    """Return the row at which a replay pauses: the first missed or invented, else the largest error.
 
     "The first that is not exact" would hold at an impact found a twentieth of a step late, and pass by what matters.
     """
@@ -264,7 +264,7 @@ def _of_scene(scene: Scene) -> Json:
 
 
 def _thrown(scene: Scene) -> str:
-    """Return the command of the page on which one drags the scene's file; empty where that page does not show it."""
+    """Return the command that opens the scene's file on the play page; empty where that page can't show it."""
     is_shown = len(scene.discs) <= _MOST_THROWN and not scene.table_deceleration_m_s2
     return "carom play scene.toml" if is_shown else ""
 
@@ -298,14 +298,14 @@ def _of_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
     changes: dict[int, list[tuple[float, str]]] = {}
     for mode in trace.modes:
         of_disc = changes.setdefault(int(mode["disc"]), [(0.0, _MODES[Mode(mode["before"])])])
-        if float(mode["time_s"]) == of_disc[-1][0]:  # what lasts no time is not shown
+        if float(mode["time_s"]) == of_disc[-1][0]:  # modes without a duration are not shown
             of_disc.pop()
         of_disc.append((float(mode["time_s"]), _MODES[Mode(mode["after"])]))
     return [(disc, [*of_disc, (trace.end_time_s, "")]) for disc, of_disc in sorted(changes.items())]
 
 
 def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
-    """Yield every impact of the reference, and those invented, in order of time: what became of it, and why."""
+    """Yield every impact of the reference and every spurious one, in order of time, with outcome and cause."""
     found = {error.reference: error for error in score.errors}
     rows: list[Json] = []
     for k, impact in enumerate(reference.impacts):
@@ -343,7 +343,7 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
 
 
 def _invented(k: int, local: LocalErrors) -> str:
-    """Say where an impact that the reference does not have comes from, as far as its own state before tells."""
+    """Describe the cause of a spurious impact, as far as its own state before shows it."""
     if k in local.spurious:
         return "from its own state before, these bodies do not meet"
     if math.isnan(local.velocity[k]):
@@ -370,7 +370,7 @@ def _lost(k: int, score: Score) -> Json:
 
 
 def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
-    """Say why an impact is missed: from the run's own states where they were looked at, else what PIT does with it."""
+    """Describe why an impact is missed: from the run's own states where they were checked, else from PIT."""
     if k >= score.expected or k not in score.missed:
         return {"cause": ""}
     if trace.local_truth is None:
@@ -401,7 +401,7 @@ def _became(time_s: float, dt_s: float, score: Score) -> str:
 
 
 def _cause(error: ImpactError, score: Score) -> str:
-    """Say where a velocity error comes from, or else one of spin: told apart from the run's own state before."""
+    """Describe the cause of a velocity or spin error, from the run's own state before."""
     rounding, local, k = THRESHOLDS.rounding_of(score.float_bits), score.local, error.observed
     wrong, here = error.velocity, local.velocity[k]
     own, sampling = local.solver_velocity[k], local.sampling_velocity[k]

@@ -1,4 +1,4 @@
-"""The document of `carom certify`, and a scene of the catalogue as a file."""
+"""Document of `carom certify`, and scenes of the catalogue as files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def scene_text(entry: CatalogueScene) -> str:
-    """Return a scene as a TOML file that can be loaded again, its known answer told in comments at the top."""
+    """Return a scene as a loadable TOML file, with its known answer in comments at the top."""
     lines = [entry.shows, f"Known answer: {entry.known.source}"]
     if entry.known.count is not None:
         lines.append(f"Impacts: {entry.known.count}")
@@ -33,7 +33,7 @@ def scene_text(entry: CatalogueScene) -> str:
 
 
 def certified_document(certified: CertifiedTrace, most: int) -> Document:
-    """Return the first impacts, every digit of them right to one unit in the last, and how far the run reached."""
+    """Return the first impacts, with digits right to one unit in the last, and the extent of the run."""
     left_out = len(certified) - most
     table = Table(
         (
@@ -107,7 +107,7 @@ def _spins(certified: CertifiedTrace, k: int) -> str:
 
 
 def _reach(certified: CertifiedTrace) -> Iterator[str]:
-    """Say how far the run is certified, and why it ended."""
+    """Describe how far the run is certified, and why it ended."""
     impacts, end_s = formatting.count(len(certified), "impact"), certified.trace.end_time_s
     reach = f"certified to {certified.digits} digits for {impacts}, to {formatting.instant(end_s)}"
     cost = f"{certified.precision_bits} bits, {certified.bits_lost:.0f} lost, {certified.elapsed_s:.2f} s"

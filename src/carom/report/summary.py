@@ -1,4 +1,4 @@
-"""Results in a few lines: what a session in Python prints of them."""
+"""Short text of results, as printed in a Python session."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from carom.execution.results import Results
     from carom.solvers.certified.result import CertifiedTrace
 
-#: What one result may take of a screen, in lines and in characters.
+#: Largest size of the text of one result, in lines and in characters.
 MOST_LINES, WIDTH = 8, 100
 _NAME_WIDTH = 40
 
@@ -35,13 +35,13 @@ def summary(thing: object) -> str:
 
 
 def printable(text: str, width: int) -> str:
-    """Return one line of text no wider than this; what does not print, a change of direction say, is escaped."""
+    """Return one line of text of limited width; characters that do not print are escaped."""
     line = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)
     return line if len(line) <= width else f"{line[: width - 1]}…"
 
 
 def _limited(heading: Sequence[str], parts: Iterable[str], count: int) -> list[str]:
-    """Return a heading, as many of its parts as there is room for, and how many others there are."""
+    """Return a heading, as many of its parts as fit, and the number of the others."""
     lines = [line for line in heading if line]
     room = MOST_LINES - len(lines)
     shown = list(islice(parts, room if count <= room else room - 1))
@@ -159,7 +159,7 @@ def _of_score(score: Score) -> list[str]:
 
 
 def _of_steps(score: Score) -> str:
-    """Return what local truth says of all steps, in a line."""
+    """Return the stepwise score of all steps in one line."""
     local = score.local_truth
     if local is None:
         return ""

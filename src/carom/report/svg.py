@@ -1,4 +1,4 @@
-"""From a matplotlib figure to a small SVG that lives inside an HTML page and takes its colours from there."""
+"""Conversion of matplotlib figures to small SVG drawings for HTML pages, which define the colours."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _STYLE = {
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Draw in the report's style, and leave matplotlib's settings as they were.
+    """Draw in the report's style without a change of matplotlib's settings.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -79,7 +79,7 @@ def drawing() -> Iterator[None]:
 
 
 def new_figure(width_in: float, height_in: float) -> Figure:
-    """Return an empty figure that no pyplot knows of."""
+    """Return an empty figure that is not registered with pyplot."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -88,7 +88,7 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     return figure
 
 
-#: One dash a profile, the same in every diagram; `tuned` is solid, and so is a profile that is not here.
+#: One dash pattern per profile, the same in every diagram; `tuned` and unknown profiles are solid.
 _DASHES: dict[str, Any] = {
     "default": "--",
     "located": ":",
@@ -130,13 +130,13 @@ def _look(engine: str) -> tuple[str, str]:
     if engine == "pic":
         return SERIES[0], _MARKERS[0]
     lap = len(SERIES) - 1
-    # An engine that nobody here knows has a look by its name, which another one may have as well.
+    # An unknown engine has a style by its name, which another one may share.
     n = _ENGINES.index(engine) if engine in _ENGINES else crc32(engine.encode()) % (lap * len(_MARKERS))
     return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # seven colours and eight marks meet again after 56
 
 
 def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
-    """Return how the line of an engine is drawn in every diagram: a colour and a mark an engine, a dash a profile.
+    """Return the line style of an engine in every diagram: a colour and a mark per engine, a dash per profile.
 
     PIT is the line that others are to be seen on, so it is broad and lies below them; that of an engine as it comes
     has hollow marks.
@@ -170,7 +170,7 @@ def framed(width_in: float, height_in: float, title: str = "", foot: Sequence[st
 
 
 def aim(axes: Axes, x: float, y: float, anchor: str) -> None:
-    """Draw a disc that is not seen, large enough to be pointed at, which leads to a place of the page."""
+    """Draw an invisible disc, large enough to be clicked, that links to a part of the page."""
     clear = (0.0, 0.0, 0.0, 0.0)
     axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
 
@@ -189,7 +189,7 @@ def finish(axes: Axes) -> None:
 
 
 class LineEnd(NamedTuple):
-    """Where a line ends, its name, and its colour."""
+    """The end of a line, its name, and its colour."""
 
     x: float
     y: float
@@ -229,7 +229,7 @@ def name_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
 
 
 def plain_number(value: float, _position: float) -> str:
-    """Return a tick as the report writes numbers."""
+    """Format a tick as the report formats numbers."""
     return formatting.number(value)
 
 
@@ -280,7 +280,7 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
 
 
 def alone(svg: str) -> str:
-    """Return a drawing made for a page as a file of its own, which needs the names that a page does without."""
+    """Return a drawing made for a page as a separate SVG file, which needs the XML namespaces."""
     svg = re.sub(r"</?a\b[^>]*>", "", svg)  # they lead to places of the page
     names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
     return svg.replace("<svg ", f"<svg {names} ", 1) + "\n"

@@ -1,4 +1,4 @@
-"""Where each disc of a trace is at any time, in few numbers: knots between which a disc flies freely.
+"""Tracks of the discs of a trace in few numbers: knots between which a disc flies freely.
 
 Between two knots a disc is on a straight line, or under gravity on the parabola that leads from the one to the other:
 ``p(t) = p_a + (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a place, and paths never
@@ -45,7 +45,7 @@ class Track:
         return np.broadcast_to(self.pull_m_s2, (len(self.time_s) - 1, 2))
 
     def at(self, time_s: Array) -> Array:
-        """Return where the disc is at each of some times within the run, shape ``(len(time_s), 2)``."""
+        """Return the positions of the disc at times within the run, shape ``(len(time_s), 2)``."""
         after = np.clip(np.searchsorted(self.time_s, time_s, side="right"), 1, len(self.time_s) - 1)
         begin, end = self.time_s[after - 1], self.time_s[after]
         with np.errstate(invalid="ignore", divide="ignore"):  # a flight of no length begins where it ends
@@ -70,7 +70,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Turning:
-    """How far one disc has turned: evenly between two of its impacts.
+    """The angle of one disc, which changes evenly between two of its impacts.
 
     Attributes:
         time_s: The start, its impacts, what tells how its spin changes in contact, and the end; shape ``(k,)``,
@@ -87,7 +87,7 @@ class Turning:
 
 
 def turnings(trace: Trace) -> tuple[Turning, ...]:
-    """Return how each disc turns, by the trace's own spins; empty where nothing does.
+    """Return the angle of each disc, by the trace's own spins; empty where none turns.
 
     A disc whose spin is no number turns no further.
     """
@@ -193,14 +193,14 @@ def _fall(trace: Trace, disc: int) -> Array:
 
 
 def _finite(track: Track) -> Track:
-    """Return a track as far as its numbers are finite: a disc whose place is unknown stays where it was seen last."""
+    """Return a track up to its first non-finite number; after that a disc stays at its last position."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
     return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
 
 
 def _passes(track: Track, times: Array, places: Array, near: float) -> bool:
-    """Whether a track is where the states are; one that is not finite is nowhere."""
+    """Whether a track passes through the states; a track that is not finite does not."""
     away = np.abs(track.at(times) - places)
     return bool(np.isfinite(away).all() and away.max() <= near)
 

@@ -42,9 +42,9 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
     lines = data.count(b"\n") + data.count(b"\r") if kind == ".toml" else 0
     if lines + values_in(data) > MOST_VALUES[kind]:
         larger = "; JSON holds more" if kind == ".toml" else ""
-        raise InputError(f"holds more than {MOST_VALUES[kind]} values, the limit for {name}{larger}")
+        raise InputError(f"has more than {MOST_VALUES[kind]} values, the limit for {name}{larger}")
     if kind == ".toml" and _LONG_KEY.search(data):
-        raise InputError(f"holds a key of more than {MOST_KEY_PARTS} parts with full stops between them")
+        raise InputError(f"has a key of more than {MOST_KEY_PARTS} dotted parts")
     try:
         text = data.decode("utf-8")
         found = tomllib.loads(text) if kind == ".toml" else json.loads(text, object_pairs_hook=without_doubles)

@@ -33,6 +33,7 @@ class ValueKind:
         read: Returns what a text of the shell says, for `take`; some texts say several values of a list.
         wrong: Values that it refuses, for tests.
         gather: Returns what several texts of the shell say together, where they are one value.
+        range: The values in short, for `--help`, where the word does not say enough.
     """
 
     said: str
@@ -41,6 +42,7 @@ class ValueKind:
     read: Callable[[str], Any] = lambda text: text
     wrong: tuple[Any, ...] = ()
     gather: Callable[[Sequence[str]], Any] | None = None
+    range: str = ""
 
     def refusal(self, name: str, value: Any) -> InputError:
         """Return the error that refuses a value by name."""
@@ -142,7 +144,7 @@ def _checked(one: Option, name: str, value: Any, optional: bool) -> Any:
     if not one.many:
         return taken(one.kind, name, value)
     if isinstance(value, str) or not isinstance(value, Iterable):
-        raise InputError(f"{name} must be a list, also where there is one of them, got {shown(value)}")
+        raise InputError(f"{name} must be a list, even of one item, got {shown(value)}")
     return tuple(taken(one.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
 
 
@@ -179,10 +181,23 @@ def whole(least: int, most: int | None = None) -> ValueKind:
 
     wrong = (least - 1, *(() if most is None else (most + 1,)), -math.inf, math.nan, least + 0.5, "2", True, None)
     span = f", {least} or more" if most is None else f" from {least} to {most}"
-    return ValueKind(f"a whole number{span}", "INTEGER", take, int, wrong)
+    shown_range = f"{least} or more" if most is None else f"{least} to {format_bound(most)}"
+    return ValueKind(f"a whole number{span}", "INTEGER", take, int, wrong, range=shown_range)
 
 
-def measure(said: str, word: str, least: float, most: float, *, read: Callable[[str], Any] = float) -> ValueKind:
+def format_bound(value: float) -> str:
+    """Return a limit in few characters: ``1e7``, ``2^63 - 1``."""
+    if isinstance(value, int) and value > 10**6:
+        if value & (value - 1) == 0:
+            return f"2^{value.bit_length() - 1}"
+        if value & (value + 1) == 0:
+            return f"2^{value.bit_length()} - 1"
+    return f"{value:g}".replace("e+0", "e").replace("e+", "e") if isinstance(value, float) else str(value)
+
+
+def measure(
+    said: str, word: str, least: float, most: float, *, read: Callable[[str], Any] = float, span: str = ""
+) -> ValueKind:
     """Return the finite numbers above `least` and up to `most`."""
 
     def take(value: Any) -> float:
@@ -191,24 +206,31 @@ def measure(said: str, word: str, least: float, most: float, *, read: Callable[[
             raise ValueError
         return found
 
-    return ValueKind(said, word, take, read, (least, -1.0, 2.0 * most, math.inf, math.nan, "x", "5", True, None))
+    wrong = (least, -1.0, 2.0 * most, math.inf, math.nan, "x", "5", True, None)
+    return ValueKind(said, word, take, read, wrong, range=span or f"above {format_bound(least)}")
+
+
+def _up_to(most: float) -> str:
+    return f"above 0, at most {format_bound(most)}"
 
 
 def seconds() -> ValueKind:
     """Return the limits of time."""
-    return measure(f"a positive number of seconds, {LONGEST_S:g} at most", "SECONDS", 0.0, LONGEST_S)
+    said = f"a positive number of seconds, at most {format_bound(LONGEST_S)}"
+    return measure(said, "SECONDS", 0.0, LONGEST_S, span=_up_to(LONGEST_S))
 
 
 def megabytes() -> ValueKind:
     """Return the limits of memory."""
-    return measure(f"a positive number of megabytes, {MOST_MB:g} at most", "MEGABYTES", 0.0, MOST_MB)
+    said = f"a positive number of megabytes, at most {format_bound(MOST_MB)}"
+    return measure(said, "MEGABYTES", 0.0, MOST_MB, span=_up_to(MOST_MB))
 
 
 def step(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
     """Return steps; `read` reads a text that may say several, as `also` says."""
     limits = f"above 0: from {number(SMALLEST, 3)} to {number(LARGEST, 3)}"
     said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
-    return measure(said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or fraction)
+    return measure(said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or fraction, span="above 0")
 
 
 def fraction(text: str) -> float:

@@ -104,8 +104,15 @@ def test_a_crash_is_exit_code_4(scene_file: Path) -> None:
 
 
 def test_scenes_lists_shows_and_saves(tmp_path: Path) -> None:
-    """`carom scenes` has a line a scene, its discs and impacts, shows one as a file that loads, and saves files."""
-    lines = carom_command("scenes").output.splitlines()
+    """`carom scenes` counts groups, lists one group or all, prints a scene as a file that loads, and saves files."""
+    groups = carom_command("scenes").output.splitlines()
+    assert ["paper", "4"] in [line.split()[:2] for line in groups]
+    assert all(len(line) <= 80 for line in groups)
+    listed = {entry.group for entry in all_scenes().values()}
+    assert {line.split()[0] for line in groups[1:-2]} == listed
+    assert all(line.split()[2:] for line in groups[1:-2])
+    assert len(carom_command("scenes", "paper").output.splitlines()) == 4 + 1
+    lines = carom_command("scenes", "--all").output.splitlines()
     assert len(lines) == len(all_scenes()) + 1
     (missed,) = (line for line in lines if line.startswith("paper/missed"))
     assert missed.split()[1:3] == ["2", "1"]
@@ -288,7 +295,7 @@ def test_a_run_of_one_scene_ends_with_the_command_that_prints_the_settings() -> 
     """The best engine's settings at the step that was run, for the scene as asked; the command gives code."""
     asked = ["run", "paper/late", "-e", "pit", "-e", "pymunk", "-p", "default", "--no-timing", "--fail-on", "never"]
     *_, said, command = carom_command(*asked).output.splitlines()
-    assert said == "Settings of pymunk default, as code to paste:"
+    assert said == "To print the settings of pymunk default as code:"
     assert command == "carom engines pymunk --show default --dt 1/24 --scene paper/late"
     assert "space.step(dt)" in carom_command(*command.split()[1:]).output
     alone = carom_command("run", "paper/late", "-e", "pit", "-p", "tuned", "--no-timing").output
@@ -476,7 +483,7 @@ def test_a_scene_that_was_saved_and_edited_is_not_saved_over(tmp_path: Path) -> 
     (tmp_path / "paper.missed.toml").write_text("edited")
     result = carom_command(*arguments)
     assert result.exit_code == 2
-    assert "exists already, and may have been edited: name another folder by --out" in result.output
+    assert "already exists: name another folder with --out" in result.output
     assert (tmp_path / "paper.missed.toml").read_text() == "edited"
 
 
@@ -598,13 +605,13 @@ def test_what_lifts_a_threshold_is_found_and_can_be_pasted(slow: Path, tmp_path:
     done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", out, "-j", 1)
     assert done.exit_code == 0, done.output
     text = (out / "tune.md").read_text()
-    profile = eval(f"{{{blocks(text, 'To paste, in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
+    profile = eval(f"{{{blocks(text, 'As a profile in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
     settings = profile.settings(1 / 60)
     assert settings["velocity_scale"] > 1.0 / 0.4
     assert settings["positionIterations"] == 3  # as in `default`, since nothing is gained by another
-    pasted = tomllib.loads(blocks(text, "To paste, in engine.toml"))["profiles"]["found"]
+    pasted = tomllib.loads(blocks(text, "As a profile in engine.toml"))["profiles"]["found"]
     assert {**pasted["settings"], "dt_s": 1 / 60} == settings
-    command = blocks(text, "To run it").split()
+    command = blocks(text, "To run these settings").split()
     assert command[:2] == ["carom", "run"]
     assert f"velocity_scale={settings['velocity_scale']}" in command
     ran = carom_command(*command[1:], "--dt", "1/60", "--no-timing")
@@ -629,7 +636,7 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
         patched.setattr(KnobSearch, "tried", interrupted)
         done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1)
     assert done.exit_code == 130
-    assert "best so far, in trial" in done.output
+    assert "best so far (trial" in done.output
     assert "--set velocity_scale=" in done.output
     assert "--resume goes on from there" in done.output
     refused = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one)
@@ -637,4 +644,4 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
     assert "continue from them by --resume" in refused.output
     assert carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code == 0
     whole, resumed = ((folder / "tune.md").read_text() for folder in (other, one))
-    assert blocks(resumed, "To paste, in Python") == blocks(whole, "To paste, in Python")
+    assert blocks(resumed, "As a profile in Python") == blocks(whole, "As a profile in Python")

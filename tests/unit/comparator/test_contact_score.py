@@ -18,12 +18,12 @@ from tests.stage import disc_at, staged, sure, wall_at
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
 from carom.comparator import Grade, Verdict
-from carom.comparator.align import Reach
+from carom.comparator.align import ComparisonRange
 from carom.comparator.compare import Score
 from carom.comparator.contact import motion_at
-from carom.comparator.contact_intervals import kept
-from carom.comparator.step_findings import polygons
-from carom.comparator.zeno import before_rest
+from carom.comparator.contact_intervals import measure_contact_quality
+from carom.comparator.step_findings import report_polygons
+from carom.comparator.zeno import clip_before_rest
 from carom.engines.registry import load_adapter
 from carom.execution.codec import CarriedTrace, Codec
 from carom.execution.engine_run import observe_run
@@ -293,7 +293,7 @@ def test_an_impact_before_contact_is_invented() -> None:
 
 
 #: Nothing ends it.
-WHOLE = Reach(10**6, math.inf)
+WHOLE = ComparisonRange(10**6, math.inf)
 
 
 def dropped(restitution: float, height_m: float, *, duration_s: float = 3.0, tilt: float = 0.0) -> Scene:
@@ -330,7 +330,7 @@ def test_pit_of_bounces_that_the_scene_cuts_short_is_no_worse_either() -> None:
     scene = dropped(0.7, 1.962831966843237)
     reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=240)
     assert reference.outcome is Outcome.COMPLETED
-    assert before_rest(reference, WHOLE, pit.dt_s, pit).impacts < len(reference.impacts)
+    assert clip_before_rest(reference, WHOLE, pit.dt_s, pit).impacts < len(reference.impacts)
     assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
 
 
@@ -368,14 +368,14 @@ def test_bounces_on_what_lies_above_or_gives_all_speed_back_count_to_the_end() -
     for scene in (up, dropped(1.0, 0.5001)):
         reference = solve_pic(scene)
         assert len(reference.impacts)
-        assert before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) == WHOLE
+        assert clip_before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) == WHOLE
 
 
 def test_without_gravity_nothing_comes_to_rest() -> None:
     """A slow disc between walls that takes half of its speed each time is followed to the end."""
     scene = staged("slow", disc_at(0, 0.51, 0, -0.001), wall_at(0, 0, 0, 1), wall_restitution=0.5, duration_s=30)
     reference = solve_pic(scene)
-    assert before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) is WHOLE
+    assert clip_before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) is WHOLE
 
 
 def test_contact_that_only_the_last_look_finds_is_told() -> None:
@@ -384,7 +384,7 @@ def test_contact_that_only_the_last_look_finds_is_told() -> None:
     truth = solve_pic(staged("drop", *bodies, wall_restitution=0.0, gravity_m_s2=(0.0, -2.0), duration_s=1.25))
     places, speeds = np.array([[[0.0, 1.25]], [[0.0, 0.5]]]), np.array([[[0.0, -1.0]], [[0.0, 0.0]]])
     seen = States(np.array([0.5, 1.25]), places, speeds)
-    found = kept(truth, seen, replace(seen, position_m=places + 0.25), 1 / 8)
+    found = measure_contact_quality(truth, seen, replace(seen, position_m=places + 0.25), 1 / 8)
     assert (found.gap_m, found.hop_m_s) == (0.25, 0.0)
 
 
@@ -392,5 +392,5 @@ def test_how_far_straight_steps_are_off_a_parabola_is_half_of_what_is_fallen_in_
     """At 2 m/s^2 and a step of a quarter of a second, half of an eighth of a metre."""
     evidence: Any = SimpleNamespace(local_truth=SimpleNamespace(polygon=True), observed=SimpleNamespace(dt_s=0.25))
     evidence.reference = solve_pic(staged("falls", disc_at(0.0, 0.0), gravity_m_s2=(0.0, -2.0), duration_s=1.0))
-    (finding,) = polygons(evidence)
+    (finding,) = report_polygons(evidence)
     assert ", 0.0625 m;" in finding.reason

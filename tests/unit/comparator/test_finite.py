@@ -18,7 +18,7 @@ from tests.stage import altered, sure
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
-from carom.comparator.finite import not_finite
+from carom.comparator.finite import find_non_finite
 from carom.comparator.scales import largest
 from carom.errors import InputError
 from carom.model.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
@@ -122,10 +122,12 @@ def test_not_known_is_not_broken() -> None:
     trace = faithful(REFERENCE)
     states, effective = sure(trace.state_before).copy(), sure(trace.effective_time_s).copy()
     effective[1] = math.nan
-    assert not_finite(dataclasses.replace(trace, effective_time_s=effective)) == "effective_time_s of impact 1 is nan"
+    assert (
+        find_non_finite(dataclasses.replace(trace, effective_time_s=effective)) == "effective_time_s of impact 1 is nan"
+    )
     states["position_first"][1] = states["position_second"][1] = math.nan
     unknown = dataclasses.replace(trace, effective_time_s=effective, state_before=states)
-    assert not_finite(unknown) == ""
+    assert find_non_finite(unknown) == ""
     assert compare(REFERENCE, unknown).grade is Grade.EXACT  # by the time stamp
 
 

@@ -14,12 +14,12 @@ from tests.unit.core.features import in_core
 import carom
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
-from carom.comparator.local import local_errors
-from carom.comparator.scales import scales_of
+from carom.comparator.local import measure_local_errors
+from carom.comparator.scales import compute_scales
 from carom.core.features import Arc, Face, Feature, Mover
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.model.chain_geometry import ExactCircle
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.
@@ -36,7 +36,7 @@ def test_the_reference_has_no_local_error_however_long_it_runs() -> None:
     """Each of thousands of impacts of a gas, long past any horizon, is right from its own state before, to rounding."""
     trace = solve_pic(long_gas(60.0))
     assert len(trace.impacts) > 2000
-    local = local_errors(trace, scales_of(trace.scene, trace))
+    local = measure_local_errors(trace, compute_scales(trace.scene, trace))
     assert local.scored == len(trace.impacts)
     assert local.spurious == ()
     for name in ("velocity", "restitution", "energy", "time_s"):
@@ -49,7 +49,7 @@ def test_a_fault_deep_in_chaos_is_found_at_its_size() -> None:
     trace = solve_pic(long_gas(30.0))
     at = len(trace.impacts) - 100
     row = trace.impacts[at]
-    from carom.comparator.local import own_states
+    from carom.comparator.local import find_own_states
 
     impacts = trace.impacts.copy()
     centre = 0.5 * (row["velocity_first_before"] + row["velocity_second_before"]) if row["second"] >= 0 else 0.0
@@ -58,8 +58,8 @@ def test_a_fault_deep_in_chaos_is_found_at_its_size() -> None:
         impacts[name][at] -= 0.03 * along * row["normal"]
     if row["second"] < 0:
         impacts["velocity_second_after"][at] = 0.0
-    faulty = dataclasses.replace(trace, impacts=impacts, state_before=own_states(trace))
-    local = local_errors(faulty, scales_of(trace.scene, trace))
+    faulty = dataclasses.replace(trace, impacts=impacts, state_before=find_own_states(trace))
+    local = measure_local_errors(faulty, compute_scales(trace.scene, trace))
     assert int(np.argmax(np.abs(local.restitution))) == at
     assert local.restitution[at] == pytest.approx(-0.03, abs=1e-9)
 
@@ -91,7 +91,7 @@ def test_an_impact_that_does_not_follow_from_its_own_state_is_spurious_locally()
     scene = catalogue()["classics/miss"].scene
     hit = catalogue()["classics/graze"].scene
     invented = dataclasses.replace(solve_pic(hit), scene=scene)
-    assert local_errors(invented, scales_of(scene, solve_pic(scene))).spurious == (0,)
+    assert measure_local_errors(invented, compute_scales(scene, solve_pic(scene))).spurious == (0,)
 
 
 def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
@@ -127,7 +127,7 @@ def test_a_trace_without_impacts_has_nothing_to_score() -> None:
     """No impact, no local error; medians are not numbers."""
     scene = catalogue()["classics/miss"].scene
     trace: Trace = solve_pic(scene)
-    local = local_errors(trace, scales_of(scene, trace))
+    local = measure_local_errors(trace, compute_scales(scene, trace))
     assert local.scored == 0
     assert math.isnan(local.median("velocity"))
 
@@ -169,11 +169,13 @@ def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
     """The closed form from its own state before each impact leaves nothing to the method but checking once per step."""
     scene = carom.scene(f"tables/{name}")
     reference = carom.solve_pic(scene)
-    scales = scales_of(scene, reference)
-    assert local_errors(reference, scales).worst("velocity") < 1e-14
-    row = carom.cross_check([scene], ["pit"], dts=[1 / 60], profiles=["tuned"], timing=False, pool=InProcess()).rows[0]
+    scales = compute_scales(scene, reference)
+    assert measure_local_errors(reference, scales).worst("velocity") < 1e-14
+    row = carom.cross_check(
+        [scene], ["pit"], dts=[1 / 60], profiles=["tuned"], timing=False, pool=InProcessPool()
+    ).rows[0]
     assert row.trace is not None
-    found = local_errors(row.trace, scales)
+    found = measure_local_errors(row.trace, scales)
     assert found.spurious == ()
     assert found.worst("solver_velocity") < 1e-14
     assert (found.worst("sampling_velocity") > 1e-3) is (name != "box-of-edges")  # faces have one normal everywhere

@@ -15,7 +15,7 @@ from tests.stage import disc_at, staged
 
 from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
-from carom.comparator.scales import median, own_scales_of, scales_of
+from carom.comparator.scales import compute_own_scales, compute_scales, median
 from carom.engines.api import Contact, Observation
 from carom.execution.impact_collector import ImpactCollector
 
@@ -82,7 +82,7 @@ def test_a_scale_is_the_greatest_speed_that_led_to_an_impact() -> None:
     """
     discs = [disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(-6, 0, 2, 0), disc_at(0, 9, 1, 0), disc_at(3, 9, m=math.inf)]
     reference = solve_pic(staged("handed on", *discs, duration_s=4))
-    own = own_scales_of(reference)
+    own = compute_own_scales(reference)
     met = {
         frozenset((int(i["first"]), int(i["second"]))): s for i, s in zip(reference.impacts, own.speed_m_s, strict=True)
     }
@@ -146,7 +146,7 @@ def test_nothing_is_certain_where_the_tie_comes_first() -> None:
 def test_the_row_of_the_planted_faults_has_one_scale() -> None:
     """Where the fastest disc hands its speed on through all impacts, their own scale is the scene's."""
     reference = solve_pic(ROW)
-    assert own_scales_of(reference).speed_m_s.tolist() == [SPEED] * len(reference.impacts)
+    assert compute_own_scales(reference).speed_m_s.tolist() == [SPEED] * len(reference.impacts)
 
 
 def test_velocities_that_nobody_tells_apart_are_not_accused() -> None:
@@ -210,7 +210,7 @@ def test_the_scene_is_as_fast_as_a_disc_lands_or_falls_at_the_end(duration_s: fl
     ball, beside = disc_at(0, 1.5), disc_at(9, 9, 0, 4)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = staged("drop", ball, beside, floor, wall_restitution=0.5, gravity_m_s2=(0, -8), duration_s=duration_s)
-    assert scales_of(scene, solve_pic(scene)).speed_m_s == fastest
+    assert compute_scales(scene, solve_pic(scene)).speed_m_s == fastest
 
 
 @each("count", [1, 2, 3, 10, 11])

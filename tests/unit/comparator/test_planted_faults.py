@@ -33,14 +33,14 @@ SCENES = [
 ]
 
 
-def reference_of(name: str) -> Trace:
+def build_reference(name: str) -> Trace:
     return solve_pic(catalogue()[name].scene)
 
 
 @pytest.fixture(params=[name for name in SCENES if name in catalogue()])
 def reference(request: pytest.FixtureRequest) -> Trace:
     """The PIC trace of a scene of the catalogue."""
-    return reference_of(request.param)
+    return build_reference(request.param)
 
 
 def scored(reference: Trace, observed: Trace) -> Score:
@@ -139,7 +139,7 @@ def swappable(trace: Trace) -> int | None:
 @each("name", [name for name in SCENES if name in catalogue()])
 def test_two_impacts_swapped(name: str) -> None:
     """Two impacts of one disc that change places come back as one inversion of these two, at an edit distance of 1."""
-    reference = reference_of(name)
+    reference = build_reference(name)
     at = swappable(reference)
     if at is None:  # one pair of bodies: its impacts have no other to change places with
         assert len(np.unique(reference.impacts[["first", "second"]])) == 1

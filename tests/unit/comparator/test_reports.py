@@ -11,7 +11,7 @@ from tests.planted.doctored import DT, GAS, Run, judged, sampled
 from tests.stage import disc_at, staged, wall_at
 
 from carom.comparator import Grade, Score, Verdict
-from carom.comparator.stepwise.reports import reports_and_states
+from carom.comparator.stepwise.reports import compare_reports_with_states
 from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
 from carom.model.trace import IMPACT_DTYPE, pair_name
 from carom.solvers.pic import solve_pic
@@ -91,7 +91,7 @@ def parting(
     truth = LocalTruth(9.0, 540, rows, meetings, slips, 0, (0, 0), 0, 0.0, math.nan, polygon=False)
     truth = replace(truth, rests=np.array([(0, 1, begin * DT, end * DT) for begin, end in rests], REST_DTYPE))
     trace = replace(TRACE, impacts=impacts)
-    found = reports_and_states(trace, truth)
+    found = compare_reports_with_states(trace, truth)
     assert found.agree == (found.unshown == found.unreported == 0)
     return found.unshown, found.unreported
 

@@ -17,9 +17,9 @@ from tests.stage import disc_at, staged, sure, wall_at
 from carom import Scene, Trace, compare, solve_pic
 from carom.catalogue import find_scenes
 from carom.comparator import Grade, Verdict
-from carom.comparator.scales import scales_of
-from carom.comparator.shift import begun_earlier
-from carom.comparator.stepwise.score import local_score
+from carom.comparator.scales import compute_scales
+from carom.comparator.shift import shift_start
+from carom.comparator.stepwise.score import score_steps
 from carom.engines.api import Contact, Observation
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
@@ -159,7 +159,7 @@ def test_a_wrong_coefficient_is_found(scene: Scene) -> None:
 def test_a_late_run_of_a_damped_scene_is_late_by_as_much(scene: Scene) -> None:
     """A run that finds every first impact half a step late, and is right in all else, is late by half a step."""
     reference, found = own(scene, DT_S)
-    score = local_score(sure(found.local_truth), scales_of(scene, solve_pic(scene, max_impacts=2000)), 64)
+    score = score_steps(sure(found.local_truth), compute_scales(scene, solve_pic(scene, max_impacts=2000)), 64)
     first = reference.impacts["time_s"][0]
     assert sure(found.local_truth).meetings[0]["due_s"] == pytest.approx(first, rel=1e-12)
     assert sure(found.local_truth).windows["late_steps"][0] == pytest.approx(-first / DT_S % 1.0, abs=1e-7)
@@ -199,8 +199,8 @@ def test_a_step_beyond_the_end_leaves_out_what_stops_in_it() -> None:
 def test_a_scene_on_a_table_begins_earlier_or_later() -> None:
     """Begun a tenth of a second earlier, the same impact comes a tenth later; not where discs meet on the way back."""
     (first,) = solve_pic(PAIR).impacts["time_s"]
-    earlier = begun_earlier(PAIR, 0.1)
+    earlier = shift_start(PAIR, 0.1)
     assert earlier.duration_s == pytest.approx(2.1)
     assert solve_pic(earlier).impacts["time_s"][0] == pytest.approx(first + 0.1, abs=1e-14)
     behind = PAIR.model_copy(update={"discs": (*PAIR.discs, disc_at(-0.55, 0.0, r=0.25))})
-    assert begun_earlier(Scene(**dict(behind)), 0.1).duration_s == pytest.approx(1.9)
+    assert shift_start(Scene(**dict(behind)), 0.1).duration_s == pytest.approx(1.9)

@@ -17,12 +17,12 @@ from tests.stage import disc_at, staged, sure, wall_at
 from carom import Scene
 from carom.catalogue.catalogue import all_scenes
 from carom.comparator import Grade, local_truth
-from carom.comparator.scales import scales_of
+from carom.comparator.scales import compute_scales
 from carom.comparator.stepwise import analysis
-from carom.comparator.stepwise.activity import Activity, activity_of
+from carom.comparator.stepwise.activity import Activity, find_activity
 from carom.comparator.stepwise.block import Block
 from carom.comparator.stepwise.rest import Rest
-from carom.comparator.stepwise.score import local_score
+from carom.comparator.stepwise.score import score_steps
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.model.scene import Need
@@ -111,10 +111,10 @@ def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(
         reference = solve_pic(scene, max_impacts=2000)
         if reference.outcome is Outcome.GLIDES:  # of infinitely many hops
             continue
-        scales, steps = scales_of(scene, reference), steps_of(scene, "pic")
+        scales, steps = compute_scales(scene, reference), steps_of(scene, "pic")
         if reference.outcome is Outcome.CRUSHED:  # in the step in which that comes impacts have no end
             steps = replace(steps, windows=steps.windows[steps.windows["end_s"] <= reference.end_time_s])
-        exact, sampled = local_score(steps, scales, 64), local_score(steps_of(scene, "pit"), scales, 64)
+        exact, sampled = score_steps(steps, scales, 64), score_steps(steps_of(scene, "pit"), scales, 64)
         assert (exact.missed, exact.invented, exact.early, exact.ahead, exact.drifts) == (0, 0, 0, 0, 0), scene.name
         # At a tie PIC from a state that is an ulp away may take the other admissible order.
         tied = reference.ambiguous and (exact.grade is Grade.SAMPLED or exact.agrees_alone)
@@ -148,7 +148,7 @@ def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> Non
 
     def counted(block: Block, rest: Rest) -> Activity:
         sizes.append(len(block))
-        return activity_of(block, rest)
+        return find_activity(block, rest)
 
     monkeypatch.setattr(analysis, "_NUMBERS", 1)
     monkeypatch.setattr(analysis, "activity_of", counted)
@@ -177,7 +177,7 @@ def test_sinking_adds_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_finds_each_impact_late_is_sampled_step_by_step() -> None:
     """PIT of one impact pays its own price: that is no exact run, though nothing is missed and nothing sinks."""
     scene = all_scenes()["paper/late"].scene
-    assert local_score(steps_of(scene, "pit"), scales_of(scene, solve_pic(scene)), 64).grade is Grade.SAMPLED
+    assert score_steps(steps_of(scene, "pit"), compute_scales(scene, solve_pic(scene)), 64).grade is Grade.SAMPLED
 
 
 def test_a_disc_that_falls_slowly_onto_a_fixed_one_is_due_when_it_is_there() -> None:
@@ -198,7 +198,7 @@ def test_a_floor_that_a_disc_leaves_does_not_explain_that_it_is_turned() -> None
     speeds[1:] += 5.0
     place, velocity = (np.stack([0.0 * times, part], axis=1)[:, None] for part in (heights, speeds))
     states = States(times, place, velocity)
-    found = local_score(local_truth(scene, states, dt_s=dt_s), scales_of(scene, solve_pic(scene)), 64)
+    found = score_steps(local_truth(scene, states, dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64)
     assert (found.invented, found.missed, found.early) == (1, 0, 0)
 
 
@@ -209,8 +209,8 @@ def test_a_pass_is_counted_once_however_long_it_lasts() -> None:
     start, gravity = scene.arrays, np.array(scene.gravity_m_s2)
     place = start.position_m + start.velocity_m_s * times[:, None, None] + gravity * (times**2 / 2)[:, None, None]
     velocity = start.velocity_m_s + gravity * times[:, None, None]
-    score = local_score(
-        local_truth(scene, States(times, place, velocity), dt_s=dt_s), scales_of(scene, solve_pic(scene)), 64
+    score = score_steps(
+        local_truth(scene, States(times, place, velocity), dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64
     )
     assert score.missed == 1
     assert score.grade is Grade.WRONG

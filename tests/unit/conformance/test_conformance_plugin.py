@@ -13,8 +13,8 @@ from carom.conformance.known_failures import FILE_NAME
 from carom.conformance.suite import make_suite, selected_engines
 from carom.engines.registry import load_adapter
 from carom.errors import InputError
-from carom.execution.options import Limited
-from carom.execution.pool import InProcess
+from carom.execution.options import LimitOptions
+from carom.execution.pool import InProcessPool
 
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -127,10 +127,10 @@ def test_a_slip_on_the_command_line_ends_the_run_before_it_begins(
 def test_a_wrong_file_makes_no_plan(tmp_path: Path) -> None:
     """A name of no case and a file that is not there are errors."""
     with pytest.raises(InputError, match=r"none\.toml: can't be read"):
-        make_suite(["pit"], [], tmp_path / "none.toml", [tmp_path], Limited())
+        make_suite(["pit"], [], tmp_path / "none.toml", [tmp_path], LimitOptions())
     (tmp_path / FILE_NAME).write_text('[[known_failure]]\nreason = "x"\ncases = ["pit::enrgy[tuned]"]\n')
     with pytest.raises(InputError, match=r"no case 'pit::enrgy\[tuned\]'; did you mean 'pit::energy\[tuned\]'"):
-        make_suite(["pit"], [], None, [tmp_path], Limited())
+        make_suite(["pit"], [], None, [tmp_path], LimitOptions())
 
 
 @pytest.mark.usefixtures("in_process")
@@ -141,13 +141,13 @@ def test_profiles_are_chosen_and_known_failures_of_others_let_be(tmp_path: Path)
     )
     run = {}
     for asked in ((), ("tuned",), ("all",)):
-        (engine,) = make_suite(["pymunk"], asked, None, [tmp_path], Limited()).engines
+        (engine,) = make_suite(["pymunk"], asked, None, [tmp_path], LimitOptions()).engines
         run[asked] = {case.profile for case in engine.cases}
     assert run[()] == {"", "default", "tuned", "located"}
     assert run["tuned",] == {"", "tuned"}
     assert run["all",] == {"", *load_adapter("pymunk").profiles}
     with pytest.raises(InputError, match=r"--carom-profile: no profile 'tund'; there are: default, tuned, "):
-        make_suite(["pymunk"], ["tund"], None, [tmp_path], Limited())
+        make_suite(["pymunk"], ["tund"], None, [tmp_path], LimitOptions())
 
 
 @pytest.mark.long
@@ -155,7 +155,7 @@ def test_engines_are_meant_by_name_distribution_or_package() -> None:
     """A word means an adapter, else all of a distribution, however it is spelt, or of a package; each comes once."""
 
     def names(*words: str) -> list[str]:
-        with InProcess() as pool:
+        with InProcessPool() as pool:
             return [info.name for info in selected_engines(words, pool)]
 
     assert names("pit", "pic", "pit") == ["pit", "pic"]

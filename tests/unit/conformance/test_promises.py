@@ -29,7 +29,7 @@ from carom.engines.api.checks import MANTISSA_BITS
 from carom.engines.registry import load_adapter
 from carom.execution import engine_run
 from carom.execution.job import Task
-from carom.execution.options import Limited
+from carom.execution.options import LimitOptions
 from carom.model.scene import Disc, Scene, Wall
 from carom.solvers.pic import solve_pic
 
@@ -45,7 +45,7 @@ class Here(Subject):
     """An adapter that is run in this process."""
 
     def __init__(self, adapter: Adapter) -> None:
-        super().__init__("pit", Limited())
+        super().__init__("pit", LimitOptions())
         self.name, self.adapter = adapter.name, adapter
 
     def _ask(self, task: Task[T], setup: Setup) -> T:  # noqa: ARG002 - the method's own signature

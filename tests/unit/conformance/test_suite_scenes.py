@@ -17,7 +17,7 @@ from carom.conformance.suite import make_suite
 from carom.conformance.suite_scenes import CATALOGUE_SCENES, known_trace
 from carom.conformance.violation import NotApplicable
 from carom.errors import InputError
-from carom.execution.options import Limited
+from carom.execution.options import LimitOptions
 
 
 def test_a_known_answer_and_pic_are_the_same_trace() -> None:
@@ -50,7 +50,7 @@ def test_an_answer_that_does_not_tell_every_spin_makes_no_trace() -> None:
 )
 def test_pic_passes_every_case(profiles: list[str], scenes: str, least: int, tmp_path: Path) -> None:
     """What an adapter may declare, PIC does; nearly all are about it, and none fails: tuned on two scenes, or all."""
-    (engine,) = make_suite(["pic"], profiles, None, [tmp_path], Limited()).engines
+    (engine,) = make_suite(["pic"], profiles, None, [tmp_path], LimitOptions()).engines
     assert engine.subject is not None
     held = 0
     with closing(engine.subject) as subject:

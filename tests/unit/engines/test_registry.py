@@ -227,7 +227,7 @@ def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Pat
         "b-module": "No module named 'no_such_module_at_all'",
         "b-attribute": "has no attribute 'adaptor'",
         "b-failing": "RuntimeError: no display",
-        "b-wrong": "is no adapter: it has no name, engine, capabilities, profiles, prepare",
+        "b-wrong": "is not an adapter: it lacks name, engine, capabilities, profiles, prepare",
         "b-raising": "OSError: no licence file",
         "b-lacking": "has no attribute 'no_such_version'",
         "b-old": "engine.oldest must be numbers with dots between them, got 'v2'",

@@ -17,7 +17,7 @@ from carom.catalogue import all_scenes
 from carom.engines.api import AdapterError, Engine, Observation
 from carom.engines.registry import load_adapter
 from carom.execution.job import Method, UnsupportedError
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.execution.timing import time_run
 from carom.studies.bench import timing_pass
 from carom.studies.bench.timing_pass import TimeScene
@@ -87,7 +87,7 @@ def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPat
     found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
     monkeypatch.setattr(timing_pass, "load_adapter", found)
     asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
-    timing = sure(TimeScene(SCENE, tuple(asked), rounds=3).answer(InProcess()).value)
+    timing = sure(TimeScene(SCENE, tuple(asked), rounds=3).run(InProcessPool()).value)
     timed = {method.engine for (method, _), _ in timing.timings}
     untimed = {method.engine: why for (method, _), why in timing.untimed}
     assert "pit" in timed

@@ -14,9 +14,9 @@ from carom import solve_pit
 from carom.catalogue import all_scenes
 from carom.errors import InputError
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import Observe
+from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.journal import Entry, Journal
+from carom.execution.journal import Journal, JournalEntry
 from carom.execution.options import Options
 from carom.execution.worker import codec_of
 from carom.model.trace import Trace
@@ -46,7 +46,7 @@ def spoilt(value: Any) -> Iterator[Any]:
 
 def test_an_answer_of_wrong_types_is_a_validation_error() -> None:
     """Whatever stands in the place of a field of a trace, reading it raises a validation error or gives a value."""
-    codec = codec_of(Observe)
+    codec = codec_of(ObserveTask)
     sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
     trace = json.loads(sound[1]["value"])
     refused = 0
@@ -60,7 +60,7 @@ def test_an_answer_of_wrong_types_is_a_validation_error() -> None:
 
 def test_an_array_that_must_be_there_is_not_null() -> None:
     """A trace without its final places is refused where it is read, and not where somebody computes with it."""
-    codec = codec_of(Observe)
+    codec = codec_of(ObserveTask)
     sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
     trace = json.loads(sound[1]["value"]) | {"final_position_m": None}
     with pytest.raises(ValidationError, match="final_position_m"):
@@ -71,7 +71,7 @@ def test_an_array_that_must_be_there_is_not_null() -> None:
 def journal_lines(tmp_path: Path) -> tuple[Path, list[Any]]:
     """A journal of one run, and what its two lines hold."""
     path, job = tmp_path / "journal.jsonl", Job(SCENE, Method("pit", "tuned"), 1 / 60)
-    entry = Entry(job_key(job), Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))
+    entry = JournalEntry(job_key(job), Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))
     with observed_journal(path, Options().stamp) as journal:
         journal.add([entry])
     return path, [json.loads(line) for line in path.read_text().splitlines()]

@@ -14,9 +14,9 @@ from carom import Disc, Scene, cross_check
 from carom.engines.api import Capabilities
 from carom.engines.registry import EngineInfo
 from carom.errors import UnknownNameError
-from carom.execution.engines import Describe, SettingsAt, described, methods_of, to_run
+from carom.execution.engines import DescribeTask, SettingsTask, describe_engines, list_methods, select_engines
 from carom.execution.job import Answer, Method, Status, Task
-from carom.execution.pool import InProcess, LocalPool
+from carom.execution.pool import InProcessPool, LocalPool
 
 Install = Callable[[str, dict[str, str]], None]
 
@@ -116,11 +116,11 @@ def declared(install: Install) -> None:
 def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever loading an adapter does, it is unavailable with the reason, in bounded time."""
     # An adapter that hangs is ended soon, and one that ends by itself is waited for, however slowly its process starts.
-    monkeypatch.setattr(Describe, "least_limit_s", 6.0 if "timed out" in LOADING[name][1] else PATIENT_S)
+    monkeypatch.setattr(DescribeTask, "min_time_limit_s", 6.0 if "timed out" in LOADING[name][1] else PATIENT_S)
     if "closed" not in LOADING[name][1]:
         monkeypatch.setattr("carom.execution.process.GRACE_S", PATIENT_S)
     with LocalPool(1, 6.0) as pool:
-        (line,) = described([name], pool)
+        (line,) = describe_engines([name], pool)
     assert LOADING[name][1] in line.unavailable
     assert not line.profiles
 
@@ -128,8 +128,8 @@ def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: 
 @pytest.mark.usefixtures("declared")
 def test_what_an_adapter_declares_is_held_to_the_seam() -> None:
     """A wrong field is named with its value; a sound adapter of the same distribution is available."""
-    with InProcess() as pool:
-        found = {info.name: info for info in described([*DECLARED, "sound"], pool)}
+    with InProcessPool() as pool:
+        found = {info.name: info for info in describe_engines([*DECLARED, "sound"], pool)}
     assert found["sound"].available
     for name, (_, words) in DECLARED.items():
         assert words in found[name].unavailable
@@ -146,7 +146,7 @@ def test_adapters_of_a_distribution_share_a_process_and_no_failure(install: Inst
         {"a-first": "first", "b-second": "second", "c-third": "third"},
     )
     with LocalPool(2) as pool:
-        found = {info.name: info for info in described(["a-first", "b-second", "c-third"], pool)}
+        found = {info.name: info for info in describe_engines(["a-first", "b-second", "c-third"], pool)}
     assert found["a-first"].version == found["b-second"].version != ""
     assert found["c-third"].version == "alone", found["c-third"].unavailable
 
@@ -157,18 +157,18 @@ def test_an_engine_that_is_not_installed_is_run_only_where_it_is_asked_for() -> 
     missing = replace(there, name="missing", version="", unavailable="not installed; pip install it")
     broken = replace(missing, name="broken", capabilities=None, profiles={})
     infos = [there, missing, broken]
-    assert to_run(infos, None) == [there, broken]
-    assert to_run(infos, ["there", "missing", "broken"]) == infos
+    assert select_engines(infos, None) == [there, broken]
+    assert select_engines(infos, ["there", "missing", "broken"]) == infos
 
 
 def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_path: Path) -> None:
     """A command on PIT alone runs no line of another adapter's code, and one that is unknown is refused before any."""
     install(f"open({str(tmp_path / 'imported')!r}, 'w')\nimport os; os._exit(0)\n", {"deadly": "adapter"})
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
-    results = cross_check([scene], ["pit"], dts=[0.1], timing=False, pool=InProcess())
+    results = cross_check([scene], ["pit"], dts=[0.1], timing=False, pool=InProcessPool())
     assert {row.status for row in results.rows} == {Status.RAN}
     with pytest.raises(UnknownNameError, match="deadly"):
-        described(["nonesuch"], InProcess())
+        describe_engines(["nonesuch"], InProcessPool())
     assert not (tmp_path / "imported").exists()
 
 
@@ -184,28 +184,28 @@ def test_settings_that_can_t_be_had_cost_their_profile_alone(
     install: Install, monkeypatch: pytest.MonkeyPatch, act: str, said: str
 ) -> None:
     """A profile whose settings end the process, or hang, is a reason for its own rows; the adapter's others run."""
-    monkeypatch.setattr(Describe, "least_limit_s", PATIENT_S)
+    monkeypatch.setattr(DescribeTask, "min_time_limit_s", PATIENT_S)
     # The limit is that of both profiles: long enough for a process to start slowly after the one that hung.
-    monkeypatch.setattr(SettingsAt, "least_limit_s", 30.0 if "sleep" in act else PATIENT_S)
+    monkeypatch.setattr(SettingsTask, "min_time_limit_s", 30.0 if "sleep" in act else PATIENT_S)
     install(ADAPTER + f"odd = setting({act!r})\n", {"odd": "odd"})
     with LocalPool(1, 30.0) as pool:
-        methods = methods_of(described(["odd"], pool), ["tuned", "sound"], [0.1], pool)
+        methods = list_methods(describe_engines(["odd"], pool), ["tuned", "sound"], [0.1], pool)
     tuned, sound = Method("odd", "tuned"), Method("odd", "sound")
     assert set(methods.at["odd", 0.1]) == {tuned, sound}
-    refused = methods.dead(tuned, 0.1)
+    refused = methods.find_refusal(tuned, 0.1)
     assert refused is not None
     assert refused.said.startswith(said)
-    assert methods.dead(sound, 0.1) is None
+    assert methods.find_refusal(sound, 0.1) is None
 
 
-class Silent(InProcess):
+class Silent(InProcessPool):
     """Refuses to be asked anything."""
 
-    def ask_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
+    def run_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
         raise AssertionError(tasks)
 
 
 def test_an_adapter_is_asked_once_a_process() -> None:
     """What is known of an adapter is not asked for again."""
-    first = described(["pit"], InProcess())
-    assert described(["pit"], Silent()) == first
+    first = describe_engines(["pit"], InProcessPool())
+    assert describe_engines(["pit"], Silent()) == first

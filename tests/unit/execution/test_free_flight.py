@@ -20,7 +20,7 @@ from carom.catalogue import find_scenes
 from carom.engines.api import Observation
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
-from carom.execution.free_flight import FreeFlight, near_after
+from carom.execution.free_flight import FreeFlight, time_until_near
 
 DT = 1 / 60
 
@@ -104,7 +104,7 @@ def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, 
     place, speed = np.array([[x, y]]) * 10.0**length, np.array([[vx, vy]]) * 10.0**pace
     r = radius * 10.0**length
     touches = time_of_impact([0.0, 0.0], [0.0, 0.0], r, place[0], speed[0], r)
-    assert float(near_after(place, speed, np.array([4.0 * r]))[0]) <= float(touches)
+    assert float(time_until_near(place, speed, np.array([4.0 * r]))[0]) <= float(touches)
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, 
 )
 def test_a_distant_hit_is_not_rounded_away(place: Any, speed: Any, near_s: float) -> None:
     """It is still seen to come; where a distance or a speed is beyond the largest float, no time is given away."""
-    found = near_after(np.array([place]), np.array([speed]), np.array([4.0]))
+    found = time_until_near(np.array([place]), np.array([speed]), np.array([4.0]))
     assert found[0] == pytest.approx(near_s, rel=1e-9)
 
 

@@ -21,7 +21,7 @@ from carom.execution.environment import resident_bytes
 from carom.execution.folder import _clear_abandoned
 from carom.execution.job import Status
 from carom.execution.options import Options
-from carom.execution.plan import plan_of
+from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
 from carom.execution.results import Row
 from carom.studies.cross_check.run import execute
@@ -168,7 +168,7 @@ def run(
         if not any("ran on" in SAYS[name][1] for name in names):
             monkeypatch.setattr("carom.execution.process.GRACE_S", PATIENT_S)  # each process ends, however slowly
         with LocalPool(2, LIMIT_S if hang else PATIENT_S, memory_limit_mb=1500) as pool:
-            rows = {row.job.engine: row for row in execute(plan_of([scene()], asked, pool), pool).rows}
+            rows = {row.job.engine: row for row in execute(build_plan([scene()], asked, pool), pool).rows}
         assert rows["pit"].status is Status.RAN
         return rows
 
@@ -299,9 +299,9 @@ def test_without_its_template_a_worker_is_fresh(tmp_path: Path) -> None:
     """An adapter that kills the template costs the runs that were going on; those after it start by themselves."""
     with LocalPool(1, PATIENT_S) as pool:
         asked = Options(("kills-its-template",), [0.1], ["tuned"], timing=False, samples=False)
-        (row,) = execute(plan_of([scene()], asked, pool), pool).rows
+        (row,) = execute(build_plan([scene()], asked, pool), pool).rows
         asked = Options(("tells",), [0.1], ["tuned"], timing=False, samples=False)
-        (after,) = execute(plan_of([scene()], asked, pool), pool).rows
+        (after,) = execute(build_plan([scene()], asked, pool), pool).rows
     assert (row.status, after.status) == (Status.CRASHED, Status.RAN), (row.reason, after.reason)
     assert nothing_is_left(tmp_path)
 

@@ -29,7 +29,7 @@ from carom.errors import InputError
 from carom.execution import journal as journal_module
 from carom.execution.cache_key import JobKey, job_key
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.journal import JOURNAL_FORMAT, Entry, canonical
+from carom.execution.journal import JOURNAL_FORMAT, JournalEntry, canonical
 from carom.execution.options import Options
 from carom.execution.pool import LocalPool
 from carom.execution.scoring import Measures, score_journal, sweep
@@ -44,8 +44,8 @@ def measures(value: float = 0.1) -> Measures:
     return Measures(Errors(*[value] * len(fields(Errors))), 3, 2, 1, 0, 0, 2.0, "completed")
 
 
-def result(dt_s: float = 1 / 60, value: float = 0.1) -> Entry[JobKey, Measures]:
-    return Entry(replace(KEY, dt_s=dt_s), Answer(Status.RAN, value=measures(value)))
+def result(dt_s: float = 1 / 60, value: float = 0.1) -> JournalEntry[JobKey, Measures]:
+    return JournalEntry(replace(KEY, dt_s=dt_s), Answer(Status.RAN, value=measures(value)))
 
 
 def kept(folder: Path, *dts: float) -> Path:
@@ -59,7 +59,10 @@ def kept(folder: Path, *dts: float) -> Path:
 
 def test_an_entry_whose_line_would_be_too_long_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It counts in this run, and a resume, which would refuse its line, finds it anew; the others stand."""
-    path, long = tmp_path / "journal.jsonl", Entry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=measures()))
+    path, long = (
+        tmp_path / "journal.jsonl",
+        JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=measures())),
+    )
     monkeypatch.setattr(journal_module, "LONGEST_LINE", 4000)
     with score_journal(path) as journal:
         journal.add([result(1 / 60), long, result(1 / 120)])
@@ -110,7 +113,7 @@ def test_spins_come_back_to_the_bit(tmp_path: Path) -> None:
     trace = solve_pit(scene, frame_rate_hz=4000)
     assert len(sure(trace.spins)) > 100
     job, path = Job(scene, Method("pit", "tuned"), 1 / 4000), tmp_path / "journal.jsonl"
-    written = Entry(job_key(job), Answer(Status.RAN, value=trace))
+    written = JournalEntry(job_key(job), Answer(Status.RAN, value=trace))
     with observed_journal(path, Options().stamp) as journal:
         journal.add([written])
     with observed_journal(path, Options().stamp, resume=True) as journal:
@@ -129,13 +132,15 @@ SPOTS = (
 )
 
 
-CELLS = tuple(Entry((spot.kind, spot.line, spot.method), Answer(Status.RAN, value=spot)) for spot in SPOTS)
+CELLS = tuple(JournalEntry((spot.kind, spot.line, spot.method), Answer(Status.RAN, value=spot)) for spot in SPOTS)
 
 
-CRASHED: Entry[JobKey, Measures] = Entry(KEY, Answer(Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n'))
+CRASHED: JournalEntry[JobKey, Measures] = JournalEntry(
+    KEY, Answer(Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n')
+)
 #: What some programs end a line at, and what commands a terminal.
 SIGNS = ["\u2028", "\u2029", "\x85", "\x1b[31m", "\u202e", "\x0c"]
-NAMED = [Entry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=measures())) for sign in SIGNS]
+NAMED = [JournalEntry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=measures())) for sign in SIGNS]
 
 
 @pytest.mark.parametrize(
@@ -146,7 +151,7 @@ NAMED = [Entry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=measure
         pytest.param(partial(stress_journal, stamp={"quick": True}), CELLS, id="spots of a campaign"),
     ],
 )
-def test_entries_come_back_a_line_each(opened: Any, entries: Sequence[Entry[Any, Any]], tmp_path: Path) -> None:
+def test_entries_come_back_a_line_each(opened: Any, entries: Sequence[JournalEntry[Any, Any]], tmp_path: Path) -> None:
     """What a run has written down is taken up again, equal in every field."""
     path = tmp_path / "journal.jsonl"
     with opened(path) as journal:
@@ -324,16 +329,16 @@ def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) 
 def test_what_was_broken_off_is_run_again_where_it_is_asked_for(tmp_path: Path, status: Status) -> None:
     """With `retry` a crash, a time-out and an adapter's error count as not run; what ran, or can't be run, counts."""
     path, answer = tmp_path / "journal.jsonl", Answer(status, "why", measures() if status is Status.RAN else None)
-    broken, spot = Entry(KEY, answer), replace(SPOTS[0], status=status)
+    broken, spot = JournalEntry(KEY, answer), replace(SPOTS[0], status=status)
     cell = replace(CELLS[0], answer=Answer(Status.RAN, value=spot))
     with score_journal(path) as journal:
         journal.add([broken])
     with score_journal(path, resume=True, retry=True) as journal:
-        assert list(journal.entries.values()) == ([] if status.broken else [broken])
+        assert list(journal.entries.values()) == ([] if status.is_failure else [broken])
     with stress_journal(tmp_path / "stress.jsonl", {}, resume=False) as spots:
         spots.add([cell])
     with stress_journal(tmp_path / "stress.jsonl", {}, resume=True, retry=True) as spots:
-        assert list(spots.entries.values()) == ([] if status.broken else [cell])
+        assert list(spots.entries.values()) == ([] if status.is_failure else [cell])
     assert path.read_bytes().count(b"\n") == 2  # what is not counted stays until there is a later one
 
 

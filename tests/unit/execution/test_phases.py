@@ -12,7 +12,7 @@ from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 import carom
 from carom import Scene, solve_pic
 from carom.catalogue import catalogue
-from carom.comparator.shift import begun_earlier, even_phases, shifted_references
+from carom.comparator.shift import even_phases, shift_start, shifted_references
 from carom.errors import InputError
 from carom.execution.phases import phase_values, pit_miss_probability
 from carom.model.walls import Leg
@@ -48,7 +48,7 @@ def test_a_start_too_near_the_first_impact_is_taken_back_instead() -> None:
 def test_a_scene_begun_earlier_has_the_same_impacts_later() -> None:
     """Begun a part of a step earlier, a scene has the same impacts so much later, and ends in the same state."""
     scene = staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), duration_s=2.0)
-    now, earlier = solve_pic(scene), solve_pic(begun_earlier(scene, 0.01))
+    now, earlier = solve_pic(scene), solve_pic(shift_start(scene, 0.01))
     assert earlier.impacts["time_s"] - now.impacts["time_s"] == pytest.approx([0.01], abs=1e-14)
     assert earlier.impacts["normal"] == pytest.approx(now.impacts["normal"], abs=1e-14)
     assert earlier.final_position_m == pytest.approx(now.final_position_m, abs=1e-13)
@@ -57,11 +57,11 @@ def test_a_scene_begun_earlier_has_the_same_impacts_later() -> None:
 def test_a_scene_that_can_not_begin_earlier_begins_later() -> None:
     """Discs that touch and part can't have come from before; the scene then begins later, before anything happens."""
     parting = staged("parting", disc_at(0, 0, -1, 0), disc_at(1, 0, 1, 0), disc_at(5, 0, -1, 0), duration_s=3.0)
-    shifted = begun_earlier(parting, 0.1)
+    shifted = shift_start(parting, 0.1)
     assert shifted.duration_s == pytest.approx(2.9)
     assert shifted.discs[0].position_m[0] == pytest.approx(-0.1)
     with pytest.raises(InputError, match="can't begin 2 s earlier or later"):
-        begun_earlier(parting, 2.0)
+        shift_start(parting, 2.0)
 
 
 def test_even_phases_are_spread_over_a_step() -> None:
@@ -97,7 +97,7 @@ def test_a_falling_scene_is_shifted_along_its_parabola(phase: float, ahead_s: fl
 
 def test_a_falling_scene_is_begun_earlier_on_its_parabola() -> None:
     """Begun 1/8 s earlier, the disc is on its way up to where it stood, and reaches the floor 1/8 s later."""
-    earlier = begun_earlier(dropped(), 0.125)
+    earlier = shift_start(dropped(), 0.125)
     assert earlier.discs[0].position_m == (-0.25, 1.0 - 2.0 * 0.125**2)
     assert earlier.discs[0].velocity_m_s == (2.0, 0.5)
     assert earlier.duration_s == 1.125

@@ -21,18 +21,18 @@ from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import canonical
 from carom.execution.options import Options
-from carom.execution.plan import plan_of
-from carom.execution.pool import InProcess, LocalPool, Pool
-from carom.execution.scheduler import batches
-from carom.execution.scoring import Measures, ScoreJob, score_journal, steps_of, sweep
+from carom.execution.plan import build_plan
+from carom.execution.pool import InProcessPool, LocalPool, Pool
+from carom.execution.scheduler import build_batches
+from carom.execution.scoring import Measures, ScoreTask, score_journal, steps_of, sweep
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3.0)
 
 
 def refinements(profile: str, dts: tuple[float, ...] | None = None) -> list[int]:
     """Return at which steps, numbered from the coarsest, a profile of pymunk's runs."""
-    with InProcess() as pool:
-        plan = plan_of([SCENE], Options(engines=("pymunk",), profiles=("tuned", "located"), dts=dts), pool)
+    with InProcessPool() as pool:
+        plan = build_plan([SCENE], Options(engines=("pymunk",), profiles=("tuned", "located"), dts=dts), pool)
     return [job.refinement for job in plan.jobs if job.method.profile == profile]
 
 
@@ -64,10 +64,10 @@ def jobs_of(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
 def test_a_message_holds_jobs_of_one_engine_and_not_too_many(scene: Scene) -> None:
     """Every job is in one message; a message is of one engine, and no longer than a worker's fair share."""
     jobs = jobs_of(scene, ("pit", "pic"), 150)
-    found = batches((k, ScoreJob(job), steps_of(job)) for k, job in enumerate(jobs))
+    found = build_batches((k, ScoreTask(job), steps_of(job)) for k, job in enumerate(jobs))
     assert sorted(k for _, message in found for k, _ in message) == list(range(len(jobs)))
     assert all({task.engine for _, task in message} == {engine} for engine, message in found)
-    assert max(len(message) for _, message in found) == scheduler.BATCH_QUESTIONS
+    assert max(len(message) for _, message in found) == scheduler.BATCH_TASKS
 
 
 @pytest.mark.long
@@ -94,7 +94,7 @@ def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
 def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -> None:
     """A sweep that goes on runs what is missing alone, and ends with the content of one that never stopped."""
     jobs = jobs_of(scene, ("pit", "pic"), 5)
-    with InProcess() as pool:
+    with InProcessPool() as pool:
         with score_journal(tmp_path / "whole.jsonl") as journal:
             sweep(jobs, pool, journal)
         with score_journal(tmp_path / "parts.jsonl") as journal:
@@ -143,7 +143,7 @@ def test_a_cluster_gives_the_same_journal_though_a_worker_is_killed(
 
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
     jobs = [*jobs_of(scene, ("pit", "pic"), 32), *jobs_of(scene, ("aborts",), 2)]
-    monkeypatch.setattr(scheduler, "BATCH_QUESTIONS", 8)
+    monkeypatch.setattr(scheduler, "BATCH_TASKS", 8)
     with LocalPool(2) as here, score_journal(tmp_path / "here.jsonl") as journal:
         sweep(jobs, here, journal)
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:  # type: ignore[no-untyped-call] # distributed has no types
@@ -169,7 +169,7 @@ def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyP
     from carom.execution import cluster
 
     monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
-    with pytest.raises(cluster.ClusterError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
+    with pytest.raises(cluster.ClusterError, match=r"no Dask scheduler at tcp://127\.0\.0\.1:9"):
         cluster.ClusterPool("tcp://127.0.0.1:9")
 
 
@@ -222,7 +222,7 @@ def test_a_cluster_with_tls_gives_the_same_journal(address: str, certificate: di
     dask: Any = importlib.import_module("dask")
     assert address.startswith("tls://")
     with dask.config.set(certificate), ClusterPool(address) as pool:
-        assert swept(pool, tmp_path / "tls.jsonl") == swept(InProcess(), tmp_path / "here.jsonl")
+        assert swept(pool, tmp_path / "tls.jsonl") == swept(InProcessPool(), tmp_path / "here.jsonl")
 
 
 @pytest.mark.usefixtures("certificate")
@@ -233,6 +233,6 @@ def test_without_a_certificate_nobody_gets_in(address: str, protocol: str) -> No
     none = {f"distributed.comm.tls.{role}": {"cert": None, "key": None} for role in ("client", "scheduler", "worker")}
     with (
         dask.config.set({"distributed.comm.tls.ca-file": None, **none}),
-        pytest.raises(ClusterError, match="no Dask scheduler answers at"),
+        pytest.raises(ClusterError, match="no Dask scheduler at"),
     ):
         ClusterPool(address.replace("tls://", f"{protocol}://"))

@@ -16,8 +16,8 @@ from tests.processes import PATIENT_S, limit_only
 from carom import Disc, Scene, Wall
 from carom.execution.job import Status
 from carom.execution.options import Options
-from carom.execution.plan import plan_of
-from carom.execution.pool import InProcess, LocalPool, Pool
+from carom.execution.plan import build_plan
+from carom.execution.pool import InProcessPool, LocalPool, Pool
 from carom.execution.results import Results
 from carom.studies.cross_check.run import execute
 
@@ -44,7 +44,7 @@ def dask() -> Iterator[Pool]:
 CameOf = dict[str, tuple[object, ...]]
 
 POOLS: dict[str, Callable[[], AbstractContextManager[Pool]]] = {
-    "in process": InProcess,
+    "in process": InProcessPool,
     "one process": lambda: LocalPool(1, LIMIT_S),
     "three processes": lambda: LocalPool(3, LIMIT_S),
     "dask": dask,
@@ -65,7 +65,7 @@ def came_of(results: Results) -> CameOf:
 
 @pytest.fixture
 def expected(hostile: None) -> CameOf:  # noqa: ARG001 - its adapters are listed
-    return came_of(execute(plan_of([scene()], options(SOUND), InProcess()), InProcess()))
+    return came_of(execute(build_plan([scene()], options(SOUND), InProcessPool()), InProcessPool()))
 
 
 def scene() -> Scene:
@@ -92,7 +92,7 @@ def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest
     if where == "dask" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     with POOLS[where]() as pool:
-        found = came_of(execute(plan_of([scene()], options((*SOUND, *DEADLY)), pool), pool))
+        found = came_of(execute(build_plan([scene()], options((*SOUND, *DEADLY)), pool), pool))
     for engine, status, words in (
         ("aborts", Status.CRASHED, "ended by SIGABRT; it last printed: assertion failed in solver.c:42"),
         ("exits", Status.CRASHED, "exit code 7"),
@@ -128,5 +128,5 @@ def test_a_machine_that_sleeps_ends_no_engine(monkeypatch: pytest.MonkeyPatch) -
     hours = itertools.count()
     monkeypatch.setattr("carom.execution.process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
     with LocalPool(1, PATIENT_S) as pool:
-        (row,) = execute(plan_of([scene()], options(("pit",)), pool), pool).rows
+        (row,) = execute(build_plan([scene()], options(("pit",)), pool), pool).rows
     assert row.status is Status.RAN

@@ -18,10 +18,10 @@ import carom
 from carom import Disc, Scene
 from carom import compare as score
 from carom.errors import AdapterError
-from carom.execution.engine_run import Observe
-from carom.execution.exception_text import raised
+from carom.execution.engine_run import ObserveTask
+from carom.execution.exception_text import describe_exception
 from carom.execution.job import Job, Method, Status
-from carom.execution.pool import InProcess, Lane
+from carom.execution.pool import InProcessPool, Lane
 from carom.execution.results import Results, Row
 from carom.studies.cross_check.document import report_of
 
@@ -64,7 +64,7 @@ def scene(install: Callable[[str, dict[str, str]], None]) -> Scene:
 
 
 def checked(scene: Scene, *engines: str, **options: Any) -> Results:
-    asked: dict[str, Any] = {"dts": [0.1], "profiles": ["tuned"], "timing": False, "pool": InProcess(), **options}
+    asked: dict[str, Any] = {"dts": [0.1], "profiles": ["tuned"], "timing": False, "pool": InProcessPool(), **options}
     return carom.cross_check([scene], ("pit", *engines), **asked)
 
 
@@ -159,7 +159,7 @@ def test_an_exception_of_an_adapter_is_told_with_file_and_line(scene: Scene, act
 def test_the_name_of_an_exception_is_shown_as_harmlessly_as_its_words() -> None:
     """An adapter's class may have any name, and its message any character; a terminal obeys neither."""
     error = type("Odd\x1b[2JError", (Exception,), {})("with\x07 a bell")
-    assert raised(error) == "Odd\\u001b[2JError: with\\u0007 a bell"
+    assert describe_exception(error) == "Odd\\u001b[2JError: with\\u0007 a bell"
 
 
 SAYING = """
@@ -192,7 +192,7 @@ def test_a_failure_is_explained_by_its_own_last_words(install: Callable[[str, di
     scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
     steps = (1.0, 0.5, 2.0, 0.25, 0.125, 1.0)
     with Lane(60.0) as lane:
-        answers = list(lane.ask_each([Observe(Job(scene, Method("says", "tuned"), dt_s)) for dt_s in steps]))
+        answers = list(lane.run_each([ObserveTask(Job(scene, Method("says", "tuned"), dt_s)) for dt_s in steps]))
     assert {answer.status for answer in answers} == {Status.FAILED}
     line = 1 + SAYING.split("\n").index('        raise RuntimeError("boom")')
     (said,) = {re.sub(r"\(\S+\.py", "(", answer.reason.partition(";")[0]) for answer in answers}

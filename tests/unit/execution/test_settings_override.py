@@ -14,12 +14,12 @@ from carom import Scene
 from carom.engines.api import Knob
 from carom.errors import InputError
 from carom.execution.cache_key import job_key
-from carom.execution.engines import engine_of
+from carom.execution.engines import find_engine
 from carom.execution.job import Job, Method
 from carom.execution.options import Options
-from carom.execution.plan import plan_of
-from carom.execution.pool import InProcess
-from carom.execution.settings_override import tried_by
+from carom.execution.plan import build_plan
+from carom.execution.pool import InProcessPool
+from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
 from carom.report.records import junit, records
 from carom.report.render.markdown import markdown
@@ -37,8 +37,10 @@ def scene() -> Scene:
 
 
 def checked(scene: Scene, **settings: Setting) -> carom.Results:
-    with InProcess() as pool:
-        return execute(plan_of([scene], Options(["mujoco"], [1 / 60], ["tuned"], settings, timing=False), pool), pool)
+    with InProcessPool() as pool:
+        return execute(
+            build_plan([scene], Options(["mujoco"], [1 / 60], ["tuned"], settings, timing=False), pool), pool
+        )
 
 
 @pytest.mark.long
@@ -78,9 +80,11 @@ def test_a_diff_holds_it_against_the_profile_and_names_it(scene: Scene, tmp_path
 def test_a_value_is_read_as_the_kind_that_the_setting_is(scene: Scene) -> None:
     """A text is read as the bool, whole number, float or text that the profile's setting of that name is."""
     asked = {"in_turn": "false", "tolerance": "1e-3", "integrator": "RK4"}
-    with InProcess() as pool:
-        (job,) = plan_of([scene], Options(["mujoco"], [1 / 60], ["tuned"], settings=asked), pool).jobs
-        (other,) = plan_of([scene], Options(["pymunk"], [1 / 60], ["default"], settings={"iterations": "7"}), pool).jobs
+    with InProcessPool() as pool:
+        (job,) = build_plan([scene], Options(["mujoco"], [1 / 60], ["tuned"], settings=asked), pool).jobs
+        (other,) = build_plan(
+            [scene], Options(["pymunk"], [1 / 60], ["default"], settings={"iterations": "7"}), pool
+        ).jobs
     assert job.method.tried == (("in_turn", False), ("integrator", "RK4"), ("tolerance", 1e-3))
     assert other.method.tried == (("iterations", 7),)  # in no setting of `default`, but in one of `tuned`
 
@@ -93,26 +97,26 @@ def test_a_value_is_read_as_the_kind_that_the_setting_is(scene: Scene) -> None:
         ({"iterations": True}, "'iterations' of pymunk must be a whole number, got 'true'"),
         ({"collision_bias": "nan"}, "'collision_bias' of pymunk must be a finite number, got 'nan'"),
         ({"collision_bias": "half"}, "'collision_bias' of pymunk must be a finite number, got 'half'"),
-        ({"dt_s": "0.1"}, "dt_s is the step"),
+        ({"dt_s": "0.1"}, "dt_s is the time step"),
     ],
 )
 def test_a_value_of_another_kind_is_refused(settings: dict[str, Setting], words: str) -> None:
     """What a setting can't be is refused before anything is run, with the name, the kind and the value."""
-    with InProcess() as pool, pytest.raises(InputError, match=words):
-        tried_by(engine_of("pymunk"), settings, ["tuned"], 1 / 60, pool)
+    with InProcessPool() as pool, pytest.raises(InputError, match=words):
+        resolve_settings(find_engine("pymunk"), settings, ["tuned"], 1 / 60, pool)
 
 
 def test_what_a_profile_declares_of_its_own_settings_holds_for_no_others() -> None:
     """PyBullet's shipped settings lose slow bounces, and are skipped there; with the threshold lifted they are run."""
     discs = [disc_at(0, 0, 0.1, 0), disc_at(1.05, 0, 0, 0)]
     scene = Scene(name="slow", discs=discs, duration_s=2.0)
-    with InProcess() as pool:
+    with InProcessPool() as pool:
         own, tried = (
-            plan_of([scene], Options(["pybullet"], [1 / 60], ["default"], settings=settings), pool)
+            build_plan([scene], Options(["pybullet"], [1 / 60], ["default"], settings=settings), pool)
             for settings in ({}, {"restitutionVelocityThreshold": 0.0})
         )
-    assert own.methods.refusal(own.jobs[0]) is not None
-    assert tried.methods.refusal(tried.jobs[0]) is None
+    assert own.methods.find_job_refusal(own.jobs[0]) is not None
+    assert tried.methods.find_job_refusal(tried.jobs[0]) is None
 
 
 def test_a_journal_tells_runs_with_other_settings_apart(scene: Scene, tmp_path: Path) -> None:
@@ -122,8 +126,8 @@ def test_a_journal_tells_runs_with_other_settings_apart(scene: Scene, tmp_path: 
     assert job_key(job) != job_key(other)
     path = tmp_path / "journal.jsonl"
     asked = [Options(["pymunk"], [1 / 60], ["tuned"], settings={"iterations": n}, timing=False) for n in (5, 6)]
-    with observed_journal(path, asked[0].stamp) as journal, InProcess() as pool:
-        execute(plan_of([scene], asked[0], pool), pool, notes=journal)
+    with observed_journal(path, asked[0].stamp) as journal, InProcessPool() as pool:
+        execute(build_plan([scene], asked[0], pool), pool, notes=journal)
     with pytest.raises(InputError, match=r"its settings is \{'iterations': 5\}, and this one's \{'iterations': 6\}"):
         observed_journal(path, asked[1].stamp, resume=True)
     with observed_journal(path, asked[0].stamp, resume=True) as journal:

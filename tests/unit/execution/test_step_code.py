@@ -6,8 +6,8 @@ import textwrap
 
 from carom.engines.api import CodedAdapter
 from carom.engines.registry import load_adapter
-from carom.execution.pool import InProcess
-from carom.execution.settings_code import step_code_of, tried_code_of
+from carom.execution.pool import InProcessPool
+from carom.execution.settings_code import find_changed_code, find_step_code
 from carom.execution.step_code import changed_lines, step_lines
 from carom.model.scene import Disc, Scene
 
@@ -64,9 +64,9 @@ def test_a_module_of_node_has_no_lines_of_its_own() -> None:
 def test_a_frame_of_a_scene_is_what_the_code_is_of() -> None:
     """At six steps a frame the program takes six, whatever the scene's length; who writes no code has no lines."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1.0)], duration_s=7.0, frame_rate_hz=60)
-    with InProcess() as pool:
-        found = step_code_of("pymunk", "tuned", scene, 1 / 360, pool)
-        assert step_code_of("pit", "tuned", scene, 1 / 360, pool) == ""
+    with InProcessPool() as pool:
+        found = find_step_code("pymunk", "tuned", scene, 1 / 360, pool)
+        assert find_step_code("pit", "tuned", scene, 1 / 360, pool) == ""
     assert found.splitlines() == [f"dt, steps = {1 / 360!r}, 6", "for _ in range(steps):", "    space.step(dt)"]
     adapter = load_adapter("pymunk")
     assert isinstance(adapter, CodedAdapter)
@@ -97,6 +97,9 @@ def test_what_is_not_python_gives_its_changed_lines() -> None:
 def test_settings_that_are_tried_are_said_in_the_engines_own_code() -> None:
     """Twenty iterations are one line of pymunk's; who writes no code has none."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1.0)], duration_s=0.1)
-    with InProcess() as pool:
-        assert tried_code_of("pymunk", "default", (("iterations", 20),), scene, 1 / 60, pool) == "space.iterations = 20"
-        assert tried_code_of("pit", "tuned", (), scene, 1 / 60, pool) == ""
+    with InProcessPool() as pool:
+        assert (
+            find_changed_code("pymunk", "default", (("iterations", 20),), scene, 1 / 60, pool)
+            == "space.iterations = 20"
+        )
+        assert find_changed_code("pit", "tuned", (), scene, 1 / 60, pool) == ""

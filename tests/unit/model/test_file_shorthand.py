@@ -72,7 +72,7 @@ def test_a_file_that_is_saved_says_nothing_for_short(tmp_path: Path) -> None:
         ({"discs": [{"position_m": [0, 0], "radius_m": 1, "shape": []}]}, 'discs[0].shape: must be "disc" or "sphere"'),
         (
             {"discs": [{"position_m": [0, 0], "radius_m": 1, "shape": "sphere", "inertia_factor": 0.4}]},
-            "discs[0].shape: says what inertia_factor says: leave one of them out",
+            "discs[0].shape: conflicts with inertia_factor: give only one of them",
         ),
     ],
 )
@@ -104,4 +104,4 @@ def test_a_shape_of_the_whole_scene_is_refused_with_where_it_belongs() -> None:
     """A scene has no shape; the hint says that each disc has one."""
     with pytest.raises(SceneError) as caught:
         written_out({"shape": "sphere", "discs": []})
-    assert str(caught.value) == "shape: is not a field of a scene; each of [[discs]] has one of its own"
+    assert str(caught.value) == "shape: is not a field of a scene; give it for each of [[discs]]"

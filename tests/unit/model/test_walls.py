@@ -78,8 +78,8 @@ def test_a_half_plane_is_written_as_ever() -> None:
         ({"points_m": [[3, 0], [5, 0], [4, 0]]}, "edge 1 meets edge 0 at (4, 0)"),
         ({"points_m": [[3, 0], [5, 0]], "half_width_m": -1.0}, "half_width_m: must be greater than or equal to 0"),
         ({"points_m": [[3, 0], [5, 0]], "pieces": 0}, "pieces: must be greater than or equal to 1, got 0"),
-        ({"points_m": [[3, 0], [5, 0]], "restitution": 1.5}, "restitution: must be 1 at most: a bumper"),
-        ({"points_m": [[3, 0], [5, 0]], "normal": [0, 1]}, "normal: is a field of another kind of wall"),
+        ({"points_m": [[3, 0], [5, 0]], "restitution": 1.5}, "restitution: must be at most 1: with a bumper"),
+        ({"points_m": [[3, 0], [5, 0]], "normal": [0, 1]}, "normal: belongs to another kind of wall"),
         ({"points_m": [[3, 0], [5, 0]], "speed_m_s": 1.0}, "speed_m_s: is not a field of a scene"),
         ({"points_m": [[3, 0], [5, 0]], "velocity_m_s": 1.0}, "velocity_m_s: must be a list, got 1.0"),
         ({"centre_m": [9, 0]}, "walls[0].radius_m: is required, but missing"),
@@ -153,7 +153,7 @@ def test_a_file_holds_a_thousand_edges_at_most(tmp_path: Path) -> None:
     (path := tmp_path / "many.toml").write_text(f"{text}walls = [{{points_m = [{points}]}}]\n", encoding="utf-8")
     assert len(load_scene(path).walls[0].outline.edges) == 599  # type: ignore[union-attr] # it is a chain
     path.write_text(f"{text}walls = [{{points_m = [{points}]}}, {{points_m = [{points}]}}]\n", encoding="utf-8")
-    with pytest.raises(SceneError, match="holds 1000 of them at most, got 2, their edges counted: 1200"):
+    with pytest.raises(SceneError, match="can have at most 1000, got 2, their edges counted: 1200"):
         load_scene(path)
 
 

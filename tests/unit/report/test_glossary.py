@@ -58,7 +58,7 @@ def test_a_misspelt_word_gets_the_nearest_one(word: str, near: str) -> None:
     """An unknown word ends in a sentence and exit code 2, with what may have been meant, or where the words are."""
     result = carom_command("explain", word)
     assert result.exit_code == 2
-    assert f"no report says {word!r}" in result.output
+    assert f"no report uses the word {word!r}" in result.output
     assert (near or "`carom explain` lists the words") in result.output
 
 

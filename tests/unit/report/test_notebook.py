@@ -189,7 +189,7 @@ def test_traces_beside_each_other_have_one_scale(scene: Scene) -> None:
 
 def test_traces_of_two_scenes_are_not_drawn_beside_each_other(scene: Scene) -> None:
     """One scale for two scenes would say nothing; nor are there pictures of no trace."""
-    with pytest.raises(InputError, match="the traces are of two scenes"):
+    with pytest.raises(InputError, match="the traces belong to two scenes"):
         carom.plot_beside(carom.solve_pic(scene), carom.solve_pic("paper/missed"))
-    with pytest.raises(InputError, match="one at least"):
+    with pytest.raises(InputError, match="at least one trace"):
         carom.plot_beside()

@@ -15,7 +15,7 @@ from tests.stage import cross_checked, sure
 import carom
 from carom import Scene, Wall, compare, solve_pic
 from carom.catalogue import all_scenes
-from carom.execution.reference import reference_trace
+from carom.execution.reference import solve_reference
 from carom.model.trace import Trace, wall_index
 from carom.model.walls import drive_of
 from carom.report.paths import exact_paths, extent_of, observed_paths
@@ -41,7 +41,7 @@ def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
     """At each impact of the reference a disc touches what it strikes, to 1e-9 of the extent, played and drawn."""
     scenes = [entry.scene for entry in all_scenes().values()][::one_in]
     for scene in scenes:
-        trace = sure(reference_trace(scene)) if len(scene.discs) > 16 else solve_pic(scene, max_impacts=100)
+        trace = sure(solve_reference(scene)) if len(scene.discs) > 16 else solve_pic(scene, max_impacts=100)
         assert isinstance(trace, Trace)
         tracks, near = reference_tracks(trace), 1e-9 * extent_of(trace)
         stands = iter(exact_paths(trace).stands if len(scene.discs) <= 16 else ())

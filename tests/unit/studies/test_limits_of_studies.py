@@ -19,11 +19,11 @@ from carom.conformance.suite import make_suite
 from carom.conformance.violation import Setup
 from carom.execution import cache_key, engines
 from carom.execution.job import Answer, Task
-from carom.execution.options import Limited, Options
-from carom.execution.plan import plan_of
+from carom.execution.options import LimitOptions, Options
+from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
 from carom.execution.scoring import score_journal
-from carom.execution.worker import answer
+from carom.execution.worker import carry_out
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import advise
 from carom.studies.bench.growth import growth, growth_journal
@@ -47,7 +47,7 @@ from carom.studies.tune.run import tune
 MEMORY_MB, TIME_S = 1234.0, 43.0
 
 #: Tasks that ask an adapter what it declares, and those of `carom tune` that no journal holds: they time or describe.
-DECLARED = {"Describe", "SettingsAt", "Measure", "AskOrigin", "AskServed"}
+DECLARED = {"DescribeTask", "SettingsTask", "TimeTask", "AskOrigin", "AskServed"}
 
 Asked = list[tuple[int, float, str]]
 
@@ -61,9 +61,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
         def __init__(self, memory_bytes: int, *_how: object) -> None:
             self._memory_bytes = memory_bytes
 
-        def ask_each(self, tasks: Sequence[Task[Any]], time_limit_s: float) -> Iterator[Answer[Any]]:
+        def run_each(self, tasks: Sequence[Task[Any]], time_limit_s: float) -> Iterator[Answer[Any]]:
             found.extend((self._memory_bytes, time_limit_s, type(task).__name__) for task in tasks)
-            return map(answer, tasks)
+            return map(carry_out, tasks)
 
         def stop(self) -> None:
             pass
@@ -91,7 +91,7 @@ How = dict[str, Any]
 def cross_check(folder: Path, how: How) -> None:
     options = Options(["pic"], [1 / 60], ["tuned"], phases=1, timing=False, jobs=1, **LIMITS)
     with LocalPool(1, TIME_S, MEMORY_MB) as pool, observed_journal(folder / "a", options.stamp, **how) as journal:
-        execute(plan_of([scene()], options, pool), pool, notes=journal)
+        execute(build_plan([scene()], options, pool), pool, notes=journal)
 
 
 def bench(folder: Path, how: How) -> None:
@@ -139,7 +139,7 @@ def advice(_folder: Path, _how: How) -> None:
 
 
 def conform(_folder: Path, _how: How) -> None:
-    (plan,) = make_suite(["pit"], ["tuned"], None, [], Limited(**LIMITS)).engines
+    (plan,) = make_suite(["pit"], ["tuned"], None, [], LimitOptions(**LIMITS)).engines
     assert plan.subject is not None
     with plan.subject as subject:
         subject.watch(Setup(scene()))
@@ -188,7 +188,7 @@ def test_each_worker_of_a_study_has_its_limits_and_what_is_written_down_is_not_a
     The key of an ask is that of its entry, read back from the disk: a study that resumes asks for no run again.
     """
     study(tmp_path, {})
-    assert {name for _, _, name in asked} - {"Describe"}
+    assert {name for _, _, name in asked} - {"DescribeTask"}
     others = [one for one in asked if one[:2] != (round(1e6 * MEMORY_MB), TIME_S)]
     assert not others, "asked in a pool with limits of its own: see CONTRIBUTING.md, a new study"
     if study in KEPT:

@@ -16,8 +16,8 @@ from carom import Results, Scene, cross_check, solve_pic
 from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator import compare
 from carom.execution.options import Options
-from carom.execution.plan import plan_of
-from carom.execution.pool import InProcess
+from carom.execution.plan import build_plan
+from carom.execution.pool import InProcessPool
 from carom.report.document import Lines, Text
 from carom.report.grid import build_grid
 from carom.report.replay import impact_rows
@@ -25,7 +25,7 @@ from carom.studies.bench.growth_document import growth_document
 from carom.studies.cross_check import sentences
 from carom.studies.cross_check.document import ABOUT, cross_check_document
 from carom.studies.cross_check.explain import explain
-from carom.studies.cross_check.sampling_cost import price_section, prices
+from carom.studies.cross_check.sampling_cost import measure_engine_costs, sampling_cost_section
 from carom.studies.cross_check.sentences import Sentence
 from carom.studies.cross_check.trend import trend_sections
 from carom.studies.stress.document import stress_document
@@ -41,7 +41,7 @@ THUD = staged(
 
 def checked(*scenes: Scene, engines: tuple[str, ...] = ("pic", "pit")) -> Results:
     """Return a cross-check of some scenes."""
-    return cross_check(scenes, engines, profiles=["tuned"], dts=[1 / 60, 1 / 120], timing=False, pool=InProcess())
+    return cross_check(scenes, engines, profiles=["tuned"], dts=[1 / 60, 1 / 120], timing=False, pool=InProcessPool())
 
 
 def as_foreign(results: Results) -> Results:
@@ -56,7 +56,7 @@ def as_foreign(results: Results) -> Results:
 
 def price_said(results: Results) -> str:
     """Return what the section of prices says in sentences."""
-    section = price_section(prices(build_grid(results)))
+    section = sampling_cost_section(measure_engine_costs(build_grid(results)))
     return " ".join(block.text for block in section.blocks if isinstance(block, Text) and "Sampling" in block.text)
 
 
@@ -69,7 +69,7 @@ def test_sampling_is_the_whole_of_an_error_only_where_there_is_one() -> None:
 
 def section_text(results: Results) -> str:
     """Return all sentences of the section of prices."""
-    section = price_section(prices(build_grid(results)))
+    section = sampling_cost_section(measure_engine_costs(build_grid(results)))
     return " ".join(block.text for block in section.blocks if isinstance(block, Text))
 
 
@@ -80,12 +80,12 @@ def lead(results: Results) -> str:
 def test_a_certified_reference_is_not_without_a_proof() -> None:
     """Without a known answer PIC has no proof of its own, unless it is certified to the last impact."""
     three = staged("three", disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(7, 0.2), duration_s=2.0)
-    options = {"profiles": ["tuned"], "dts": [1 / 60], "timing": False, "pool": InProcess()}
+    options = {"profiles": ["tuned"], "dts": [1 / 60], "timing": False, "pool": InProcessPool()}
     without = cross_check([three], ["pit"], certified=False, **options)  # type: ignore[arg-type] # of several kinds
-    assert "without a proof of its own" in lead(without)
+    assert "without independent proof" in lead(without)
     pytest.importorskip("flint")
     proven = cross_check([three], ["pit"], certified=True, **options)  # type: ignore[arg-type] # as above
-    assert "of 1 of 1 scene every impact of PIC is certified" in lead(proven)
+    assert "every impact of PIC is certified in 1 of 1 scene" in lead(proven)
 
 
 def trend_said(results: Results) -> str:
@@ -130,8 +130,8 @@ def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
     }
     said = " ".join(stress_document(dataclasses.replace(found, spots=spots)).lead)
     assert (
-        "Not ranked, as not every stress test could be run: 1 method: pymunk (tuned) passed 0 of the 1 that it ran."
-        in said
+        "Not ranked, because not every stress test could be run: 1 method: "
+        "pymunk (tuned) passed 0 of the 1 that it ran." in said
     )
     assert "pymunk (tuned) fewest" not in said
 
@@ -176,17 +176,17 @@ def test_what_is_reported_twice_is_not_said_to_follow_from_errors(known: bool) -
 
 def plan_said(scene: Scene) -> str:
     """Return what the plan of a run says that engines do."""
-    plan = plan_of([scene], Options(engines=["pit"]), InProcess())
+    plan = build_plan([scene], Options(engines=["pit"]), InProcessPool())
     return next(line for line in explain(plan) if line.strip().startswith("engines: "))
 
 
 def test_a_plan_promises_no_free_flight_that_does_not_come() -> None:
     """Under gravity no velocity stays, at rest neither; and where nothing is met there is no last impact."""
-    assert "followed through all 120 steps" in plan_said(THUD)
+    assert "run for all 120 steps" in plan_said(THUD)
     assert "PIC is compared up to 0.553 s, where a disc comes to rest" in plan_said(THUD)
     assert "free flight" not in plan_said(find_scenes(["gravity/free-fall"])[0].scene)
-    assert plan_said(NOTHING).endswith("PIC's discs meet nothing from the start on")
-    assert "last impact at" in plan_said(LATE)
+    assert plan_said(NOTHING).endswith("in PIC no discs meet")
+    assert "last impact of PIC at" in plan_said(LATE)
 
 
 def test_the_introduction_is_true_of_a_head_on_impact() -> None:
@@ -256,7 +256,7 @@ def test_an_engine_as_shipped_that_misses_is_said_to() -> None:
     """As shipped, pymunk at 24 frames a second misses the impact of `paper/missed`, and not that of `paper/late`."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     text = says(found(find_scenes(["paper/missed", "paper/late"]), "pymunk", profile="default"))
-    assert "In 1 of 2 scenes pymunk as shipped misses an impact: paper/missed." in text
+    assert "With default settings, pymunk misses an impact in 1 of 2 scenes: paper/missed." in text
     assert not re.search(pattern(Sentence.NO_RUN), text)
 
 

@@ -18,16 +18,17 @@ from carom.studies.advise.options import AdviceOptions
 @asking(AdviceOptions)
 def advise(
     options: AdviceOptions,
-    scene: Annotated[str, typer.Argument(help="A scene file (.toml, .json), or one scene of the catalogue by name.")],
+    scene: Annotated[str, typer.Argument(help="Scene file (.toml, .json), or name of a catalogue scene.")],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Folder for a page with the error drawn against the step.")
+        Path | None,
+        typer.Option("--out", "-o", help="Output folder for a page that plots the error against the time step."),
     ] = None,
     verbose: common.Verbose = False,
 ) -> None:
-    """Say from which step on each engine misses no impact of a scene, and meets a demand, and which impact asks for it.
+    """Find the largest time step at which each engine misses no impact and meets an accuracy target.
 
-    Every step of a grid is tried, from the whole run in one step down, at starts spread over it and at unlucky ones. An
-    answer is a range: every step tried in it passes, and the next larger one that was run fails.
+    Tests every step of a grid, from the whole run in one step down, at start positions spread over a step and at
+    unfavourable ones. Every tested step at or below the result passes; the next larger one fails.
 
     Examples: `carom advise my-scene.toml --out advice`, `carom advise paper/missed --direction-error 5deg
     --miss-probability 0.1`.
@@ -39,7 +40,7 @@ def advise(
 
     found = common.plain_scenes_named([scene])
     if len(found) != 1:
-        raise InputError(f"{scene!r} names {len(found)} scenes, and advice is for one")
+        raise InputError(f"{scene!r} matches {len(found)} scenes; carom advise takes one")
     page = None
     with claimed(out, PURPOSE, "--out") if out is not None else nullcontext():
         if out is not None:  # before minutes are spent

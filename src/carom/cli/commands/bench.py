@@ -23,35 +23,36 @@ def bench(
     plan: BenchPlan,
     scenes: Annotated[list[str] | None, common.SCENE_NAMES] = None,
     out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder for the page, the diagrams, bench.json and the journals.")
+        Path,
+        typer.Option("--out", "-o", show_default=False, help="Output folder (default: carom-bench)."),
     ] = Path("carom-bench"),
     resume: common.Resume = False,
     retry: common.Retry = False,
-    axes: Annotated[list[Diagram] | None, typer.Option("--axes", help="Diagrams, repeatable. All by default.")] = None,
+    axes: Annotated[
+        list[Diagram] | None, typer.Option("--axes", help="Diagram to draw, repeatable (default: all).")
+    ] = None,
     scheduler: Annotated[
-        str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp:// or tls://host:port.")
+        str, typer.Option("--scheduler", help="Dask scheduler to run the scoring on: tcp:// or tls://host:port.")
     ] = "",
     baseline: Annotated[
         Path | None,
         typer.Option(
             "--baseline",
-            help="Compare with an earlier bench of this machine: its folder, or its bench.json. Exit code 1 if a "
-            "point regressed in run time or error.",
+            help="Compare with an earlier bench of this machine (its folder or bench.json). Exit code 1 if run time or "
+            "error of a point got worse.",
         ),
     ] = None,
     verbose: common.Verbose = False,
     grow: Annotated[
         bool,
-        typer.Option(
-            "--grow", help="Instead: run time and memory against the number of discs, plain and falling; no scene."
-        ),
+        typer.Option("--grow", help="Measure run time and memory against the number of discs instead; takes no scene."),
     ] = False,
     discs: Annotated[list[str] | None, shown_option(GrowthOptions, "sizes")] = None,
 ) -> None:
-    """Measure error against run time, and say which engine is the cheapest for the accuracy that you need.
+    """Plot error against run time and find the cheapest engine for the accuracy you need.
 
-    Errors come from a scoring pass; run times from a pass of their own in which nothing is observed and nothing else
-    runs. A line of a journal is written for every finished cell: a bench that was ended goes on with --resume.
+    Errors and run times are measured in separate passes; nothing else runs during timing. Each finished cell is
+    written to a journal, so --resume continues an interrupted bench.
 
     Examples: `carom bench my-scene.toml`, `carom bench paper -e pymunk -e mujoco --dt 1/60..1/10000:8 --out mine`,
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
@@ -68,7 +69,7 @@ def bench(
     from carom.studies.bench.timing_pass import timing_journal
 
     if not scenes:
-        raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
+        raise InputError("no scene given: name a scene file or catalogue scenes, such as carom bench my-scene.toml")
     asked = common.plain_scenes_named(scenes)
     require_report_extra()
     before = read_baseline(baseline, environment()) if baseline is not None else None  # before minutes are spent
@@ -109,7 +110,7 @@ def _grow(
     from carom.studies.bench.growth_document import growth_document, write_growth
 
     if scenes:
-        raise InputError(f"--grow runs gases of its own and takes no scene, got {scenes[0]!r}")
+        raise InputError(f"--grow takes no scene, got {scenes[0]!r}")
     asked = {"engines": plan.engines, "sizes": discs, "budget_s": plan.budget_s, "own": plan.own}
     limits = {"time_limit_s": plan.time_limit_s, "memory_limit_mb": plan.memory_limit_mb}
     if plan.profiles != BenchPlan.profiles:

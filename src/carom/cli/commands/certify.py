@@ -26,14 +26,17 @@ PURPOSE = "certified"
 def certify(
     options: CertifyOptions,
     scenes: Annotated[list[str], common.SCENE_NAMES],
-    show: Annotated[int, typer.Option("--show", min=0, help="Print this many impacts of each scene.")] = 40,
-    as_json: Annotated[bool, typer.Option("--json", help="Print all impacts with their radii as JSON.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder to write one JSON file a scene into.")] = None,
+    show: Annotated[
+        int,
+        typer.Option("--show", min=0, show_default=False, help="Number of impacts to print per scene (default: 40)."),
+    ] = 40,
+    as_json: Annotated[bool, typer.Option("--json", help="Print all impacts with their error radii as JSON.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Output folder for one JSON file per scene.")] = None,
 ) -> None:
-    """Run scenes in ball arithmetic: every digit printed is proven.
+    """Compute impacts with proven digits only, by ball arithmetic.
 
-    A run ends at the end of its scene, at a limit, or at an event that has no certain answer, which is named. Discs
-    that slide, roll and rest on straight walls are proven, too.
+    A run ends at the end of its scene, at a limit, or at an event whose outcome cannot be proven; that event is named.
+    Sliding, rolling and resting on straight walls are supported.
     Needs python-flint: `pip install 'carom[certify]'`. Exit code 1: a scene was not certified to its end or limit.
 
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,

@@ -12,17 +12,18 @@ from carom.cli.common import guarded, say
 
 @guarded
 def demo(
-    page: Annotated[
-        Path | None, typer.Argument(help="The page to write, .html. In a folder for temporary files by default.")
-    ] = None,
+    page: Annotated[Path | None, typer.Argument(help="HTML file to write (default: a temporary file).")] = None,
 ) -> None:
-    """Run an engine that misses an impact, and open a page to throw the discs of its scene, or print where it lies."""
+    """Show an engine missing an impact, and open a page to try the scene by hand."""
     from carom.studies.cross_check.demo import demo as shown
 
     found = shown(page)
     say(repr(found))
     if not found.opened:
-        say("No browser could be opened here: open the page in one.")
+        say("No browser could be opened. Open the page yourself.")
     trace = found.replay.observed
-    say(f"The numbers: carom run {trace.scene.name} -e {trace.method} -p {trace.profile} --dt 1/{1 / trace.dt_s:g} -v")
-    say("Another scene, or one of yours: carom play SCENE")
+    say(
+        f"For the numbers, run: carom run {trace.scene.name} -e {trace.method} -p {trace.profile} "
+        f"--dt 1/{1 / trace.dt_s:g} -v"
+    )
+    say("For another scene, run: carom play SCENE")

@@ -20,16 +20,16 @@ TITLE, MOST_HEAD = "Carom diff", 4096
 @asking(DiffOptions)
 def diff(
     options: DiffOptions,
-    old: Annotated[Path | None, typer.Argument(help="A report's folder, or its results.jsonl.")] = None,
-    new: Annotated[Path | None, typer.Argument(help="Another, made after a change, say.")] = None,
+    old: Annotated[Path | None, typer.Argument(help="Folder of the old report, or its results.jsonl.")] = None,
+    new: Annotated[Path | None, typer.Argument(help="Folder of the new report, or its results.jsonl.")] = None,
     markdown: Annotated[
-        Path | None, typer.Option("--markdown", help="Write it as Markdown, for a comment; - prints that alone.")
+        Path | None, typer.Option("--markdown", help="Write the comparison to a Markdown file; - prints only that.")
     ] = None,
-    page: Annotated[Path | None, typer.Option("--page", help="Write it as one HTML file.")] = None,
+    page: Annotated[Path | None, typer.Option("--page", help="Write the comparison to an HTML file.")] = None,
     verbose: common.Verbose = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a line of results.jsonl.")] = False,
 ) -> None:
-    """Say what got better and worse between two cross-checks, cell by cell, and why.
+    """List what got better or worse between two reports, with the reason.
 
     Examples: `carom diff reports/before reports/after`, `carom diff old new --markdown - --fail-on close`.
     """
@@ -41,7 +41,7 @@ def diff(
         typer.echo(json.dumps(records_schema(), indent=2, sort_keys=True, allow_nan=False))
         return
     if old is None or new is None:
-        raise InputError("carom diff needs two reports: carom diff OLD NEW")
+        raise InputError("two reports are needed: carom diff OLD NEW")
     from carom.comparator import Grade
     from carom.studies.diff.document import diff_document
     from carom.studies.diff.run import diff as compared
@@ -62,5 +62,5 @@ def _require_own(option: str, path: Path) -> None:
 
     if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:
         raise InputError(
-            f"{option}: {shown(str(path))} is no earlier comparison, and is not replaced: name another file"
+            f"{option}: {shown(str(path))} is not an earlier comparison and is not overwritten: name another file"
         )

@@ -25,23 +25,27 @@ if TYPE_CHECKING:
 def engines(
     names: Annotated[
         list[str] | None,
-        typer.Argument(help="Engines to show in full, by name; or the one whose settings --show prints."),
+        typer.Argument(help="Engines to describe in full; with --show, the engine whose settings to print."),
     ] = None,
     show: Annotated[
         str | None,
-        typer.Option(
-            "--show", metavar="PROFILE", help="Print this profile as code of the engine's own, to paste or to run."
-        ),
+        typer.Option("--show", metavar="PROFILE", help="Print the settings of this profile as code for the engine."),
     ] = None,
-    dt: Annotated[str | None, typer.Option("--dt", help="With --show: step in seconds. A frame by default.")] = None,
-    restitution: Annotated[float | None, typer.Option("--restitution", help="With --show: of every contact.")] = None,
-    friction: Annotated[float | None, typer.Option("--friction", help="With --show: of every contact.")] = None,
+    dt: Annotated[
+        str | None, typer.Option("--dt", help="With --show: time step in seconds (default: one frame).")
+    ] = None,
+    restitution: Annotated[
+        float | None, typer.Option("--restitution", help="With --show: restitution of every contact.")
+    ] = None,
+    friction: Annotated[
+        float | None, typer.Option("--friction", help="With --show: friction of every contact.")
+    ] = None,
     scene: Annotated[
         str | None,
-        typer.Option("--scene", help="With --show: a scene file or a scene's name. Two discs and a floor by default."),
+        typer.Option("--scene", help="With --show: scene file or catalogue scene (default: two discs and a floor)."),
     ] = None,
 ) -> None:
-    """List the engines, a line each; show one in full; or print its settings as code of its own."""
+    """List engines, describe one in full, or print its settings as code."""
     from carom.errors import InputError
     from carom.execution.engines import engines as known_engines
     from carom.report.lists import engine_lines, engine_page
@@ -49,15 +53,15 @@ def engines(
     names = engines_named(names)
     if show is not None:
         if names is None or len(names) != 1:
-            raise InputError("--show prints the settings of one engine: carom engines NAME --show PROFILE")
-        from carom.execution.settings_code import code_of
+            raise InputError("--show needs exactly one engine: carom engines NAME --show PROFILE")
+        from carom.execution.settings_code import write_code
 
         shown = _scene(scene, restitution, friction)
         dt_s = 1.0 / shown.frame_rate_hz if dt is None else seconds(dt)
-        say(code_of(names[0], show, shown, dt_s, command=command_line()).rstrip("\n"))
+        say(write_code(names[0], show, shown, dt_s, command=command_line()).rstrip("\n"))
         return
     if any(option is not None for option in (dt, restitution, friction, scene)):
-        raise InputError("--dt, --restitution, --friction and --scene go with --show")
+        raise InputError("--dt, --restitution, --friction and --scene need --show")
     if names:
         for info in known_engines(names):
             print_document(engine_page(info))
@@ -73,7 +77,7 @@ def _scene(name: str | None, restitution: float | None, friction: float | None) 
 
     found = [example_scene()] if name is None else plain_scenes_named([name])
     if len(found) != 1:
-        raise InputError(f"--scene must name one scene, and {name!r} names {len(found)}")
+        raise InputError(f"--scene must name one scene, but {name!r} matches {len(found)}")
     given = {
         **({} if restitution is None else {"restitution": restitution, "wall_restitution": restitution}),
         **({} if friction is None else {"friction": friction, "wall_friction": friction}),

@@ -13,10 +13,10 @@ from carom.support.escaping import visible
 @guarded
 def explain(
     words: Annotated[
-        list[str] | None, typer.Argument(help="A verdict, a grade or a mark, such as missed; all of them by default.")
+        list[str] | None, typer.Argument(help="Verdict, grade or mark, such as missed (default: all).")
     ] = None,
 ) -> None:
-    """Explain a verdict or a grade: what a report means by it, and when it says so."""
+    """Explain what a verdict or grade of a report means."""
     from carom.report.glossary import explained, glossary
 
     if not words:
@@ -27,4 +27,4 @@ def explain(
     phrase = " ".join(words)
     for entry in explained(phrase):
         console().print(visible(str(entry)))
-    say("Every number behind it: docs/theory/scoring.md.")
+    say("All formulas: docs/theory/scoring.md.")

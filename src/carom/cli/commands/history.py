@@ -23,35 +23,34 @@ SCENES = ("paper", "classics", "engines")
 def history(
     options: HistoryOptions,
     engine: Annotated[
-        str, typer.Argument(help="Engine, or the engine.toml of one that is a program. pip or npm serves its releases.")
+        str, typer.Argument(help="Engine name, or path of an engine.toml. Its releases must be on pip or npm.")
     ],
     scenes: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Scene files, or scenes of the catalogue by name, group or pattern. By default paper, classics and "
-            "engines."
+            help="Scene files, or names, groups or patterns of catalogue scenes (default: paper, classics, engines)."
         ),
     ] = None,
-    listed: Annotated[bool, typer.Option("--list", help="List the releases that the registry has, and exit.")] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List the available releases and exit.")] = False,
     bisect: Annotated[
         str | None,
         typer.Option(
             "--bisect",
             metavar="SCENE:PROFILE:STEP",
-            help="Find the release with which one cell changed, such as classics/box:default:1/60, and exit.",
+            help="Find the release that changed one cell, such as classics/box:default:1/60, and exit.",
         ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Folder for history.md, history.svg and the journal.")
+        Path | None, typer.Option("--out", "-o", help="Output folder for history.md, history.svg and the journal.")
     ] = None,
     resume: common.Resume = False,
     retry: common.Retry = False,
     verbose: common.Verbose = False,
 ) -> None:
-    """Run releases of an engine, all with today's adapter and scenes, and print what changed between them.
+    """Show what changed between releases of an engine, with the current adapter and scenes.
 
-    The releases are installed into folders of their own, by pip as wheels and by npm without scripts; what is installed
-    here stays as it is. Exit code 1 where the newest release is worse than the one before.
+    Each release is installed into its own folder, by pip from wheels or by npm without scripts; your installation is
+    not changed. Exit code 1 if the newest release is worse than the one before.
 
     Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
     `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.
@@ -110,7 +109,7 @@ def _run(
 
     named = common.plain_scenes_named(scenes)
     if out is None and (resume or retry):
-        raise InputError("--resume continues what lies in the folder of --out: name it")
+        raise InputError("--resume and --retry need the output folder: give --out")
     command, page = command_line(), None
     if out is None:
         with common.progress_bar() as progress:

@@ -15,24 +15,27 @@ def import_file(
     file: Annotated[
         Path,
         typer.Argument(
-            help="A pymunk.Space (.pkl, .pickle), an MJCF model (.xml), or what Planck's Serializer made (.json)."
+            help="pymunk.Space (.pkl, .pickle), MJCF model (.xml) or output of Planck's Serializer (.json)."
         ),
     ],
     to: Annotated[
-        Path | None, typer.Argument(help="The scene to write, .toml or .json; printed as TOML by default.")
+        Path | None, typer.Argument(help="Scene file to write, .toml or .json (default: print TOML).")
     ] = None,
-    duration: Annotated[float, typer.Option("--duration", help="How long the scene is to be, seconds.")] = 10.0,
+    duration: Annotated[
+        float, typer.Option("--duration", show_default=False, help="Duration of the scene in seconds (default: 10).")
+    ] = 10.0,
     pixels_per_metre: Annotated[
-        float, typer.Option("--pixels-per-metre", help="How many of the file's units of length a metre is.")
+        float,
+        typer.Option("--pixels-per-metre", show_default=False, help="Length units of the file per metre (default: 1)."),
     ] = 1.0,
 ) -> None:
-    """Make a scene of a pymunk space, an MJCF model or a dump of Planck's; what a scene has no place for is named."""
+    """Convert a pymunk space, an MJCF model or a Planck dump to a scene, and list what was dropped."""
     from carom.errors import InputError
     from carom.execution.scene_import import import_scene
     from carom.model.scene import save_scene
 
     if to is not None and (to.exists() or to.is_symlink()):
-        raise InputError(f"{to} exists already, and may have been edited: name another file")
+        raise InputError(f"{to} already exists: name another file")
     found = import_scene(file, duration_s=duration, pixels_per_metre=pixels_per_metre)
     for what in found.dropped:
         say(f"dropped: {what}", apart=True)

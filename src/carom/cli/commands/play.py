@@ -15,23 +15,27 @@ from carom.errors import InputError
 @guarded
 def play(
     scene: Annotated[
-        str | None, typer.Argument(help="A scene file or a scene of the catalogue, of ten discs at most.")
+        str | None, typer.Argument(help="Scene file, or name of a catalogue scene, with at most ten discs.")
     ] = None,
     engine: Annotated[
         list[str] | None,
         typer.Option(
             "--engine",
             "-e",
-            help="An engine to run in the page, where it is installed: matter, planck, cannon, p2, rapier2d, box2d3 or "
-            "jolt; `none` for none. By default matter and planck, where they are.",
+            help="Installed engine to run in the page: matter, planck, cannon, p2, rapier2d, box2d3, jolt or none; "
+            "repeatable (default: matter, planck).",
         ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="The page to write, .html. In a temporary folder by default.")
+        Path | None, typer.Option("--out", "-o", help="HTML file to write (default: a temporary file).")
     ] = None,
-    opened: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in a browser.")] = True,
+    opened: Annotated[
+        bool, typer.Option("--open/--no-open", show_default=False, help="Open the page in a browser (default: --open).")
+    ] = True,
 ) -> None:
-    """Throw the discs yourself: one page, exact next to checking once per frame, that fetches nothing.
+    """Throw discs on an interactive page: frame-sampled detection vs. exact collision times.
+
+    The page is one HTML file and works offline.
 
     Examples: `carom play`, `carom play my-scene.toml`, `carom play paper/late -e rapier2d --out late.html --no-open`.
     """
@@ -41,10 +45,10 @@ def play(
     from carom.web.page import page_html, with_gallery
 
     if out is not None and out.suffix != ".html":
-        raise InputError(f"the page ends in .html, got {str(out)!r}")
+        raise InputError(f"--out must end in .html, got {str(out)!r}")
     own = common.plain_scenes_named([scene]) if scene is not None else []
     if len(own) > 1:
-        raise InputError(f"{scene} are {len(own)} scenes: name one")
+        raise InputError(f"{scene} matches {len(own)} scenes: name one")
     asked = [] if engine == ["none"] else engine
     installed = page_engines(DEFAULT_ENGINES if asked is None else asked, required=asked is not None)
     html = page_html(with_gallery(*own), installed)
@@ -52,4 +56,4 @@ def play(
     say(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
     common.say_place("page", page)
     if opened and not open_page(page.resolve()):
-        say("No browser could be opened here: open the page in one.")
+        say("No browser could be opened. Open the page yourself.")

@@ -13,22 +13,22 @@ from carom.errors import InputError
 
 @common.guarded
 def report(
-    folder: Annotated[Path, typer.Argument(help="A report's folder, or its results.jsonl.")],
-    page: Annotated[Path | None, typer.Option("--page", help="Write it as one HTML file, a new one.")] = None,
+    folder: Annotated[Path, typer.Argument(help="Folder of the report, or its results.jsonl.")],
+    page: Annotated[Path | None, typer.Option("--page", help="Write the report to a new HTML file.")] = None,
     markdown: Annotated[
-        Path | None, typer.Option("--markdown", help="Write it as Markdown, a new file; - prints that alone.")
+        Path | None, typer.Option("--markdown", help="Write the report to a new Markdown file; - prints only that.")
     ] = None,
-    detail: Annotated[bool, typer.Option("--verbose", "-v", help="Print every scene on every engine too.")] = False,
+    detail: Annotated[bool, typer.Option("--verbose", "-v", help="Print every table, not only the answer.")] = False,
 ) -> None:
-    """Draw the report of a cross-check again from its results.jsonl, without running anything.
+    """Rebuild the report from results.jsonl without running engines.
 
-    Replays and pictures are not in the records. Examples: `carom report reports/latest`, `carom report before -v`.
+    The rebuilt report has no replays or pictures. Examples: `carom report reports/latest`, `carom report before -v`.
     """
     from carom.report.records import read_records
-    from carom.studies.cross_check.rebuild import redrawn_document
+    from carom.studies.cross_check.rebuild import rebuild_document
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None and path.is_file():
-            raise InputError(f"{option}: {path} is there already, and is not replaced: name another file")
-    document = redrawn_document(*read_records(folder / "results.jsonl" if folder.is_dir() else folder))
+            raise InputError(f"{option}: {path} already exists: name another file")
+    document = rebuild_document(*read_records(folder / "results.jsonl" if folder.is_dir() else folder))
     common.hand_over(document, page, markdown, full=detail)

@@ -29,35 +29,36 @@ def run(
     scenes: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern. "
-            "All of the catalogue by default."
+            help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes "
+            "(default: the whole catalogue)."
         ),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
+            "--out", "-o", help="Output folder for the report: index.html, report.md, results.jsonl, junit.xml."
         ),
     ] = None,
     report: Annotated[Path | None, typer.Option("--report", hidden=True)] = None,
     resume: common.Resume = False,
     retry: common.Retry = False,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
+        bool, typer.Option("--explain", help="Print what would run and what is skipped, with the reason, and exit.")
     ] = False,
     verbose: common.Verbose = False,
     fail_on: Annotated[
-        FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
+        FailOn,
+        typer.Option("--fail-on", show_default=False, help="Best grade that gives exit code 1 (default: inaccurate)."),
     ] = FailOn.INACCURATE,
 ) -> None:
-    """Run scenes through engines, score each against PIC, and print a verdict table.
+    """Print how accurate engines are: a table of verdicts against the exact solution (PIC).
 
     Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
     `carom run my-scene.toml --engine mujoco --dt 1/240 --out reports/mine`,
     `carom run classics -e pymunk -p tuned --set iterations=5`.
     """
     from carom.comparator import Grade
-    from carom.execution.plan import plan_of
+    from carom.execution.plan import build_plan
     from carom.report.files import require_report_extra
     from carom.studies.cross_check.document import PURPOSE
     from carom.support.folders import claimed
@@ -66,14 +67,14 @@ def run(
     options = replace(options, samples=out is not None)
     named = common.scenes_named(scenes or [])
     if out is None and (resume or retry):
-        raise InputError("--resume continues what lies in the folder of --out: name it")
+        raise InputError("--resume and --retry need the output folder: give --out")
     if out is None or explain:
         folder: AbstractContextManager[None] = nullcontext()
     else:
         require_report_extra()
         folder = claimed(out, PURPOSE, "--out")  # before engines are asked, which takes seconds
     with options.pool() as pool, folder:
-        plan = plan_of(named, options, pool)
+        plan = build_plan(named, options, pool)
         if explain:
             from carom.studies.cross_check.explain import explain as explained
 
@@ -118,22 +119,22 @@ def _carried_out(
 
 def _say_settings(results: Results, scene: str) -> None:
     """Say which command prints the settings of the best run of an engine, as code to paste; `scene` as it was asked."""
-    from carom.engines.registry import asked_as
+    from carom.engines.registry import engine_argument
     from carom.report import formatting
     from carom.report.grid import build_grid
-    from carom.studies.cross_check.ranking import ranked
+    from carom.studies.cross_check.ranking import rank_methods
 
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
-    for column in ranked(grid, grid.columns.values()):
+    for column in rank_methods(grid, grid.columns.values()):
         method, info = column.method, infos[column.engine]
         steps = [
             cell.row.job.dt_s for cell in grid.cells(column) if cell.row is not None and cell.row.score is not None
         ]
         if column.own or method.tried or not info.code or method.profile in info.located or not steps:
             continue
-        words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
+        words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
         command = shlex.join((*words, "--dt", formatting.step_option(max(steps)), "--scene", scene))
-        common.say(f"Settings of {column.name}, as code to paste:\n{command}")
+        common.say(f"To print the settings of {column.name} as code:\n{command}")
         return
 
 
@@ -141,7 +142,7 @@ def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> 
     from carom.execution.job import Status
     from carom.execution.results import violates
 
-    if any(row.status.broken for row in results.rows):
+    if any(row.status.is_failure for row in results.rows):
         return common.EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
         return common.EXIT_UNAVAILABLE

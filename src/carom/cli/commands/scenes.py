@@ -1,4 +1,4 @@
-"""`carom scenes`: list the catalogue, or show scenes of it in full."""
+"""`carom scenes`: list the catalogue, or print scenes as files."""
 
 from __future__ import annotations
 
@@ -13,16 +13,20 @@ from carom.cli.common import guarded, say, say_lines
 @guarded
 def scenes(
     names: Annotated[
-        list[str] | None, typer.Argument(help="Scenes to show in full, by name, group or pattern.")
+        list[str] | None, typer.Argument(help="Groups to list, or names or patterns of scenes to print as TOML.")
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Write the scenes named into this folder, as TOML files of your own to edit."),
+        typer.Option("--out", "-o", help="Folder to write the named scenes into, as TOML files to edit."),
     ] = None,
     save: Annotated[Path | None, typer.Option("--save", hidden=True)] = None,
+    whole: Annotated[bool, typer.Option("--all", help="List every scene of every group.")] = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a scene file.")] = False,
 ) -> None:
-    """List the catalogue, a line each, or show scenes of it in full, as the files they could be loaded from."""
+    """List the groups of the catalogue, the scenes of a group, or print scenes as files.
+
+    Examples: `carom scenes`, `carom scenes classics`, `carom scenes classics/box`, `carom scenes paper --out mine`.
+    """
     if schema:
         import json
 
@@ -33,22 +37,27 @@ def scenes(
     from carom.catalogue import all_scenes, find_scenes
     from carom.errors import InputError
     from carom.model.scene import save_scene
-    from carom.report.lists import scene_lines
+    from carom.report.lists import group_lines, scene_lines
     from carom.report.small import scene_text
     from carom.support.folders import file_name
 
     out = out or save
-    if not names and out is None:
-        say_lines(scene_lines(list(all_scenes().values())))
+    everything = list(all_scenes().values())
+    groups = {entry.group for entry in everything}
+    if not names and not whole and out is None:
+        say_lines(group_lines(everything))
         return
-    found = find_scenes(names) if names else list(all_scenes().values())
+    found = find_scenes(names) if names and not whole else everything
+    if out is None and (whole or groups.issuperset(names or ())):
+        say_lines(scene_lines(found))
+        return
     for entry in found:
         if out is None:
             say(scene_text(entry))
             continue
         path = out / f"{file_name(entry.name)}.toml"
         if path.exists() or path.is_symlink():
-            raise InputError(f"{path} exists already, and may have been edited: name another folder by --out")
+            raise InputError(f"{path} already exists: name another folder with --out")
         out.mkdir(parents=True, exist_ok=True)
         save_scene(entry.scene, path)
         say(str(path))

@@ -14,17 +14,17 @@ from carom.cli.common import guarded
 
 @guarded
 def serve(
-    adapter: Annotated[str, typer.Argument(help="Name of an adapter in Python, as carom engines lists it.")],
+    adapter: Annotated[str, typer.Argument(help="Name of a Python adapter, as listed by carom engines.")],
     path: Annotated[
         Path | None,
-        typer.Option("--path", help="Folder of packages to look in first: another release of the engine, say."),
+        typer.Option("--path", help="Package folder to search first, such as one with another release of the engine."),
     ] = None,
     manifest: Annotated[
         str | None,
-        typer.Option("--manifest", metavar="NAME", help="Print the engine.toml of it, under this name, and exit."),
+        typer.Option("--manifest", metavar="NAME", help="Print an engine.toml with this name and exit."),
     ] = None,
 ) -> None:
-    """Answer requests on standard input with an adapter in Python, as an engine that is a program does.
+    """Serve a Python adapter over standard input/output using the engine protocol.
 
     Examples: `carom serve pymunk --path old/pymunk-6.4.0 --manifest pymunk-6.4.0 > old.toml`, then
     `carom run classics -e pymunk -e ./old.toml`.

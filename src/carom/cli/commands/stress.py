@@ -19,8 +19,8 @@ def stress(
     attacks: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Stress tests, invariances or reported bugs by name, or a kind: attacks, relations, complaints; "
-            "all by default; --list shows them."
+            help="Names of stress tests, invariances or reported bugs, or a kind: attacks, relations, complaints "
+            "(default: all). --list shows them."
         ),
     ] = None,
     resume: common.Resume = False,
@@ -30,14 +30,15 @@ def stress(
         typer.Option(
             "--out",
             "-o",
-            help="Folder for stress.html, stress.md, stress.json, the journal, and scenes/ with the scene of each "
-            "number.",
+            show_default=False,
+            help="Output folder for stress.html, stress.md, stress.json, the journal, and one scene per failure "
+            "(default: stress).",
         ),
     ] = Path("stress"),
     verbose: common.Verbose = False,
-    list_only: Annotated[bool, typer.Option("--list", help="List what there is, and exit.")] = False,
+    list_only: Annotated[bool, typer.Option("--list", help="List all stress tests and exit.")] = False,
 ) -> None:
-    """Stress methods with scenes made to break numerics, and print the size at which each fails.
+    """Find the size at which each engine fails, with scenes built to break numerics.
 
     Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
     `carom stress --out reports/stress --resume`.

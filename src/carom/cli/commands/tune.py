@@ -20,20 +20,26 @@ if TYPE_CHECKING:
 def tune(
     options: TuneOptions,
     engine: Annotated[
-        str, typer.Argument(help="Engine, or the engine.toml of one that is a program. Its adapter declares the knobs.")
+        str, typer.Argument(help="Engine name, or path of an engine.toml, whose adapter declares settings to tune.")
     ],
     scenes: Annotated[
         list[str] | None,
-        typer.Argument(help="Scene files, or scenes of the catalogue by name, group or pattern. By default classics."),
+        typer.Argument(help="Scene files, or names, groups or patterns of catalogue scenes (default: classics)."),
     ] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for tune.md and the journal.")] = Path("tune"),
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out", "-o", show_default=False, help="Output folder for tune.md and the journal (default: tune)."
+        ),
+    ] = Path("tune"),
     resume: common.Resume = False,
     retry: common.Retry = False,
     verbose: common.Verbose = False,
 ) -> None:
-    """Look for the settings of an engine that give the least error for a cost, and print them as a profile.
+    """Find the most accurate settings of an engine and print them as a profile.
 
-    First come scenes wrong, then those neither exact nor close, then the error over PIT's, then the cost.
+    The search minimises wrong scenes first, then scenes that are neither exact nor close, then the error, then the
+    cost.
 
     Examples: `carom tune pymunk`, `carom tune box2d classics paper --trials 300`, `carom tune pymunk --resume --trials
     300`.
@@ -65,7 +71,7 @@ def tune(
             )
         except KeyboardInterrupt:
             if best:
-                common.say(f"best so far, in trial {best[-1].trial}: {set_words(best[-1])}", apart=True)
+                common.say(f"best so far (trial {best[-1].trial}): {set_words(best[-1])}", apart=True)
             raise
     page = write_tune(found, asked, out)
     common.print_document(tune_document(found, asked), full=verbose, report=page)

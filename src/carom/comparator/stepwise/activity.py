@@ -1,4 +1,4 @@
-"""Which pairs meet, push or rest in which step: found for all steps of a block at once."""
+"""Activity of pairs: which pairs meet, push or rest in which step, for all steps of a block at once."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from carom.comparator.stepwise.block import Block
 from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.pairs import MARGIN_STEPS, NearPairs, disc_pairs, near_in, wall_pairs
-from carom.comparator.stepwise.rest import RESTING_STEPS, Rest, rests
-from carom.comparator.stepwise.room import has_room
+from carom.comparator.stepwise.rest import RESTING_STEPS, Rest, find_resting_pairs
+from carom.comparator.stepwise.room import is_geometrically_possible
 from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 
 Flags = NDArray[np.bool_]
 
-#: Impacts at one instant after which it is asked whether the others can matter. Chosen: asking costs as much as a few.
+#: Number of impacts at one instant after which the relevance of further ones is checked, which costs as much as a few.
 _AT_ONCE = 64
 
-#: Steps whose near pairs are looked for together: boxes round so much of a path are little larger than a disc.
+#: Number of steps whose near pairs are found together: boxes around so much of a path are little larger than a disc.
 _TOGETHER = 16
 
-#: Where all pairs are so few that boxes spare nothing, steps are looked at together up to so many distances. Chosen.
+#: Largest number of distances that are computed together where few pairs make boxes useless.
 _DISTANCES = 2**12
 
 
 @dataclass
 class Activity:
-    """What the pairs of a block do, step by step.
+    """Activity of the pairs of a block by step.
 
     Attributes:
         due: Of each step, the pairs that are active in it, each with the seconds from the step's start to the meeting;
@@ -49,8 +49,8 @@ class Activity:
     follows: set[tuple[int, Pair]] = field(default_factory=set)
 
 
-def activity_of(block: Block, rest: Rest) -> Activity:
-    """Find the pairs that meet, push or rest in each step of a block, and enter how deep those that rest sink."""
+def find_activity(block: Block, rest: Rest) -> Activity:
+    """Find the pairs that meet, push or rest in each step of a block, and record how deep resting pairs sink."""
     shape = block.turned.shape
     found = Activity(resting=np.zeros(shape, np.bool_), overlapping=np.zeros(shape, np.bool_))
     steps = _steps_together(block)
@@ -58,19 +58,19 @@ def activity_of(block: Block, rest: Rest) -> Activity:
         end = min(begin + steps, len(block))
         together = [*disc_pairs(block, begin, end), *wall_pairs(block, begin, end)]
         for relative in together:
-            resting = rests(block, relative)
-            _take(block, relative, resting, found)
+            resting = find_resting_pairs(block, relative)
+            _enter_active_pairs(block, relative, resting, found)
             rest.add(block, relative, resting)
         for step in range(begin, end):
             if step in found.due:
-                _take_consequences(block, found, step, together)
+                _enter_consequences(block, found, step, together)
     for step in list(found.due):
         _drop_bystanders(block, found, step)
     return found
 
 
 def _steps_together(block: Block) -> int:
-    """Return how many steps are looked at together; where some pairs are solved one by one, only near ones may be."""
+    """Return how many steps are handled together; fewer where pairs are solved one by one."""
     law = block.law
     bends = law.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in law.wall_drives)
     if bends or not all(isinstance(wall, tuple) for wall in law.walls):
@@ -78,8 +78,8 @@ def _steps_together(block: Block) -> int:
     return max(_TOGETHER, _DISTANCES // (law.n * (law.n + len(law.walls))))
 
 
-def _take(block: Block, relative: NearPairs, resting: Flags, found: Activity) -> None:
-    """Enter which of these pairs are active in which steps, if they do not rest there."""
+def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found: Activity) -> None:
+    """Enter the steps in which pairs are active, unless they rest there."""
     begin, steps = relative.begin, len(relative.wait)
     h = block.step_s[begin : begin + steps, None]
     gap, wait, n = relative.gap, relative.wait, block.law.n
@@ -97,8 +97,8 @@ def _take(block: Block, relative: NearPairs, resting: Flags, found: Activity) ->
         found.resting[begin + row, [body for body in relative.pairs[column] if body < n]] = True
 
 
-def _take_consequences(block: Block, found: Activity, step: int, together: Sequence[NearPairs]) -> None:
-    """Enter what meets as a consequence of another meeting in the same step."""
+def _enter_consequences(block: Block, found: Activity, step: int, together: Sequence[NearPairs]) -> None:
+    """Enter pairs that meet as a consequence of another meeting in the same step."""
     law, active = block.law, found.due[step]
     due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
     if not due or all(pair in active for near_pairs in together for pair in near_pairs.pairs):
@@ -106,10 +106,10 @@ def _take_consequences(block: Block, found: Activity, step: int, together: Seque
     if _all_active(active, due, near := near_in(block, together, step)):
         return
     struck = (body for _, pair in due for body in pair if body in near)
-    if not has_room(block, step, {pair for body in struck for pair in near[body]}):
+    if not is_geometrically_possible(block, step, {pair for body in struck for pair in near[body]}):
         return
     slow = (RESTING_STEPS + 0.5) * law.pull * float(block.step_s[step])
-    for time_s, pair, closing in _impacts_of(block, step, due, near, slow):
+    for time_s, pair, closing in _find_impacts(block, step, due, near, slow):
         if pair not in active and closing > slow:
             active[pair] = time_s
             found.follows.add((step, pair))
@@ -118,7 +118,7 @@ def _take_consequences(block: Block, found: Activity, step: int, together: Seque
 
 
 def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]) -> bool:
-    """Whether all that pairs which are due can come to strike, one by the other, is active already."""
+    """Whether all pairs that the due pairs can strike, directly or by others, are active already."""
     bodies = [body for _, pair in due for body in pair if body in near]
     reached = set(bodies)
     while bodies:
@@ -131,13 +131,13 @@ def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], nea
     return True
 
 
-def _impacts_of(
+def _find_impacts(
     block: Block, step: int, due: list[tuple[float, Pair]], near: dict[int, list[Pair]], slow: float
 ) -> Iterator[tuple[float, Pair, float]]:
-    """Yield PIC's impacts in a step that some pairs begin: seconds from its start, the pair, the speed they close at.
+    """Yield PIC's impacts in a step that some pairs begin: seconds from its start, the pair, and the closing speed.
 
-    Only what a struck disc meets is looked at anew: two that no impact has turned do not meet unless they are due.
-    Impacts without end at one instant, a collapse, end where all that are left must be as slow as is said.
+    Only the meetings of struck discs are predicted again, because other pairs meet only if they are due. Infinitely
+    many impacts at one instant (a collapse) end when all remaining ones must be slower than `slow`.
     """
     law, seconds, begun_s = block.law, float(block.step_s[step]), float(block.states.time_s[step])
     flown: dict[int, tuple[float, BodyStates]] = {}
@@ -182,7 +182,7 @@ def _impacts_of(
 
 
 def _fastest_closing(block: Block, flown: Mapping[int, tuple[float, BodyStates]]) -> float:
-    """Return a bound on the speed at which some discs can close at one instant: no impact gives them energy."""
+    """Return an upper bound on the closing speed of some discs at one instant, as no impact adds energy."""
     law, twice, lightest = block.law, 0.0, math.inf
     for body, (_, state) in flown.items():
         if law.movable(body):
@@ -195,7 +195,7 @@ def _fastest_closing(block: Block, flown: Mapping[int, tuple[float, BodyStates]]
 
 
 def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
-    """Take out pairs that merely overlap and part while a meeting of one of them explains that it is turned."""
+    """Remove pairs that only overlap and separate, where another meeting explains the change of velocity."""
     active, n = found.due[step], block.law.n
     met = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
     unexplained = set(np.flatnonzero(block.turned[step]).tolist()) - met

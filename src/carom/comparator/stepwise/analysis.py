@@ -1,4 +1,4 @@
-"""The analysis of a run, block by block of its states, so that the memory it takes does not grow with the run."""
+"""Analysis of a run in blocks of states, so that memory does not grow with the length of the run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.stepwise.activity import Activity, activity_of
+from carom.comparator.stepwise.activity import Activity, find_activity
 from carom.comparator.stepwise.block import Block
 from carom.comparator.stepwise.chains import LONGEST, Chains, StepChain
 from carom.comparator.stepwise.judge import PASSED, Comparison, judge, pairs_missed_by_pit
@@ -21,14 +21,14 @@ from carom.model.trace import wall_body
 
 Array = NDArray[np.float64]
 
-#: What a step rounds a number by, in units in its last place: products, sums, the instant, and a shift of the origin.
+#: Rounding of a number in a step, in units in its last place: products, sums, the instant, and a shift of the origin.
 ROUNDINGS = 16
 
-#: A 64-bit engine may compute in other units, and solve for several contacts together: its velocities are looked at
-#: more coarsely than its floats are, still far below anything that is graded.
+#: Rounding of velocities: a 64-bit engine may compute in other units and solve several contacts together. It is larger
+#: than that of its floats, but far below any error that is graded.
 ROUNDING_OF_VELOCITIES = 1e-11
 
-#: Numbers of states that a block holds at most: some 40 MB with what is worked out of them.
+#: Largest count of numbers in the states of a block: about 40 MB with derived arrays.
 _NUMBERS = 2**19
 
 _ROW = [name for name in WINDOW_DTYPE.names or () if name not in {"begin_s", "end_s"}]
@@ -52,7 +52,7 @@ def local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 
 
 
 class StepWatch:
-    """Takes the states of a run as they come, and says in the end what became of every step.
+    """Collects the states of a run as they arrive, and returns the comparison of all steps at the end.
 
     Args:
         scene: The scene, which begins the run.
@@ -64,15 +64,15 @@ class StepWatch:
         self._scene, self._dt_s, self._law = scene, dt_s, Law(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
-        # No more than counts as rounding in the score, which asks for no price where velocities agree.
+        # At most the rounding of the score, which needs no cost of sampling where velocities agree.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         self._time_s: list[float] = [0.0]
         self._place, self._velocity = [arrays.position_m], [arrays.velocity_m_s]
         self._spin: list[Array] | None = [arrays.spins] if self._law.turns else None
-        self._most = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
+        self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._law)
-        #: Steps whose states are gone, whose pairs have been taken in, and up to which free flight has been looked at.
+        #: Number of steps whose states are deleted, whose pairs are known, and whose free flight has been checked.
         self._gone = self._taken = self._flown = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
@@ -85,7 +85,7 @@ class StepWatch:
         self._polygon = False
 
     def add(self, time_s: float, position_m: Array, velocity_m_s: Array, spin_rad_s: Array | None = None) -> None:
-        """Take in the state at the end of a step, or of a piece of one: shapes ``(n, 2)``, ``(n, 2)`` and ``(n,)``."""
+        """Add the state at the end of a step, or of a piece of one: shapes ``(n, 2)``, ``(n, 2)`` and ``(n,)``."""
         if not time_s > self._time_s[-1]:
             return  # a piece of no length
         self._time_s.append(time_s)
@@ -93,14 +93,14 @@ class StepWatch:
         self._velocity.append(velocity_m_s)
         if self._spin is not None:
             self._spin.append(np.zeros(len(position_m)) if spin_rad_s is None else spin_rad_s)
-        if len(self._time_s) > self._most:
-            self._look(ends=False)
+        if len(self._time_s) > self._max_states:
+            self._analyse_block(ends=False)
 
     def finish(self) -> LocalTruth:
-        """Return what was found, after the last state."""
+        """Return the comparison of all steps, after the last state."""
         until_s = self._time_s[-1]
         if len(self._time_s) > 1:
-            self._look(ends=True)
+            self._analyse_block(ends=True)
         return LocalTruth(
             until_s=until_s,
             steps=self._steps,
@@ -113,42 +113,42 @@ class StepWatch:
             sunk_radii=self._rest.sunk_radii,
             sinks_s=self._rest.sinks_s,
             polygon=self._polygon,
-            rests=np.array(sorted(self._held()), REST_DTYPE),
+            rests=np.array(sorted(self._resting_spans()), REST_DTYPE),
         )
 
-    def _held(self) -> Iterator[tuple[int, int, float, float]]:
+    def _resting_spans(self) -> Iterator[tuple[int, int, float, float]]:
         """Yield the rows of `REST_DTYPE`."""
         for (i, j), spans in self._rest.held_s.items():
-            yield from ((i, self._body(j), *span) for span in spans)
+            yield from ((i, self._body_number(j), *span) for span in spans)
 
-    def _body(self, j: int) -> int:
+    def _body_number(self, j: int) -> int:
         """Return the number that traces give the second of a pair."""
         return j if j < self._law.n else wall_body(j - self._law.n)
 
-    def _look(self, *, ends: bool) -> None:
-        """Judge the windows that are settled, and keep the states from which others go on."""
+    def _analyse_block(self, *, ends: bool) -> None:
+        """Judge the complete windows of a block, and keep the states that open windows need."""
         spins = None if self._spin is None else np.array(self._spin)
         states = States(np.array(self._time_s), np.array(self._place), np.array(self._velocity), spins)
         with np.errstate(over="ignore", under="ignore"):
             block = Block.of(self._scene, self._law, states, self._dt_s, *self._units)
-            activity = activity_of(block, self._rest)
+            activity = find_activity(block, self._rest)
             for step in sorted(step for step in activity.due if step >= self._taken - self._gone):
                 self._chains.add(self._gone + step, activity.due[step])
             self._taken = self._gone + len(block)
             self._chains.pass_to(self._taken)
             finished = [chain.later(-self._gone) for chain in self._chains.take_settled(ends=ends)]
-            # A disc that is slow after a window, by cancellation, is known to the rounding of the speeds in it.
+            # A disc that is slow after a window, by cancellation, has the rounding of the speeds in the window.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
                 discs = list(chain.discs)
                 before = float(self._scale[discs].max()) if chain.continues else 0.0
-                known = self._known_of_pit(block, chain)
+                known = self._found_before_by_pit(block, chain)
                 judged = judge(block, chain, activity, known, ends=ends, speed_before=before)
-                self._keep(block, chain, judged)
+                self._record(block, chain, judged)
                 scale[chain.end :, discs] = self._scale[discs] = max(before, judged.speed)
             held = [chain.later(-self._gone) for chain in self._chains.held()]
             flown = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
-            self._between(block, activity, [*finished, *held], flown, np.maximum(scale, block.own_speed))
+            self._check_free_flight(block, activity, [*finished, *held], flown, np.maximum(scale, block.own_speed))
         self._flown = self._gone + flown.stop
         done = min([chain.begin for chain in held], default=flown.stop)
         done = min(done, flown.stop)
@@ -157,10 +157,10 @@ class StepWatch:
         if self._spin is not None:
             del self._spin[:done]
 
-    def _known_of_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
-        """Return whether PIT finds the pairs of a chain that goes on, from its first state; note it where one is cut.
+    def _found_before_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
+        """Return whether PIT finds the pairs of a continuing chain from its first state; record it for a cut chain.
 
-        That is asked once, where the chain begins: later the bodies overlap, and PIT has found them already.
+        This is decided once, where the chain begins: later the bodies overlap, and PIT has found them already.
         """
         known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
         if not chain.continues:
@@ -172,7 +172,7 @@ class StepWatch:
             self._found_by_pit |= {pair: known.get(pair, pair not in missed) for pair in chain.pairs}
         return known
 
-    def _keep(self, block: Block, chain: StepChain, judged: Comparison) -> None:
+    def _record(self, block: Block, chain: StepChain, judged: Comparison) -> None:
         times = block.states.time_s
         number = len(self._windows)
         begin_s, end_s = float(times[chain.begin]), float(times[chain.end])
@@ -181,22 +181,24 @@ class StepWatch:
             i, j = meeting.pair
             steps_s = (float(times[meeting.begin]), float(times[meeting.end]))
             self._meetings.append(
-                (number, i, self._body(j), *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed)
+                (number, i, self._body_number(j), *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed)
             )
 
-    def _between(self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array) -> None:
-        """Look at what happened outside of windows, where discs fly free or rest; `scale` is what speeds round to."""
+    def _check_free_flight(
+        self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array
+    ) -> None:
+        """Check discs outside of windows, where they fly free or rest; speeds are rounded relative to `scale`."""
         free = ~activity.resting
         for chain in chains:
             free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
         free[: flown.start] = free[flown.stop :] = False
         h = block.step_s[:, None]
-        # What bends paths: gravity, or what slows discs down.
+        # Paths bend by gravity or slowing.
         bends = np.hypot(*block.pull.T) + self._law.slowing.all_bends(block.own_speed)
         turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h
-        # What overlaps may be pushed apart without a change of velocity.
+        # Overlapping bodies may be pushed apart without a change of velocity.
         asked = free & ~turned & ~activity.overlapping
         moved = asked & (block.moved_by - allowed > rounding)
         self._polygon = self._polygon or bool(np.any(asked & (bends > 0.0) & (block.moved_by > rounding)))
@@ -216,9 +218,9 @@ class StepWatch:
             ("spin", np.where(turned, spinning, 0.0)),
             ("place", beyond),
         ):
-            self._largest_slips(block, kind, sizes, beyond)
+            self._record_largest_slips(block, kind, sizes, beyond)
 
-    def _largest_slips(self, block: Block, kind: str, sizes: Array, moved_m: Array) -> None:
+    def _record_largest_slips(self, block: Block, kind: str, sizes: Array, moved_m: Array) -> None:
         for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
             step = int(np.argmax(sizes[:, disc]))
             row = (

@@ -1,4 +1,4 @@
-"""Some steps of a run as arrays, with what rounding allows in each of them."""
+"""Block of steps of a run as arrays, with the rounding errors of each step."""
 
 from __future__ import annotations
 

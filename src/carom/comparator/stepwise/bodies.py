@@ -1,4 +1,4 @@
-"""The states of a few bodies on plain floats, set going from anywhere in a run.
+"""States of a few bodies in plain floats, which can be advanced from anywhere in a run.
 
 The solvers begin with discs that are apart. A window begins wherever the run is, in overlap too, where what overlaps
 and closes meets at once. The times of impact and the law are those of the core.
@@ -17,7 +17,7 @@ from carom.model.prescribed_motion import Drive
 
 
 class Separation(NamedTuple):
-    """How two bodies are to each other: gap, unit normal from first to second, and the speed at which they close."""
+    """Gap of two bodies, unit normal from first to second, and closing speed."""
 
     gap: float
     normal: tuple[float, float]
@@ -42,11 +42,11 @@ class BodyStates:
         self.met: dict[Pair, int] = {}
 
     def copy(self) -> BodyStates:
-        """Return a state of its own."""
+        """Return a copy of the state."""
         return BodyStates(self.law, dict(self.xy), dict(self.velocity), dict(self.spin), self.time_s)
 
     def take(self, other: BodyStates) -> None:
-        """Take in the discs of another."""
+        """Add the discs of another state."""
         self.xy |= other.xy
         self.velocity |= other.velocity
         self.spin |= other.spin
@@ -65,7 +65,7 @@ class BodyStates:
         return leg.moved_at(time_s), leg.velocity
 
     def _mover(self, disc: int, body: int) -> Mover:
-        """Return a disc as a wall sees it."""
+        """Return a disc relative to a wall."""
         wall = body - self.law.n
         place = self.law.seen_from(wall, *self.xy[disc], self.time_s)
         return Mover.at(place, self.velocity[disc], self.law.radius[disc], self.law.wall_velocity(wall, self.time_s))
@@ -101,7 +101,7 @@ class BodyStates:
         self.xy[disc], self.velocity[disc] = (x + now[0] - was[0], y + now[1] - was[1]), leg.velocity
 
     def contact(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
-        """Return how the two bodies of a pair are to each other; of a finite wall at a feature, if given."""
+        """Return the separation of the bodies of a pair; for a finite wall at a feature, if given."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         if j >= law.n:

@@ -1,7 +1,7 @@
-"""One window: what PIC makes of the run's own state at its start, and what checking once per step costs from there.
+"""Comparison of one window with PIC from the run's own state at its start, and the cost of sampling from there.
 
-The run, which may be late, need not have come to all of PIC's impacts. So it is compared with PIC cut off after j
-impacts and flown on, where the rest still lies ahead in the run's own state; of those the nearest counts.
+A run may be late and not have reached all of PIC's impacts. So it is compared with PIC stopped after j impacts and then
+in free flight, for each j after which the other impacts are still ahead in the run's own state. The nearest counts.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.chains import StepChain
 from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.rest import RESTING_STEPS
-from carom.comparator.stepwise.room import has_room
+from carom.comparator.stepwise.room import is_geometrically_possible
 from carom.comparator.stepwise.window import Difference, Window, relative
 from carom.comparator.stepwise.window_runs import sampled_run
 from carom.comparator.thresholds import THRESHOLDS
 
 Array = NDArray[np.float64]
 
-#: Two bodies passed through each other if their relative velocity changed by no more than this part of what they closed
-#: at; what turns a body by less is an error of velocity.
+#: Two bodies passed through each other if their relative velocity changed by at most this part of the closing speed.
+#: A larger change is an impact with an error of velocity.
 PASSED = 0.01
 
 
 @dataclass(frozen=True)
 class WindowPair:
-    """One pair of a window: `MEETING_DTYPE` says what its fields mean; steps are numbers of states of the block."""
+    """One pair of a window; see `MEETING_DTYPE` for its fields. Steps are numbers of states of the block."""
 
     pair: Pair
     begin: int
@@ -46,7 +46,7 @@ class WindowPair:
 
 @dataclass
 class Comparison:
-    """What was found of a window: `carom.model.step_windows.WINDOW_DTYPE` says what its fields mean."""
+    """Result of the comparison of a window; see `carom.model.step_windows.WINDOW_DTYPE` for its fields."""
 
     due: int = 0
     missed: int = 0
@@ -84,25 +84,25 @@ def judge(
 
     Args:
         block: The steps.
-        chain: Which of them, of which bodies.
-        activity: What the pairs do in them.
+        chain: The steps and bodies of the window.
+        activity: The activity of the pairs in them.
         found_by_pit: Of the pairs of a chain that was cut, whether PIT found them from the state at its very beginning.
         ends: Whether the run ends with the block.
         speed_before: Of a chain that continues, the greatest speed of its discs before, metres a second.
     """
-    if not has_room(block, chain.begin, block.law.pairs_of(chain.discs)):
-        return _of_no_room(chain)
+    if not is_geometrically_possible(block, chain.begin, block.law.pairs_of(chain.discs)):
+        return _judge_impossible(chain)
     window = Window(block, chain, activity)
     judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
-        return _of_nothing_due(window, judged)
+        return _judge_nothing_due(window, judged)
     found = window.nearest(window.now, window.truth, window.lasts, window.resting)
     judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
     # Of a chain that was cut, what overlaps at the cut was due before.
     known = sum(met.time_s == 0.0 for met in window.truth[: found.impacts]) if chain.continues else 0
     judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
     judged.entangled = _is_entangled(window, found)
-    judged.energy_j = _gained(window, found, entangled=judged.entangled)
+    judged.energy_j = _energy_gained(window, found, entangled=judged.entangled)
     rounding = block.agreement
     agrees = (
         found.velocity <= rounding * window.speed
@@ -113,15 +113,15 @@ def judge(
     missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair, speed_before)]
     is_last = ends and chain.end == len(block)
     if is_last:
-        missed = [pair for pair in missed if not _awaits_its_look(window, pair)]
+        missed = [pair for pair in missed if not _awaits_next_frame(window, pair)]
     judged.missed = len(missed)
-    if is_last and not missed and _still_open(window):
+    if is_last and not missed and _ends_in_contact(window):
         judged.open = True
     if not judged.open:
-        _time(window, judged, found, agrees=agrees)
+        _measure_lateness(window, judged, found, agrees=agrees)
         judged.price_velocity = judged.price_spin = 0.0
-        if not (agrees or judged.entangled or judged.missed):  # else nobody is asked what sampling pays
-            _price(window, judged, found)
+        if not (agrees or judged.entangled or judged.missed):  # else the cost of sampling is not needed
+            _measure_sampling_cost(window, judged, found)
     also = {pair for pair in missed if not found_by_pit.get(pair, True)}
     also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
     judged.pit_missed = len(also)
@@ -136,21 +136,21 @@ def judge(
     return judged
 
 
-def _of_no_room(chain: StepChain) -> Comparison:
-    """Return what is said of a window whose first state no motion can follow: nothing is due, and nothing missed."""
+def _judge_impossible(chain: StepChain) -> Comparison:
+    """Return the result for a window whose first state is impossible: nothing is due, and nothing missed."""
     pairs = [WindowPair(pair, steps[0], steps[-1] + 1, math.nan, False, False) for pair, steps in chain.pairs.items()]
     return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0, meetings=pairs)
 
 
-def _of_nothing_due(window: Window, judged: Comparison) -> Comparison:
-    """Judge a window in which PIC has no impact: bodies were turned for nothing, or one that rests was held."""
+def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
+    """Judge a window in which PIC has no impact: bodies turned without a cause, or a resting body was held."""
     velocity, spin, place = window.difference(window.now, window.free)
     law, chain = window.law, window.chain
-    # What rests, or begins to, is held by what it falls in the window's steps.
+    # A body that rests, or begins to, is held by the velocity of its fall in the window's steps.
     steps = chain.end - chain.begin + 0.5
     held = law.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * law.pull * window.block.dt_s
     if chain.continues:
-        # A contact that lasts, and was cut: what it gives back was taken before the cut, so only the energy counts.
+        # In a lasting contact that was cut, velocities changed before the cut too, so only the energy counts.
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
         kept = law.pull == 0.0 and not law.driven and not law.slowing.table_m_s2
@@ -168,13 +168,13 @@ def _of_nothing_due(window: Window, judged: Comparison) -> Comparison:
 def _is_entangled(window: Window, found: Difference) -> bool:
     if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1) or window.meets_at_rest:
         return True
-    # What begins in overlap was found late already, or was pushed into it by a third.
+    # A pair that begins in overlap was found late before, or was pushed by a third body.
     starts = [window.start.contact(pair) for pair in window.chain.pairs]
     return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
 
 
-def _gained(window: Window, found: Difference, *, entangled: bool) -> float:
-    """Return the energy gained against PIC; of an entangled window against free flight, lost too where none may be."""
+def _energy_gained(window: Window, found: Difference, *, entangled: bool) -> float:
+    """Return the energy gained against PIC; for an entangled window against free flight, and lost if all is elastic."""
     if window.law.pull > 0.0:
         return 0.0
     now = window.now.energy()
@@ -189,7 +189,7 @@ def _gained(window: Window, found: Difference, *, entangled: bool) -> float:
 
 
 def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
-    """Whether the bodies of a pair passed through each other: due in a step of their own, and going on as before."""
+    """Whether the bodies of a pair passed through each other: due in a step, and then moving as before."""
     block, law, activity = window.block, window.law, window.activity
     steps = window.chain.pairs[pair]
     own = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
@@ -225,7 +225,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
 
 
 def _is_idle(window: Window, pair: Pair, size: float) -> bool:
-    """Whether one of a pair that PIC has meet was not turned at all in the window, though PIC turns it."""
+    """Whether a body of a pair did not turn at all in the window, although it has an impact in PIC."""
     block, chain, law = window.block, window.chain, window.law
     idle = [body for body in pair if law.movable(body) and not block.turned[chain.begin : chain.end, body].any()]
     meets = any(
@@ -238,13 +238,13 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
 
 
-def _awaits_its_look(window: Window, pair: Pair) -> bool:
-    """Whether a pair was due in the run's last step, after the last look, and would be found by one more."""
+def _awaits_next_frame(window: Window, pair: Pair) -> bool:
+    """Whether a pair was due in the run's last step, and would be found by one more frame."""
     own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
     return own == [window.chain.end - 1] and _closes(window, pair)
 
 
-def _still_open(window: Window) -> bool:
+def _ends_in_contact(window: Window) -> bool:
     """Whether the run ended in the middle of a contact."""
     if window.chain.end - window.chain.begin > 3:
         return False
@@ -252,13 +252,13 @@ def _still_open(window: Window) -> bool:
 
 
 def _closes(window: Window, pair: Pair) -> bool:
-    """Whether the bodies of a pair overlap at the window's end, and close still."""
+    """Whether the bodies of a pair overlap at the window's end and are still closing."""
     contact = window.now.contact(pair)
     return contact.gap <= 0.0 and contact.closing > window.still
 
 
-def _time(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
-    """Find by how many steps the paths turned late, and the restitution, where one impact was answered."""
+def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
+    """Measure the lateness in steps, and the restitution, for a window of one impact."""
     first, law, dt_s = window.truth[0], window.law, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     judged.late_known = window.touching / closing / dt_s
@@ -289,7 +289,7 @@ def _time(window: Window, judged: Comparison, found: Difference, *, agrees: bool
 
 
 def _turn_s(window: Window, pair: Pair) -> float:
-    """Seconds from the window's start to where the free paths before and after come nearest, by least squares."""
+    """Return the seconds from the window's start to where the free paths before and after are nearest."""
     lasts = window.lasts
 
     def apart(state: BodyStates) -> tuple[float, float]:
@@ -313,7 +313,7 @@ def _turn_s(window: Window, pair: Pair) -> float:
 
 
 def _turn_on_table_s(window: Window, pair: Pair) -> float:
-    """Return what `_turn_s` does on a table, where both paths bend."""
+    """Return the same as `_turn_s` on a table, where both paths bend."""
 
     def apart(time_s: float) -> tuple[Array, Array]:
         before, after = window.start.of_pair(pair), window.now.of_pair(pair)
@@ -326,13 +326,13 @@ def _turn_on_table_s(window: Window, pair: Pair) -> float:
 
 
 def _between(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
-    """Return place and velocity of the second body as seen from the first."""
+    """Return position and velocity of the second body relative to the first."""
     (p, u), (q, v) = (state.of_body(body) for body in pair)
     return np.subtract(q, p), np.subtract(v, u)
 
 
-def _price(window: Window, judged: Comparison, found: Difference) -> None:
-    """Find what PIT pays from the same state, at worst over the phases of the step and at the run's own lateness."""
+def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference) -> None:
+    """Measure PIT's largest errors from the same state, over the phases of the step and at the run's own lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
     looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]

@@ -1,4 +1,4 @@
-"""Which pairs are near enough to meet, push or rest in some steps, and how they are to each other there."""
+"""Near pairs: pairs near enough to meet, push or rest in some steps, with their gaps and speeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run reports in addition to what its states show: the same impacts, or others."""
+"""Comparison of the impacts that a run reports with those that its states show."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace, body_name
 from carom.support.formatting import instant
 
-#: How many steps a report may lie from its window: engines tell of a contact up to two before or after it acts, most at
-#: a step's boundary, and half a step more keeps rounding from deciding on those.
+#: Largest distance in steps of a report from its window. Engines report a contact up to two steps before or after it
+#: acts, most at a step's boundary; half a step more makes the limit independent of rounding.
 _AWAY_STEPS = 2.5
 
 #: Two bodies, the lower number first.
@@ -24,8 +24,8 @@ _Bodies = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class ReportsAndStates:
-    """Where reports and states of a run part.
+class ReportComparison:
+    """Differences of the reports and the states of a run.
 
     Attributes:
         unshown: Impacts that are reported and that no state shows.
@@ -45,12 +45,12 @@ class ReportsAndStates:
         return not self.unshown and not self.unreported
 
 
-def reports_and_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportsAndStates:
-    """Return where the reports of a trace and its states part, up to a time.
+def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
+    """Compare the reports of a trace with its states, up to a time.
 
-    A report is shown by a window that holds its pair in its step, or in the two around it. A window of one impact shows
-    one report, and must have one unless the impact is missed or the window open; others show as many as come, and so
-    do steps in which the pair rests and a push shows. Of these none must be reported.
+    A report is shown by a window with its pair in its step, or in the two around it. A window of one impact shows one
+    report, and must have one unless the impact is missed or the window open. Other windows, and steps in which the pair
+    rests and is pushed, show any number of reports and need none.
     """
     windows = truth.windows[truth.meetings["window"]]
     alone = ~windows["entangled"] & (windows["due"] > 0)
@@ -78,23 +78,23 @@ def reports_and_states(trace: Trace, truth: LocalTruth, until_s: float = math.in
         # each can be matched by itself, both can at once (Mendelsohn and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
         bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]
-        left, _ = _matched(bound, lonely)
+        left, _ = _match(bound, lonely)
         unshown += [(time_s, bodies) for time_s in left]
-        _, open_spans = _matched(sorted(times), [span for span in lonely if asked[span[2]]])
+        _, open_spans = _match(sorted(times), [span for span in lonely if asked[span[2]]])
         unreported += [(float(windows["begin_s"][row]), bodies) for _, _, row in open_spans]
-    return ReportsAndStates(len(unshown), len(unreported), _first(unshown), _first(unreported))
+    return ReportComparison(len(unshown), len(unreported), _format_first(unshown), _format_first(unreported))
 
 
 def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: float) -> bool:
-    """Whether a time lies in one of some spans, in order and apart, or no further away from one than is said."""
+    """Whether a time is in one of some sorted, disjoint spans, or at most `away_s` away from one."""
     after = bisect_right(spans, time_s + away_s, key=lambda span: span[0])
     return after > 0 and time_s <= spans[after - 1][1] + away_s
 
 
-def _matched(
+def _match(
     times: Sequence[float], spans: Sequence[tuple[float, float, int]]
 ) -> tuple[list[float], list[tuple[float, float, int]]]:
-    """Return the times and the spans that are left where each span takes one time: the one that ends first, first."""
+    """Match each time with one span, the one that ends first, and return the unmatched times and spans."""
     left, free = [], list(spans)
     for time_s in times:
         taken = min((span for span in free if span[0] <= time_s <= span[1]), key=lambda span: span[1], default=None)
@@ -105,7 +105,7 @@ def _matched(
     return left, free
 
 
-def _first(found: Sequence[tuple[float, _Bodies]]) -> str:
+def _format_first(found: Sequence[tuple[float, _Bodies]]) -> str:
     if not found:
         return ""
     time_s, bodies = min(found)
@@ -113,10 +113,10 @@ def _first(found: Sequence[tuple[float, _Bodies]]) -> str:
     return f"at {instant(time_s)} between {body_name(first)} and {body_name(second)}"
 
 
-def shown_by_states(reference: Trace, missed: Sequence[int], truth: LocalTruth, dt_s: float) -> frozenset[int]:
-    """Return which impacts that a run does not report its states show, among others of the same steps.
+def find_shown_by_states(reference: Trace, missed: Sequence[int], truth: LocalTruth, dt_s: float) -> frozenset[int]:
+    """Find unreported impacts that the states show among others of the same steps.
 
-    Of several impacts of a disc in one step, an engine may report the outcome alone.
+    For several impacts of a disc in one step, an engine may report the outcome only.
     """
     windows = truth.windows[truth.meetings["window"]]
     kept = np.flatnonzero(windows["entangled"] & ~truth.meetings["missed"] & ~np.isnan(truth.meetings["due_s"]))

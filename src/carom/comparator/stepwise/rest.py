@@ -1,4 +1,4 @@
-"""Pairs that gravity presses together: which rest in which steps, and how deep they sink over a run."""
+"""Resting pairs: pairs that gravity presses together, by step, and how deep they sink over a run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RESTING_STEPS = 2.5
 
 
 class _Rested(NamedTuple):
-    """How a pair rests: the gap at first, or 0, until when, and how much deeper it is than by falling."""
+    """State of a resting pair: the first gap or 0, the end time, and the depth beyond falling."""
 
     top_m: float
     until_s: float
@@ -31,7 +31,7 @@ class _Rested(NamedTuple):
 
 @dataclass
 class Rest:
-    """How deep pairs that rest have sunk so far, and when pushes hold them.
+    """Depth of resting pairs so far, and the times in which pushes hold them.
 
     Attributes:
         sunk_radii: The deepest, over the contact distance; 0 where none sank.
@@ -45,7 +45,7 @@ class Rest:
     _rested: dict[Pair, _Rested] = field(default_factory=dict)
 
     def add(self, block: Block, relative: NearPairs, resting: Flags) -> None:
-        """Take in some steps, in order of time; of those that were taken in before nothing more is known."""
+        """Add steps in order of time; steps that were added before are ignored."""
         times = block.states.time_s
         allowed = 0.5 * block.law.pull * block.dt_s**2
         # Where it hops, it may be found as deep as it falls in a step at the speed that counts as rest.
@@ -71,8 +71,8 @@ class Rest:
                 self.sinks_s = float(np.fmin(self.sinks_s, begin_s))
 
 
-def rests(block: Block, relative: NearPairs) -> Flags:
-    """Return in which steps which pairs rest, shape ``(steps, pairs)``."""
+def find_resting_pairs(block: Block, relative: NearPairs) -> Flags:
+    """Find the steps in which pairs rest, shape ``(steps, pairs)``."""
     gap, closing = relative.gap, np.abs(relative.closing)
     contact = np.array([block.law.reach(pair) for pair in relative.pairs])
     slow = RESTING_STEPS * relative.pulled * block.dt_s + relative.still

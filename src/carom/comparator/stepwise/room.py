@@ -1,4 +1,4 @@
-"""Whether a state leaves its discs room: what two bodies have crushed has no motion that PIC could tell."""
+"""Geometric possibility of a state: a disc that two bodies have crushed has no possible motion."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from carom.comparator.stepwise.block import Block
 from carom.comparator.stepwise.law import Pair
 
 
-def has_room(block: Block, step: int, pairs: Collection[Pair]) -> bool:
-    """Whether at the start of a step no disc lies between two opposite bodies that are nearer than it is wide.
+def is_geometrically_possible(block: Block, step: int, pairs: Collection[Pair]) -> bool:
+    """Whether at the start of a step no disc is between two opposite bodies that are nearer than its diameter.
 
-    Only what is driven comes to be so near. From such a state infinitely many impacts come at one instant, each at a
+    Only driven bodies come so near. From such a state infinitely many impacts come at one instant, each at a
     greater speed, and none of them makes room. Bodies are opposite as far as the places of discs are known.
 
     Args:

@@ -1,4 +1,4 @@
-"""The score of local truth: windows, meetings and slips of a run in numbers, and the grade that they allow."""
+"""Score of stepwise accuracy: windows, meetings and slips of a run in numbers, and the grade."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LocalScore:
-    """How the steps of a run compare with PIC, each from the run's own state at its start; to the end of the run.
+    """Comparison of the steps of a run with PIC, each from the run's own state at its start, to the end of the run.
 
-    Lateness, velocity, ratio and restitution are of windows of one impact: nobody owes one answer of several at once.
+    Lateness, velocity, ratio and restitution are of windows of one impact: several at once have no unique answer.
 
     Attributes:
         until_s: Time of the last state.
@@ -101,17 +101,17 @@ class LocalScore:
 
     @property
     def missed_own(self) -> int:
-        """Missed impacts that checking once per step does not explain: all within the horizon, beyond it PIT's not."""
+        """Missed impacts that sampling does not explain: all within the horizon, and beyond it those that PIT finds."""
         return max(self.missed_within, self.missed - self.missed_by_pit)
 
     @property
     def rounding(self) -> float:
-        """What counts as rounding of a velocity, over its own size, and of a place at rest."""
+        """Rounding error of a velocity, over its own size, and of a position at rest."""
         return 10.0 * THRESHOLDS.rounding_of(self.float_bits)
 
     @property
     def energy_rounding(self) -> float:
-        """The same of energy, over the scene's: in narrow floats it adds up over the impacts of a run."""
+        """Rounding error of energy, over the scene's: in narrow floats it adds up over the impacts of a run."""
         return THRESHOLDS.energy + (_ENERGY_32 * self.due if self.float_bits < 64 else 0.0)
 
     @property
@@ -132,24 +132,24 @@ class LocalScore:
         sampled = self.polygon or self.sunk_radii > self.rounding or self.missed
         if self.agrees and not sampled:
             return Grade.EXACT
-        # Of windows that are all entangled nobody can say how near to PIC's they are.
+        # Without windows of one impact, closeness to PIC is not known.
         near = (
             self.judged > 0
-            and _number(self.ratio[1]) <= THRESHOLDS.close
-            and _number(self.late_steps[1]) <= THRESHOLDS.close
+            and _zero_if_nan(self.ratio[1]) <= THRESHOLDS.close
+            and _zero_if_nan(self.late_steps[1]) <= THRESHOLDS.close
         )
         return Grade.CLOSE if near and not sampled else Grade.SAMPLED
 
 
-#: Energy that 32-bit floats round off at an impact, over the scene's.
+#: Rounding error of energy at an impact in 32-bit floats, over the scene's.
 _ENERGY_32 = 1e-7
 
 
-def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: float = math.inf) -> LocalScore:
-    """Return the score of the steps of a run.
+def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: float = math.inf) -> LocalScore:
+    """Compute the score of the steps of a run.
 
     Args:
-        truth: What became of them.
+        truth: The comparison of the steps with PIC.
         scales: The scene's own length and energy.
         float_bits: Width of the floats that the method declares.
         until_s: The horizon, seconds: beyond it a miss that PIT shares is sampling's.
@@ -167,9 +167,9 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     late = alone["late_steps"]
     known = alone["late_known"] + _LATE_KNOWN[float_bits >= 64]
     early = late < -known
-    missed = _once(truth.meetings[truth.meetings["missed"]])
+    missed = _drop_continuations(truth.meetings[truth.meetings["missed"]])
     due_s = np.where(np.isnan(missed["due_s"]), missed["begin_s"], missed["due_s"])
-    invented, (first_invented, first_invented_s), slipped = _inventions(truth)
+    invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
     restitution = scored["restitution"][single]
     # Places round at the start and at the end, and a velocity's rounding moves them for the length of the window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
@@ -184,9 +184,9 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         due=int(rows["due"].sum()),
         missed=len(missed),
         missed_by_pit=int(missed["pit_missed"].sum()),
-        # What is due at the horizon itself, as instants are known to rounding, lies beyond it.
+        # An impact due at the horizon itself, to rounding, is beyond it.
         missed_within=int(np.sum(due_s < until_s * (1.0 - THRESHOLDS.rounding))),
-        first_missed=_where(missed[0]) if len(missed) else "",
+        first_missed=_format_place(missed[0]) if len(missed) else "",
         first_missed_s=float(due_s[0]) if len(missed) else math.nan,
         invented=invented,
         first_invented=first_invented,
@@ -203,7 +203,7 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         worse_than_pit=int(np.sum(ratio[single] > 1.0 + THRESHOLDS.ratio_known_of(float_bits))),
         judged=int(single.sum()),
         restitution=_median_and_worst(np.abs(restitution[~np.isnan(restitution)])),
-        energy=_unpaid_j(scored) / scales.energy_j if scales.energy_j else 0.0,
+        energy=_unexplained_energy_j(scored) / scales.energy_j if scales.energy_j else 0.0,
         slipped=slipped,
         drifts=truth.slip_counts[1],
         drift=float(np.max(truth.slips["moved_m"], initial=0.0)) / scales.length_m,
@@ -217,18 +217,18 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     )
 
 
-#: To what part of a step lateness is known at best, by whether floats have 64 bits: a hundredth is called close.
+#: Accuracy of lateness in steps, by whether floats have 64 bits; a hundredth is called close.
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 
 def _ratio(error: Array, price: Array, rounding: float) -> Array:
-    """Return errors over prices: 0 of what is rounding, infinity where nothing was to be paid."""
+    """Return errors over costs of sampling: 0 for rounding errors, infinite where sampling costs nothing."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(error <= rounding, 0.0, np.where(price <= rounding, math.inf, error / price))
 
 
-def _number(worst: float) -> float:
-    """Return the worst of some numbers, 0 where there was none."""
+def _zero_if_nan(worst: float) -> float:
+    """Return a number, or 0 where it is NaN."""
     return 0.0 if math.isnan(worst) else worst
 
 
@@ -238,8 +238,8 @@ def _median_and_worst(values: Array) -> tuple[float, float]:
     return (median(values), float(np.max(values)))
 
 
-def _once(meetings: NDArray[np.void]) -> NDArray[np.void]:
-    """Return meetings in order of time, without those that go on with one of the same pair."""
+def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
+    """Return meetings in order of time, without those that continue one of the same pair."""
     ended: dict[tuple[int, int], float] = {}
     kept = []
     order = np.argsort(meetings["begin_s"], kind="stable")
@@ -251,12 +251,12 @@ def _once(meetings: NDArray[np.void]) -> NDArray[np.void]:
     return meetings[kept]
 
 
-def _where(meeting: np.void) -> str:
+def _format_place(meeting: np.void) -> str:
     return f"at {instant(float(meeting['begin_s']))} between {pair_name(meeting)}"
 
 
-def _inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
-    """Return how many discs' turns with nothing near are inventions, the first of them, and the largest of the rest."""
+def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
+    """Return the number of invented turns (with nothing near), the first of them, and the largest of the rest."""
     found: list[tuple[float, str]] = []
     slipped = 0.0
     turned = truth.windows[truth.windows["turned"]]
@@ -276,8 +276,8 @@ def _inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float
     return len(found), (first, first_s), slipped
 
 
-def _unpaid_j(scored: NDArray[np.void]) -> float:
-    """Return the energy that PIT does not gain or lose from the same states, joules."""
+def _unexplained_energy_j(scored: NDArray[np.void]) -> float:
+    """Return the energy gained or lost beyond PIT's from the same states, joules."""
     gained = np.abs(scored["energy_j"])
     passed = scored["missed"] > 0
     alone = np.maximum(gained - scored["energy_price_j"], 0.0)

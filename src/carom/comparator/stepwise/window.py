@@ -1,4 +1,4 @@
-"""A window of a run before it is judged: its states, what PIC makes of the first, and how other states differ."""
+"""Window of a run before it is judged: its states, PIC's run from the first, and differences of other states."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _RESTING = 1e-3
 
 @dataclass(frozen=True)
 class Difference:
-    """How a state differs from PIC's after some of its impacts: velocities, rims, places, and PIC's state there."""
+    """Difference of a state from PIC's after some of its impacts: velocities, rims, positions, and PIC's state."""
 
     velocity: float
     spin: float
@@ -30,7 +30,7 @@ class Difference:
 
 
 class Window:
-    """A window and what is known of it before it is judged."""
+    """A window with the derived states that its judgement needs."""
 
     def __init__(self, block: Block, chain: StepChain, activity: Activity) -> None:
         self.block, self.chain, self.law, self.activity = block, chain, block.law, activity
@@ -41,7 +41,9 @@ class Window:
         #: What rounding makes of places, of two discs together.
         self.touching = 2.0 * float(block.place_rounding[steps][:, discs].max())
         fastest = max(float(block.own_speed[steps][:, discs].max()), 1e-300)
-        self.pairs = _within_reach(self.law, self.start, discs, fastest, self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s)
+        self.pairs = _find_pairs_in_reach(
+            self.law, self.start, discs, fastest, self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
+        )
         is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
         # A root at the window's end may be found a rounding later than the run found it.
         beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
@@ -71,9 +73,9 @@ class Window:
         resting: Pair | None,
         flown: dict[int, BodyStates] | None = None,
     ) -> Difference:
-        """Return how a state differs from PIC's after as many impacts as it has come to.
+        """Return the difference of a state from PIC's, after as many impacts as the state has reached.
 
-        `flown` holds PIC's states after so many impacts, for who asks of several states with all else the same.
+        `flown` caches PIC's states by number of impacts, for several calls with the same other arguments.
         """
         best: Difference | None = None
         flown = {} if flown is None else flown
@@ -92,7 +94,7 @@ class Window:
 
     @property
     def meets_at_rest(self) -> bool:
-        """Whether one rests on something and meets another: PIC's run from a single state ends where one rests."""
+        """Whether a resting disc meets another one; PIC's run from a single state ends where a disc rests."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def lies_ahead(self, state: BodyStates, met: Met) -> bool:
@@ -102,7 +104,7 @@ class Window:
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
 
 
-def _within_reach(law: Law, start: BodyStates, discs: list[int], fastest: float, seconds: float) -> list[Pair]:
+def _find_pairs_in_reach(law: Law, start: BodyStates, discs: list[int], fastest: float, seconds: float) -> list[Pair]:
     """Return the pairs that can meet at all: an impact may double a speed, and a chain of them is short."""
     reach = 4.0 * (fastest + law.fastest_wall) * seconds + law.pull * seconds**2
     return [pair for pair in law.pairs_of(discs) if start.contact(pair).gap <= reach]

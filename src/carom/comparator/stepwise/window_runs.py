@@ -1,4 +1,4 @@
-"""PIC and PIT from any state of a few bodies, within a window of a run."""
+"""Runs of PIC and PIT from any state of a few bodies, within a window."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carom.comparator.finite_walls import NO_FEATURE
 from carom.comparator.stepwise.bodies import BodyStates, Separation
 from carom.comparator.stepwise.law import TOUCH, Pair
 
-#: Impacts without end within a window, which an inelastic collapse is, are followed so far.
+#: Largest number of impacts within a window; an inelastic collapse has infinitely many.
 MOST_IMPACTS = 2000
 
 

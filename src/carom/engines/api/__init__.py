@@ -1,10 +1,9 @@
-"""THE SEAM: all of Carom that the author of an engine adapter imports.
+"""Adapter interface: everything that the author of an engine adapter imports from Carom.
 
-An adapter is any object with the attributes of `Adapter`; no base class is needed. Register it under the entry-point
-group ``carom.adapters`` and the harness finds it. The harness drives the world that `prepare` returns: it measures,
-joins the steps of one contact into one impact, derives the effective times, and skips scenes by what `capabilities`
-declares.
-``docs/reference/adapters.md`` builds one in forty lines.
+An adapter is any object with the attributes of `Adapter`; no base class is needed. Register it in the entry-point group
+``carom.adapters``, and the harness finds it. The harness drives the world that `prepare` returns. It measures, joins
+the steps of one contact into one impact, derives effective times, and skips scenes that `capabilities` excludes.
+``docs/reference/adapters.md`` builds an adapter in forty lines.
 """
 
 from carom.engines.api.checks import require_sound, require_supported, unsupported_reason

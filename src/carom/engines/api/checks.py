@@ -1,4 +1,4 @@
-"""What an engine must not be given: numbers that no scene has, and scenes beyond what its adapter declares."""
+"""Input checks for engines: finite numbers, and only scenes that the adapter declares to support."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from carom.model.scene import Disc, Need, Scene
 from carom.model.trace import Setting
 from carom.support.formatting import number
 
-#: The engines count steps in a C int.
+#: Engines count steps in a C int.
 MAX_STEPS = 2**31 - 1
 
-#: Bits of a float after the leading one (IEEE 754), by the widths that can be declared. Of 16 bits nothing exact can be
-#: said: a hundred units in the last place, which count as rounding, would be a tenth of the value.
+#: Bits of a float after the leading one (IEEE 754), by declarable width. 16 bits can't be declared: a hundred units in
+#: the last place, which count as rounding, would be a tenth of the value.
 MANTISSA_BITS = {32: 23, 64: 52}
 
-#: How an engine makes one coefficient of those of two bodies, which are 0 to the greatest it takes: the least and the
-#: greatest coefficient that a wall can have with that of two discs. "pair" makes none: any two can be asked for.
+#: Rules by which an engine combines the coefficients of two bodies, each from 0 to a largest value. Each function
+#: returns the smallest and largest coefficient of a wall that are possible with a coefficient of two discs. "pair"
+#: means no combination: all coefficients are possible.
 COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
     "pair": lambda _, most: (0.0, most),
     "one": lambda pair, _: (pair, pair),
@@ -32,8 +33,8 @@ COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
 }
 
 
-#: Laws of a scene that are any number, 0 or more.
-_NONE_BELOW_0 = ("friction", "wall_friction", "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
+#: Fields of a scene that must be at least 0.
+_NON_NEGATIVE = ("friction", "wall_friction", "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
 
 
 def require_sound(
@@ -45,26 +46,26 @@ def require_sound(
     at_most: Mapping[str, float] | None = None,
     words: Mapping[str, Sequence[str]] | None = None,
 ) -> None:
-    """Refuse what no engine should see: numbers that no validated scene has, and settings that there aren't.
+    """Refuse scenes with invalid numbers, and unknown or invalid settings.
 
-    Engines abort on such numbers, or silently make something else of them, and a scene can have been made without its
-    validation. What is beyond an engine's own limits is for `require_supported`, and the adapter, to refuse.
+    Engines abort on such numbers or silently change them, and a scene can be created without validation. Limits of an
+    engine are checked by `require_supported` and by the adapter.
 
     Args:
-        engine: What the message calls the engine.
+        engine: Name of the engine in messages.
         scene: The scene.
-        settings: The settings asked for.
-        known: Names of all settings but ``dt_s``.
-        at_least: Least values of settings that have one, ``dt_s`` among them.
-        at_most: Greatest values, likewise.
-        words: What settings may be that are one of some words.
+        settings: The requested settings.
+        known: Names of all settings except ``dt_s``.
+        at_least: Smallest values of settings, including ``dt_s``.
+        at_most: Largest values of settings, including ``dt_s``.
+        words: Allowed words of settings that are words.
 
     Raises:
-        AdapterError: Names the field or setting, and its value.
+        AdapterError: A field or setting is invalid; the message contains its name and value.
     """
     for name, setting in settings.items():
         if name not in ("dt_s", *known):
-            raise AdapterError(f"{engine}: no setting {name!r}; there are: {', '.join(('dt_s', *known))}")
+            raise AdapterError(f"{engine}: no setting {name!r}; available: {', '.join(('dt_s', *known))}")
         if setting != setting:
             raise AdapterError(f"{engine}: {name} must be a number, got {setting}")
         if words and name in words and setting not in words[name]:
@@ -87,11 +88,11 @@ def require_sound(
             ("inertia_factor", disc.inertia_factor, disc.inertia_factor > 0),
         ):
             if not sound:
-                raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which no disc has")
+                raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which is not possible for a disc")
     for field, value in (("restitution", scene.restitution), ("wall_restitution", scene.wall_restitution)):
         if not 0 <= value <= 1:
             raise AdapterError(f"{engine}: {field} must lie in 0 to 1, got {value}")
-    for field in _NONE_BELOW_0:
+    for field in _NON_NEGATIVE:
         if not 0 <= (value := getattr(scene, field)) < math.inf:
             raise AdapterError(f"{engine}: {field} must be a number, 0 or more, got {value}")
     if not all(map(math.isfinite, scene.gravity_m_s2)):
@@ -99,11 +100,11 @@ def require_sound(
 
 
 def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *, located: bool = False) -> str:
-    """Return why a method that declares these capabilities can't run the scene; empty where it can.
+    """Return why a method with these capabilities can't run the scene; empty if it can.
 
     Args:
         scene: The scene.
-        capabilities: What is declared.
+        capabilities: Declared capabilities.
         dt_s: Step, seconds.
         located: Whether the steps are cut.
     """
@@ -113,7 +114,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
             return f"the scene has {need.value}, which this method does not support{suffix}"
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
-        # Semi-implicit and explicit Euler alike; whole steps make up for it, as an overlap found late undoes the loss.
+        # This holds for semi-implicit and explicit Euler. With whole steps, the late detection cancels the error.
         gained = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
             f"discs fall onto what does not fall, and this profile cuts its steps: an engine's step of {dt_s:g} s "
@@ -172,7 +173,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
     if farthest > capabilities.max_coordinate_m:
         return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
-    # Where positions are rounded by more than a disc is large, there is no telling where it is.
+    # If positions are rounded by more than the size of a disc, its location is undefined.
     rounding, smallest = farthest * 2.0 ** -MANTISSA_BITS[capabilities.float_bits], min(d.radius_m for d in scene.discs)
     if rounding > smallest:
         floats = f"{capabilities.float_bits}-bit floats"
@@ -185,7 +186,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
 
 
 def _supports(capabilities: Capabilities, need: Need) -> bool:
-    """Whether what a scene needs is declared; most capabilities bear the need's name."""
+    """Whether a need of a scene is declared. Most capabilities have the name of the need."""
     match need:
         case Need.IMMOVABLE:
             return capabilities.immovable_discs
@@ -193,14 +194,14 @@ def _supports(capabilities: Capabilities, need: Need) -> bool:
             return capabilities.posts or capabilities.arcs
         case Need.FRICTION:
             return capabilities.friction[1] > 0.0
-        case Need.RESTITUTION:  # declared as a range, which the coefficients are compared with
+        case Need.RESTITUTION:  # declared as a range, which is checked separately
             return True
         case _:
             return bool(getattr(capabilities, need.name.lower()))
 
 
 def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
-    """Return why discs and walls can't have these two coefficients in one scene; empty where they can."""
+    """Return why discs and walls can't have these coefficients in one scene; empty if they can."""
     if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
         return ""
     (name, pair), *of_walls = coefficients
@@ -217,19 +218,19 @@ def _can_turn(disc: Disc) -> bool:
 
 
 def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
-    """Refuse a scene that the declared capabilities exclude, in the words in which the harness skips it.
+    """Refuse a scene that the declared capabilities exclude, for the same reason as the harness.
 
-    One limit is left to the harness: below which closing speed contacts are inelastic belongs to a profile, and
-    `prepare` is given settings.
+    One limit is checked only by the harness: the closing speed below which contacts are inelastic, since it belongs to
+    a profile, and `prepare` gets only settings.
 
     Args:
-        engine: What the message calls the engine.
-        scene: The scene, sound as `require_sound` has it.
-        capabilities: What the adapter declares.
+        engine: Name of the engine in messages.
+        scene: The scene, checked by `require_sound`.
+        capabilities: Declared capabilities of the adapter.
         dt_s: Step, seconds.
 
     Raises:
-        AdapterError: With the capability as the reason.
+        AdapterError: A capability excludes the scene; the message contains the reason.
     """
     if reason := unsupported_reason(scene, replace(capabilities, restitution_threshold_m_s=0.0), dt_s):
         raise AdapterError(f"{engine}: {reason}")

@@ -1,4 +1,4 @@
-"""What adapters of several engines need alike, for their authors to use: none of it is asked for by the harness."""
+"""Helpers shared by adapters of several engines. Their use is optional: the harness does not require them."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ Vector = tuple[float, float]
 #: multiplying and dividing by it is exact.
 VANISHING = 2.0**-600
 
-#: Impacts on driven bodies that a wall without half-planes is long enough for: no number is enough for a disc that is
-#: crushed, and a paddle or a piston has few.
+#: Number of impacts on driven bodies for which replacements of half-planes are long enough. A paddle or a piston has
+#: few; for a disc that is crushed, no number is enough.
 DRIVEN_IMPACTS = 32
 
 
 class StepClock:
-    """The time of a world that counts its steps: of equal length, until they are cut or a state is restored.
+    """Time of a world, from the number of its steps. Steps have equal length until they are cut.
 
     Attributes:
-        dt_s: Length of the coming steps, seconds.
+        dt_s: Length of the following steps, seconds.
     """
 
     def __init__(self, dt_s: float) -> None:
@@ -30,7 +30,7 @@ class StepClock:
         self._start_s, self._steps = 0.0, 0
 
     def count(self, steps: int) -> None:
-        """Count steps that were taken."""
+        """Add steps that were taken."""
         self._steps += steps
 
     @property
@@ -40,45 +40,45 @@ class StepClock:
 
     @property
     def step_began_s(self) -> float:
-        """When the last step began."""
+        """Start of the last step, seconds from the start."""
         return self._start_s + (self._steps - 1) * self.dt_s
 
     def cut(self, dt_s: float) -> None:
-        """Take steps of another length from here on."""
+        """Set the length of the following steps."""
         self.restart(self.now_s)
         self.dt_s = dt_s
 
     def restart(self, time_s: float) -> None:
-        """Come back to a time."""
+        """Continue from a time, seconds from the start."""
         self._start_s, self._steps = time_s, 0
 
 
 def factored_restitutions(scene: Scene) -> tuple[float, float]:
-    """Return restitutions (of every disc, of every wall) whose products are the coefficients that a scene asks for."""
+    """Return restitutions (of every disc, of every wall) whose products are the coefficients of a scene."""
     return _factored(scene.restitution, scene.wall_restitution)
 
 
 def factored_frictions(scene: Scene) -> tuple[float, float]:
-    """Return coefficients of friction (of every disc, of every wall) whose products are those that a scene asks for."""
+    """Return coefficients of friction (of every disc, of every wall) whose products are those of a scene."""
     return _factored(scene.friction, scene.wall_friction)
 
 
 def _factored(pair: float, wall: float) -> tuple[float, float]:
     """Factor the coefficients of two discs, and of a disc and a wall, for an engine that multiplies those of bodies.
 
-    A disc gets the root of the pair's coefficient. Where that is zero and the walls' is not, no ordinary factor would
-    do; but the square of a tiny one vanishes, and its product with a huge one does not.
+    A disc gets the root of the pair's coefficient. If that is zero and the walls' is not, no ordinary factor works. The
+    square of a tiny factor underflows to 0, and its product with a huge one does not.
     """
     disc = math.sqrt(pair) if pair > 0 else VANISHING
     return disc, wall / disc
 
 
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
-    """Return the middle of a scene, and how far from it any point of a disc can be at any time of the scene, metres.
+    """Return the middle of a scene, and the largest distance from it that any point of a disc can reach, metres.
 
-    For an engine without half-planes, whose walls must be as long and deep as that. No impact adds energy, so no disc
-    is ever faster than if it alone had all the energy of the scene, that of turning with it, or than gravity makes it
-    besides. A driven body adds up to twice its speed at each impact: `DRIVEN_IMPACTS` of these are allowed for.
+    Engines without half-planes need it for the size of walls. No impact adds energy, so the speed of a disc is limited
+    by the total energy of the scene, including that of spins, and by gravity. A driven body adds up to twice its speed
+    at each impact; `DRIVEN_IMPACTS` of these are included.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)
@@ -94,27 +94,27 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     belts = [abs(wall.surface_speed_m_s) for wall in scene.walls]
     fastest += 2.0 * DRIVEN_IMPACTS * max((*driven, *belts), default=0.0)
     duration_s = scene.duration_s + dt_s
-    # What one disc gains by falling, impacts may pass on to a lighter one.
+    # Impacts can transfer the energy that a disc gains by falling to a lighter disc.
     gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
     return centre, start + (fastest + gained) * duration_s
 
 
 def is_fast(disc: Disc, dt_s: float) -> bool:
-    """Whether a disc moves by more than its radius in a step: what continuous detection is for."""
+    """Whether a disc moves by more than its radius in a step, so that it needs continuous detection."""
     return disc.drive.fastest * dt_s > disc.radius_m
 
 
 def pair_of(a: int, b: int) -> tuple[int, int]:
-    """Return two bodies in the order of `Contact`: the disc of the lower number first, a wall second."""
+    """Return two bodies in the order of `Contact`: the disc with the lower number first, a wall second."""
     low, high = (a, b) if a < b else (b, a)
     return (high, low) if low < 0 else (low, high)
 
 
 def flattened(normal: Vector, impulse_n_s: float) -> tuple[Vector, float]:
-    """Return what of a push in space lies in the plane: its unit normal, and its impulse along that.
+    """Project an impulse in space onto the plane: return its unit normal, and its size along that.
 
-    For bodies that lean out of the plane. `normal` is the first two components of a unit vector; a push straight out of
-    the plane, (0, 0), is none within it.
+    For bodies that lean out of the plane. `normal` is the first two components of a unit vector. An impulse
+    perpendicular to the plane, (0, 0), has size 0.
     """
     length = math.hypot(*normal)
     if length == 0.0:
@@ -127,7 +127,7 @@ def oriented_contact(
 ) -> Contact:
     """Return the contact of two bodies in either order; `normal` is from `a` to `b`, the tangential impulse on `b`.
 
-    Of the two bodies exchanged, normal, tangent and impulse all turn round, and the tangential impulse is the same.
+    If the bodies are exchanged, normal, tangent and impulse are reversed, and the tangential impulse stays the same.
     """
     first, second = pair_of(a, b)
     nx, ny = normal

@@ -1,4 +1,4 @@
-"""What an adapter is made of: what it declares, the worlds that it prepares, and what these report."""
+"""Types of the adapter interface: declarations of an adapter, worlds that it prepares, and observations of a world."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Vector = tuple[float, float]
 
 
 class ContactTimes(Enum):
-    """What the time that an engine gives a contact means; the value is the sentence shown."""
+    """Meaning of the time of a contact. The value is the phrase shown."""
 
     SOLVED = "solved for within the step"
     STEP = "reported to the step"
@@ -29,7 +29,7 @@ class ContactTimes(Enum):
 
 
 class Stamp(Enum):
-    """Which instant of its step an engine's contact time is; the value is the sentence shown."""
+    """Instant of the step to which the time of a contact refers. The value is the phrase shown."""
 
     START = "the start of the step in which the engine answered the contact"
     END = "the end of the step in which the engine answered the contact"
@@ -38,18 +38,18 @@ class Stamp(Enum):
 
 @dataclass(frozen=True)
 class Engine:
-    """Which engine an adapter drives, known without importing it.
+    """The engine that an adapter drives, described without importing it.
 
     Attributes:
-        name: What people call the engine.
+        name: Common name of the engine.
         module: Module to import; empty for a method that needs no installation of its own.
-        distribution: Distribution whose version counts.
-        install: The command that installs it, shown where it is missing.
+        distribution: Distribution whose version is reported.
+        install: Command that installs the engine, shown if it is missing.
         no_wheel_from: First CPython version for which the engine publishes no wheel, if any.
-        oldest: Oldest release that the adapter drives as it says, as "5.7": one that is older is unavailable. Empty
-            where none is known to fail.
-        newest_tried: Newest release that the adapter was run on. A newer one is run, and said to be untried. Empty
-            where nobody has noted it.
+        oldest: Oldest release that the adapter supports, such as "5.7". An older one is unavailable. Empty if none is
+            known to fail.
+        newest_tried: Newest release that the adapter was run on. A newer one is run and reported as untried. Empty if
+            unknown.
     """
 
     name: str
@@ -63,47 +63,47 @@ class Engine:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What an engine can do, declared. The harness skips on this alone, and says so.
+    """Declared capabilities of an engine. The harness skips scenes by these alone, and reports the reason.
 
     Attributes:
         walls: Half-plane walls.
         segments: Walls of straight edges, from both sides.
         arcs: Walls of arcs and circles, from both sides.
-        posts: Circles, from outside; who has arcs need not say so.
+        posts: Circles, from outside; implied by `arcs`.
         wall_materials: Whether walls can have a restitution and friction of their own.
         immovable_discs: Discs of infinite mass.
         driven_walls: Walls that move at a velocity of their own.
         driven_discs: Discs of infinite mass that move and spin.
         legs: Whether the velocity of a driven body can change at given instants.
-        belts: Whether the surface of a wall can run.
-        edge_belts: Whether that of edges and circles can, too, to the left of the normal on either side.
+        belts: Whether walls can be conveyors.
+        edge_belts: Whether edges and circles can be conveyors too, running to the left of the normal on either side.
         gravity: Uniform gravity.
         damping: Linear damping of velocities and spins, by the scene's law.
         rolling_resistance: Rolling resistance between discs and walls, by the scene's law: `docs/theory/contact.md`.
-        table_friction: A table that slows discs down by one deceleration until they stop.
-        restitution: Least and greatest coefficient of restitution that is simulated as asked for.
-        restitution_combine: Which coefficients of discs and of walls come out as asked for in one scene: a rule of
-            `carom.engines.api.checks.COMBINE_RULES`; "pair" for any.
-        restitution_threshold_m_s: Contacts that close at no more than this are made inelastic.
-        spin: Whether discs turn, as fast at the start and as hard to turn as the scene says.
-        min_inertia_factor: Least inertia factor of a disc that can turn.
-        friction: Least and greatest coefficient of Coulomb friction that is simulated as asked for; 0 always is.
-        friction_combine: The same of friction.
-        tangential_restitution: Whether friction can give slip back as asked for.
-        max_turn_rad: Greatest angle by which a disc turns in one step, whatever its spin.
-        max_spin_rad_s: Greatest spin that is simulated as asked for.
-        contact_times: What a reported contact time means.
-        stamp: Which instant of a step it is.
+        table_friction: Table deceleration: discs slow down at a constant rate until they stop.
+        restitution: Smallest and largest coefficient of restitution that is simulated exactly.
+        restitution_combine: How the coefficients of discs and walls in one scene depend on each other: a rule of
+            `carom.engines.api.checks.COMBINE_RULES`; "pair" if they are independent.
+        restitution_threshold_m_s: Contacts with at most this closing speed are inelastic.
+        spin: Whether discs turn, with the scene's initial spins and moments of inertia.
+        min_inertia_factor: Smallest inertia factor of a disc that can turn.
+        friction: Smallest and largest coefficient of Coulomb friction that is simulated exactly; 0 always is.
+        friction_combine: As `restitution_combine`, for friction.
+        tangential_restitution: Whether the scene's tangential restitution is supported.
+        max_turn_rad: Largest angle by which a disc turns in one step, whatever its spin.
+        max_spin_rad_s: Largest spin that is simulated exactly.
+        contact_times: Meaning of a reported contact time.
+        stamp: Instant of the step to which a reported contact time refers.
         continuous_detection: Whether a body can be kept from tunnelling through another within one step.
-        max_speed_m_s: Greatest speed that is simulated as asked for.
-        max_coordinate_m: Greatest distance from the origin that is simulated.
-        max_move_m: Greatest distance that a body moves in one step, whatever its velocity.
-        min_radius_m: Least radius of a disc that is simulated.
-        max_radius_m: Greatest radius of a disc that is simulated.
-        min_mass_kg: Least mass of a disc that is simulated.
-        max_mass_kg: Greatest mass of a movable disc that is simulated.
-        float_bits: Width of the engine's floating-point numbers, 32 or 64; narrower ones are held to 32.
-        dimensions: 2, or 3 where discs are bodies in space, held or not held in a plane.
+        max_speed_m_s: Largest speed that is simulated exactly.
+        max_coordinate_m: Largest distance from the origin that is simulated.
+        max_move_m: Largest distance that a body moves in one step, whatever its velocity.
+        min_radius_m: Smallest radius of a disc.
+        max_radius_m: Largest radius of a disc.
+        min_mass_kg: Smallest mass of a disc.
+        max_mass_kg: Largest mass of a movable disc.
+        float_bits: Width of the engine's floating-point numbers, 32 or 64. Declare 32 for narrower ones.
+        dimensions: 2, or 3 if discs are bodies in space, whether or not they are kept in a plane.
         deterministic: Whether two runs in one process are identical to the bit.
     """
 
@@ -149,18 +149,18 @@ class Capabilities:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What a profile owns up to, beyond what checking once per step costs PIT; the conformance suite holds it to that.
+    """Declared errors of a profile in addition to those of PIT. The conformance suite tests them.
 
-    The default is the promise of a method without an error of its own.
+    The default is that of a method without an error of its own.
 
     Attributes:
-        late_steps: Most steps by which one impact turns the path later than PIT might at the same step.
-        velocity: Greatest error of a velocity after an impact beyond PIT's at the same step, over the scene's greatest
+        late_steps: Largest number of steps by which an impact may be later than with PIT at the same step.
+        velocity: Largest error of a velocity after an impact in addition to PIT's, as a fraction of the scene's largest
             speed.
-        energy: Greatest part of the kinetic energy that elastic impacts gain or lose; what is below a millionth never
+        energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. Less than a millionth never
             counts.
-        margin_m: Greatest gap at which bodies are answered as if they touched, metres: that of speculative contacts.
-            What it allows is what bodies show that are thicker by it: `carom.conformance.contact_margin`.
+        margin_m: Largest gap at which bodies collide, metres, as with speculative contacts. It allows the results of
+            bodies that are thicker by it: `carom.conformance.contact_margin`.
     """
 
     late_steps: float = 0.0
@@ -171,17 +171,17 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Profile:
-    """A named, attributed set of engine settings, a function of the step.
+    """A named set of engine settings, as a function of the step.
 
     Attributes:
-        description: One sentence: what this profile stands for, and where its settings come from.
-        settings: Takes the step in seconds, gives every setting by name; ``dt_s`` is among them.
-        accuracy: What results with these settings are promised to be no worse than.
-        located: Whether the harness cuts the steps so that they end where bodies begin to touch; `prepare` must then
+        description: One sentence: the purpose of this profile and the source of its settings.
+        settings: Returns all settings by name, including ``dt_s``, for a step in seconds.
+        accuracy: Declared accuracy with these settings.
+        located: Whether the harness cuts the steps so that they end when bodies begin to touch. `prepare` must then
             return a `CuttableWorld`.
-        capabilities: What the engine can do with these settings, where that is not what the adapter declares.
-        changed: Of a profile that stands for the engine as shipped, all that is not left so, by the engine's own name,
-            with the reason. What is not named here is as shipped.
+        capabilities: Capabilities with these settings, if they differ from those of the adapter.
+        changed: For a profile of the engine's default settings: every setting that differs from the engine's default,
+            by the engine's own name, with the reason.
     """
 
     description: str
@@ -194,16 +194,16 @@ class Profile:
 
 @dataclass(frozen=True)
 class Knob:
-    """A setting that ``carom tune`` may turn, and how far: between two values, or among some.
+    """A setting that ``carom tune`` may change: a range or a list of choices.
 
     Attributes:
-        low: Its least value; of a setting that is a whole number, one.
-        high: Its greatest value, of the same kind.
-        log: Whether the values between are spread by their ratios; `low` must be above 0 then.
-        choices: The values that it may take, instead of a least and a greatest.
+        low: Smallest value; a whole number if the setting is one.
+        high: Largest value, of the same type.
+        log: Whether values are sampled on a logarithmic scale; `low` must then be above 0.
+        choices: The possible values, instead of a range.
 
     Raises:
-        InputError: There is neither a range nor a choice, or both, or the range is empty or not finite.
+        InputError: There is neither a range nor a list of choices, or both, or the range is empty or not finite.
     """
 
     low: int | float | None = None
@@ -214,17 +214,17 @@ class Knob:
     def __post_init__(self) -> None:
         if self.choices:
             if self.low is not None or self.high is not None:
-                raise InputError(f"a knob has choices, or low and high, and this one has both: {self}")
+                raise InputError(f"a knob has either choices or low and high, this one has both: {self}")
             return
         low, high = self.low, self.high
         if low is None or high is None or type(low) is not type(high) or not -math.inf < low < high < math.inf:
             raise InputError(f"a knob needs choices, or low below high, both whole or both not, got {low} and {high}")
         if self.log and not low > 0:
-            raise InputError(f"low of a knob that is spread by ratios must be above 0, got {low}")
+            raise InputError(f"low of a knob with a logarithmic scale must be above 0, got {low}")
 
     @property
     def example(self) -> Setting:
-        """A value that it may take, of the kind that the setting is."""
+        """One possible value, of the setting's type."""
         return self.choices[0] if self.low is None else self.low
 
 
@@ -234,19 +234,18 @@ class Contact:
 
     Attributes:
         first: The disc.
-        second: The other disc, of a higher number, or a wall, ``wall_body(k)``.
-        time_s: The time that the engine gives the contact, seconds from the start.
+        second: The other disc, with a higher number, or a wall, ``wall_body(k)``.
+        time_s: Time of the contact as reported by the engine, seconds from the start.
         normal: Unit vector from first to second.
-        impulse_n_s: Impulse along the normal, newton seconds, 0 for a contact that did nothing; None where the engine
-            does not tell.
-        velocities: Velocities of first and second just before and just after, ``(first before, second before, first
-            after, second after)``, from a method that knows them; such a contact is an impact as it stands. None from
-            an engine: the harness then reads the velocities from the states around the contact.
-        tangential_impulse_n_s: Impulse of friction along the normal turned by +90 degrees, newton seconds, on `second`;
-            `first` receives the opposite. So it is the same number whichever of the two comes first. None where the
-            engine does not tell.
-        spins_rad_s: Spins of the two bodies, in the order of `velocities` and with them; 0 of a wall. None where no
-            disc turns.
+        impulse_n_s: Impulse along the normal, newton seconds; 0 for a contact without effect, None if the engine does
+            not report it.
+        velocities: Velocities just before and after, ``(first before, second before, first after, second after)``, if
+            the method knows them. The contact is then an impact by itself. If None, the harness reads the velocities
+            from the states around the contact.
+        tangential_impulse_n_s: Impulse of friction on `second` along the normal turned by +90 degrees, newton seconds;
+            `first` receives the opposite. The number does not depend on the order of the bodies. None if the engine
+            does not report it.
+        spins_rad_s: Spins of the two bodies, in the order of `velocities`; 0 for a wall. None if no disc turns.
     """
 
     first: int
@@ -267,9 +266,9 @@ class Observation:
         position_m: Centres, shape ``(n, 2)``, metres.
         velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
         contacts: Contacts of the last step.
-        warning: What the engine's own warning counters say; not empty means that the state is not to be trusted.
-        spin_rad_s: Spins, counterclockwise, shape ``(n,)``, radians a second; None from an adapter that knows nothing
-            of them, and where no disc turns.
+        warning: Text of the engine's own warnings. If it is not empty, the state is not reliable.
+        spin_rad_s: Spins, counterclockwise, shape ``(n,)``, radians a second; None from an adapter without spins, or if
+            no disc turns.
     """
 
     position_m: NDArray[np.float64]
@@ -284,54 +283,54 @@ class World(Protocol):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings really used, read back from the engine where it can be read."""
+        """The settings in use, read back from the engine if possible."""
 
     def advance(self, steps: int) -> None:
-        """Take `steps` steps. This is the timed path: as near to the engine's own loop as its interface allows."""
+        """Take `steps` steps. This is timed, so keep it as close to the engine's own loop as possible."""
 
     def observe(self) -> Observation:
-        """Return the present state and the contacts of the last step. Never timed."""
+        """Return the present state and the contacts of the last step. This is not timed."""
 
     def close(self) -> None:
-        """Release what the engine holds. Called once, also after an error."""
+        """Release the engine's resources. Called once, also after an error."""
 
 
 @runtime_checkable
 class TimedWorld(World, Protocol):
-    """A world that measures its own steps, where the way to it is no part of what the engine costs."""
+    """A world that times its own steps, so that the cost of communication is excluded."""
 
     @property
     def seconds(self) -> float:
-        """Seconds that all steps have taken so far, by a monotonic clock."""
+        """Total seconds of all steps so far, by a monotonic clock."""
 
 
 @runtime_checkable
 class CuttableWorld(World, Protocol):
-    """A world whose steps can be cut and taken back, for a profile that is ``located``."""
+    """A world whose steps can be cut and undone, for profiles with ``located``."""
 
     def cut(self, dt_s: float) -> None:
-        """Make the coming steps `dt_s` seconds long; contacts keep carrying the time from the start."""
+        """Set the length of the following steps, seconds. Times of contacts still count from the start."""
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs of bodies that the engine's own contact test finds in contact now, numbered as in `Contact`.
+        """Return the pairs of bodies that now touch by the engine's own contact test, numbered as in `Contact`.
 
-        Called after `advance`; neither the state nor the contacts that `observe` returns may change by it.
+        Called after `advance`. It must not change the state or the contacts that `observe` returns.
         """
 
     def save(self) -> object:
-        """Return whatever `restore` needs to come back to the present state and time."""
+        """Return everything that `restore` needs to return to the present state and time."""
 
     def restore(self, state: object) -> None:
-        """Come back to a state that `save` returned."""
+        """Return to a state from `save`."""
 
 
 @runtime_checkable
 class Adapter(Protocol):
-    """What the harness needs to know of an engine. Reading these attributes must not import the engine."""
+    """Connects an engine to the harness. Reading the attributes must not import the engine."""
 
     @property
     def name(self) -> str:
-        """Short name, the one given to ``--engine``."""
+        """Short name, for ``--engine``."""
 
     @property
     def engine(self) -> Engine:
@@ -339,43 +338,43 @@ class Adapter(Protocol):
 
     @property
     def capabilities(self) -> Capabilities:
-        """What the engine can do."""
+        """Capabilities of the engine."""
 
     @property
     def profiles(self) -> Mapping[str, Profile]:
-        """Profiles by name; ``default`` and ``tuned`` at least."""
+        """Profiles by name: at least ``default`` and ``tuned``."""
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build the scene with settings of one of the profiles. Timed on its own, not by the step clock."""
+        """Build a scene with settings of one of the profiles. This is timed separately from the steps."""
 
 
 @runtime_checkable
 class CodedAdapter(Adapter, Protocol):
-    """An adapter that writes a world as code of the engine's own, to be pasted: ``carom engines NAME --show``."""
+    """An adapter that writes a world as code of its engine, ready to paste: ``carom engines NAME --show``."""
 
     def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-        """Return a program, or a model, that gives the digits of the world that `prepare` makes, without Carom.
+        """Return a program or a model that reproduces the digits of the world from `prepare` without Carom.
 
-        Nothing of the engine is imported for it. A program takes the steps that cover the scene, and prints each disc
-        at their end, a line of ``x y vx vy spin``.
+        The engine must not be imported. A program takes the steps of the scene, then prints one line ``x y vx vy spin``
+        for each disc.
 
         Args:
             scene: The scene.
-            settings: As for `prepare`; a profile that is ``located`` has no code, since its steps are cut.
-            heading: What to say first, as a comment.
+            settings: As for `prepare`. Profiles with ``located`` have no code, since their steps are cut.
+            heading: Text of the first comment.
 
         Raises:
-            AdapterError: The scene or a setting is outside what the engine can do.
+            AdapterError: The engine does not support the scene or a setting.
         """
 
 
 @dataclass(frozen=True)
 class Imported:
-    """A scene that was made of an engine's own file.
+    """A scene that was read from a file of an engine.
 
     Attributes:
         scene: The scene, in the units of the file.
-        dropped: What of the file the scene has no place for, each in a few words; not empty where anything is lost.
+        dropped: Short descriptions of all parts of the file that scenes do not support; empty if nothing is lost.
     """
 
     scene: Scene
@@ -387,14 +386,14 @@ class ReadingAdapter(Adapter, Protocol):
     """An adapter that reads files of its engine as scenes: ``carom import``."""
 
     def read(self, content: bytes, name: str, duration_s: float) -> Imported:
-        """Return what a file holds as a scene, and all that is lost by that. Called in a worker process.
+        """Read a file as a scene, and list everything that is lost. Called in a worker process.
 
         Args:
-            content: What the file holds. It may come from anybody: nothing of it may be run.
-            name: What to call the scene.
-            duration_s: How long the scene is, seconds; a file of an engine says no such thing.
+            content: Content of the file. It is not trusted: no part of it may be executed.
+            name: Name of the scene.
+            duration_s: Duration of the scene, seconds; files of engines do not contain one.
 
         Raises:
-            AdapterError: It is no such file, or asks for what must not be run; the message names it.
-            SceneError: What is left is no scene.
+            AdapterError: The file has another format, or contains something that must not be executed.
+            SceneError: The supported part of the file is not a valid scene.
         """

@@ -1,4 +1,4 @@
-"""What readers of several engines' files need alike: walls of faces, and one coefficient of many."""
+"""Helpers to read files of engines: walls from faces, and one coefficient from several."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ Point = tuple[float, float]
 
 
 def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) -> Wall | None:
-    """Return the face, a point with its outward normal, that all discs lie before, as a wall; None where none is so.
+    """Return the face with all discs in front of it as a wall; None if there is none. A face is a point and its normal.
 
-    Of several it is the one that the discs are farthest from.
+    If there are several, the one with the largest distance to the discs is chosen.
     """
     found = [(gap, point, normal) for point, normal in faces if (gap := _gap(discs, point, normal)) >= 0.0]
     if not found:
@@ -23,7 +23,7 @@ def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) ->
 
 
 def _gap(discs: Sequence[Disc], point: Point, normal: Point) -> float:
-    """Return how far the nearest disc is from a face; below 0, beyond rounding, one is behind it."""
+    """Return the distance of the nearest disc from a face; negative, beyond rounding, if a disc is behind it."""
     (px, py), (nx, ny) = point, normal
     gaps = [0.0] if not discs else []
     for disc in discs:
@@ -35,13 +35,13 @@ def _gap(discs: Sequence[Disc], point: Point, normal: Point) -> float:
 
 
 def one_coefficient(what: str, values: Sequence[float], most: float, dropped: list[str]) -> float:
-    """Return the one coefficient that there is, or the greatest of several, cut to what scenes have; say so if it is.
+    """Return the largest of several coefficients, limited to the range of scenes, and report any loss.
 
     Args:
-        what: What it is of.
-        values: What the file has for each pair of bodies.
-        most: The greatest that a scene has.
-        dropped: Where what is lost is noted.
+        what: Name of the coefficient in reports.
+        values: Values of the file for each pair of bodies.
+        most: Largest value in a scene.
+        dropped: List to which losses are added.
     """
     if not values:
         return 0.0

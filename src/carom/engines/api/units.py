@@ -1,7 +1,7 @@
-"""Scenes in an engine's own units, and what it shows of them in the scene's.
+"""Conversion of scenes to an engine's own units, and of its observations back.
 
-Engines hide lengths and speeds: a slop, a margin, a threshold below which nothing bounces. Where such a constant is
-compiled in, it is met in other units. Powers of two alone are units here: they round nothing, so that no run shows it.
+Engines have hidden lengths and speeds: a slop, a margin, a threshold below which nothing bounces. If such a constant is
+compiled in, other units avoid its effect. Units are powers of two, so that the conversion does not round.
 """
 
 from __future__ import annotations
@@ -94,5 +94,5 @@ def _speed(length: float, time: float) -> float:
     """Return how many of its speeds a metre a second is."""
     for name, unit in (("length", length), ("time", time)):
         if not (math.isfinite(unit) and math.frexp(unit)[0] == 0.5):
-            raise AdapterError(f"{name} must be a power of two, which rounds nothing, got {unit}")
+            raise AdapterError(f"{name} must be a power of two, to avoid rounding, got {unit}")
     return length / time

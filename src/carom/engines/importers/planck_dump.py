@@ -1,4 +1,4 @@
-"""A world of Planck, Box2D in JavaScript, as a scene: the list that its ``Serializer.toJson(world)`` makes, as JSON."""
+"""Reads a world of Planck (Box2D in JavaScript) as a scene, from the JSON of its ``Serializer.toJson(world)``."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from carom.support.limits import MOST_VALUES, values_in
 
 Point = tuple[float, float]
 
-#: What a fixture has that nobody has set: whom it collides with.
+#: Default collision filter of a fixture.
 _FILTER = {"filterGroupIndex": 0, "filterCategoryBits": 0x0001, "filterMaskBits": 0xFFFF}
 
 
 def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
-    """Return the discs and walls of a dump, and in words all that a scene has no place for.
+    """Read the discs and walls of a dump, and list everything in it that scenes do not support.
 
     Raises:
-        InputError: It is no such dump.
-        SceneError: What is left is no scene: no disc, or bodies that overlap.
+        InputError: The content is not such a dump.
+        SceneError: The supported part is not a valid scene: it has no disc, or bodies overlap.
     """
     if values_in(content) > MOST_VALUES[".json"]:
-        raise InputError(f"it holds more than {MOST_VALUES['.json']} values")
+        raise InputError(f"it has more than {MOST_VALUES['.json']} values")
     try:
         entries = json.loads(content)
         reading = _Reading(entries)
@@ -38,7 +38,7 @@ def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
         raise InputError("its JSON is nested too deeply") from None
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
         told = f"{type(error).__name__}: {error}"
-        raise InputError(f"it is no dump of Planck's Serializer.toJson: {told}") from None
+        raise InputError(f"it is not a dump of Planck's Serializer.toJson: {told}") from None
     return reading.scene(name, duration_s)
 
 
@@ -56,14 +56,14 @@ class _Body:
         )
 
     def at(self, local: Any) -> Point:
-        """Return a point of the body's in the world."""
+        """Return a point of the body in world coordinates."""
         (x, y), angle = _point(local), float(self.fields["angle"])
         (px, py), c, s = _point(self.fields["position"]), math.cos(angle), math.sin(angle)
         return px + c * x - s * y, py + s * x + c * y
 
 
 class _Reading:
-    """A dump as it is read: discs first, since what becomes of a wall depends on where they are."""
+    """Reads a dump: first discs, since the side of a wall depends on their positions."""
 
     def __init__(self, entries: Any) -> None:
         self.world = entries[0]
@@ -107,7 +107,7 @@ class _Reading:
         place, radius = body.at(shape["p"]), float(shape["radius"])
         if not body.moves:
             return Disc(position_m=place, radius_m=radius, mass_kg=math.inf)
-        # The mass is the density's; without one Box2D gives a kilogram and no moment of inertia, and it never turns.
+        # Without density, Box2D sets the mass to 1 kg and no moment of inertia, so that the body never turns.
         mass = float(fixture["density"]) * math.pi * radius**2
         turns = mass > 0.0 and not body.fields["fixedRotation"]
         spin = float(body.fields["angularVelocity"])
@@ -168,10 +168,10 @@ class _Reading:
 
 
 def _of(entries: Any, reference: Any) -> Any:
-    """Return what a reference stands for: its place in the list."""
+    """Return the entry of the list that a reference points to."""
     index = reference["refIndex"]
     if not isinstance(index, int) or not 0 < index < len(entries):
-        raise InputError(f"it is no dump of Planck's Serializer.toJson: a reference to {index!r}")
+        raise InputError(f"it is not a dump of Planck's Serializer.toJson: a reference to {index!r}")
     return entries[index]
 
 

@@ -1,4 +1,4 @@
-"""An engine that is a program, behind the seam: what `carom.engines.api.Adapter` asks for, answered over two pipes."""
+"""Adapter of an engine that is a program: implements `carom.engines.api.Adapter` over two pipes."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ from carom.model.trace import Setting
 
 
 class ProgramWorld:
-    """A world that lives in the program; its clock is the program's own.
+    """A world in the program, timed by the program's own clock.
 
     Attributes:
-        settings: The settings that the program says it uses.
-        seconds: Seconds that all steps have taken so far, as the program measured them: pipes are no part of them.
+        settings: The settings in use, as reported by the program.
+        seconds: Total seconds of all steps so far, as measured by the program: the pipes are not included.
     """
 
     def __init__(self, program: Program, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -63,7 +63,7 @@ class ProgramWorld:
 
     def observe(self) -> Observation:
         """Return the present state and the contacts of the last step."""
-        told = self._program.ask(Look(world=self._number), Seen)
+        seen = self._program.ask(Look(world=self._number), Seen)
         contacts = tuple(
             Contact(
                 contact.first,
@@ -73,49 +73,49 @@ class ProgramWorld:
                 contact.impulse_n_s,
                 tangential_impulse_n_s=contact.tangential_impulse_n_s,
             )
-            for contact in told.contacts
+            for contact in seen.contacts
         )
         return Observation(
-            np.array(told.position_m, dtype=np.float64),
-            np.array(told.velocity_m_s, dtype=np.float64),
+            np.array(seen.position_m, dtype=np.float64),
+            np.array(seen.velocity_m_s, dtype=np.float64),
             contacts,
-            told.warning,
-            None if told.spin_rad_s is None else np.array(told.spin_rad_s, dtype=np.float64),
+            seen.warning,
+            None if seen.spin_rad_s is None else np.array(seen.spin_rad_s, dtype=np.float64),
         )
 
     def cut(self, dt_s: float) -> None:
-        """Make the coming steps `dt_s` seconds long."""
+        """Set the length of the following steps, seconds."""
         self._program.ask(Cut(world=self._number, dt_s=dt_s), Done)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs of bodies that the engine's own contact test finds in contact now."""
+        """Return the pairs of bodies that now touch by the engine's own contact test."""
         return frozenset(self._program.ask(Touching(world=self._number), Touched).pairs)
 
     def save(self) -> object:
-        """Return whatever `restore` needs."""
+        """Return everything that `restore` needs."""
         return self._program.ask(Save(world=self._number), Saved).state
 
     def restore(self, state: object) -> None:
-        """Come back to a state that `save` returned."""
+        """Return to a state from `save`."""
         self._program.ask(Restore(world=self._number, state=state), Done)
 
     def close(self) -> None:
-        """Let the program forget this world; one that has ended has."""
+        """Close this world in the program, unless the program has ended."""
         if not self._program.ended:
             self._program.ask(Close(world=self._number), Done)
 
 
 class ProgramAdapter:
-    """The adapter of the engine that a manifest describes. The program is started by the first world, and kept.
+    """Adapter of the engine in a manifest. The first world starts the program, and later worlds reuse it.
 
     Attributes:
-        manifest: What describes it.
-        folder: Where that lies.
-        name: The name given to ``--engine``.
+        manifest: The manifest.
+        folder: Folder of the manifest.
+        name: Name for ``--engine``.
         engine: The engine.
-        capabilities: What it can do.
-        profiles: Its profiles by name.
-        knobs: Settings that may be searched, and how far, by name.
+        capabilities: Its capabilities.
+        profiles: Its profiles, by name.
+        knobs: Settings that may be searched, with their ranges, by name.
     """
 
     def __init__(self, manifest: Manifest, folder: Path) -> None:
@@ -134,18 +134,18 @@ class ProgramAdapter:
         return {name: _profile(profile) for name, profile in self.manifest.profiles.items()}
 
     def unavailable(self) -> str:
-        """Return why the program can't be started here, empty where it can."""
+        """Return why the program can't be started here; empty if it can."""
         return self.manifest.missing(self.folder)
 
     def version(self) -> str:
-        """Return the engine's version as the manifest or the npm package has it; may be empty."""
+        """Return the engine's version from the manifest or the npm package; may be empty."""
         return self.manifest.version_from(self.folder)
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> ProgramWorld:
-        """Build the scene in the program, which is started where it does not run.
+        """Build the scene in the program, which is started if it is not running.
 
         Raises:
-            AdapterError: The scene is beyond what is declared, or the program refuses, fails or ends.
+            AdapterError: The capabilities exclude the scene, or the program refuses, fails or ends.
         """
         known = {name: None for profile in self.manifest.profiles.values() for name in profile.settings}
         require_sound(self.engine.name, scene, settings, [*known, *self.knobs])
@@ -154,11 +154,11 @@ class ProgramAdapter:
                 raise AdapterError(f"{self.engine.name}: {name} must be finite, as JSON's numbers are, got {setting}")
         require_supported(self.engine.name, scene, self.capabilities, float(settings["dt_s"]))
         if self._program is None or self._program.ended:
-            self._program = self._started()
+            self._program = self._start()
             atexit.register(self._program.end)
         return ProgramWorld(self._program, scene, settings)
 
-    def _started(self) -> Program:
+    def _start(self) -> Program:
         try:
             return Program(self.name, self.manifest.command_from(self.folder))
         except AdapterError as error:
@@ -181,13 +181,13 @@ def _profile(profile: ProgramProfile) -> Profile:
 
 
 def program_adapter(path: Path | str) -> ProgramAdapter:
-    """Return the adapter of the engine that a manifest describes: all that a package of such an engine needs.
+    """Return the adapter of the engine in a manifest. A package of such an engine needs nothing else.
 
     Args:
-        path: The manifest.
+        path: Path of the manifest.
 
     Raises:
-        AdapterError: There is no such file, or it is no manifest.
+        AdapterError: There is no such file, or it is not a valid manifest.
     """
     path = Path(path)
     return ProgramAdapter(load_manifest(path), path.resolve().parent)

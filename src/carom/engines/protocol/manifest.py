@@ -178,12 +178,12 @@ def load_manifest(path: Path) -> Manifest:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
-            raise AdapterError(f"{path}: a manifest has at most {MOST_BYTES >> 20} MiB")
+            raise AdapterError(f"{path}: the manifest is larger than {MOST_BYTES >> 20} MiB")
         found = Manifest.model_validate(tomllib.loads(data.decode()))
     except OSError as error:
         raise AdapterError(f"{path}: {error.strerror or error}") from error
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise AdapterError(f"{path} is no TOML: {error}") from error
+        raise AdapterError(f"{path} is not valid TOML: {error}") from error
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
         place, said = list(map(str, wrong["loc"])), said_of(wrong)

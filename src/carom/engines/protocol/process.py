@@ -1,4 +1,4 @@
-"""The program while it runs: one request, one answer, and its last words where there is none."""
+"""Running program of an engine: sends requests, receives answers, and reports how the program failed."""
 
 from __future__ import annotations
 
@@ -18,38 +18,38 @@ from carom.support.data_files import without_doubles
 from carom.support.escaping import last_words
 from carom.support.fields import said_of
 
-#: A million discs with their contacts take half of this; longer answers are refused.
+#: Longer answers are refused. A million discs with their contacts take half of this.
 MOST_ANSWER_BYTES = 256 * 2**20
-#: Characters that are shown of an answer that can't be read.
+#: Number of characters shown of an invalid answer.
 SHOWN = 120
-#: Of what the program prints on standard error the end is kept; its last words go into the reason of a failure.
+#: This many bytes at the end of standard error are kept. The last line becomes part of the reason of a failure.
 MOST_PRINTED_BYTES = 2**14
-#: What a pipe holds by default on Linux.
+#: Default capacity of a pipe on Linux.
 CHUNK_BYTES = 2**16
-#: A program that has been told to end, by the end of its input, has so long for it, seconds.
+#: Seconds that a program has to end after its input was closed.
 GRACE_S = 2.0
 
 A = TypeVar("A", bound=BaseModel)
 
 
 class Program:
-    """A program that has been started and has said hello.
+    """A program that has been started and has answered the first request.
 
     Args:
-        name: What messages call it.
-        command: The command, its first word looked for on the PATH.
+        name: Name in messages.
+        command: The command; its first word is searched on the PATH.
 
     Attributes:
-        version: The version that it says its engine has; may be empty.
+        version: Version of the engine as reported by the program; may be empty.
 
     Raises:
-        AdapterError: It can't be started, or does not answer as the protocol says.
+        AdapterError: The program can't be started, or violates the protocol.
     """
 
     def __init__(self, name: str, command: Sequence[str]) -> None:
         self.name = name
         try:
-            self._popen = subprocess.Popen(  # noqa: S603 - to start it is what the manifest was named for
+            self._popen = subprocess.Popen(  # noqa: S603 - the user has named the manifest to start its program
                 list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=0
             )
         except OSError as error:
@@ -69,21 +69,21 @@ class Program:
         self.version = welcome.version
 
     def ask(self, request: Request, answer: type[A]) -> A:
-        """Return the answer to a request.
+        """Send a request and return its answer.
 
         Raises:
-            AdapterError: The program refuses, fails, ends, or answers something else.
+            AdapterError: The program refuses, fails or ends, or its answer is invalid.
         """
         if self._requests.closed:
-            raise AdapterError(f"{self.name}: its program has ended, and was asked to {request.do!r}")
+            raise AdapterError(f"{self.name}: its program has ended and cannot answer {request.do!r}")
         self._words = b""
         line = self._exchange(request.model_dump_json().encode() + b"\n")
         if line is None:
-            raise AdapterError(f"{self.name}: {self._obituary()} when asked to {request.do!r}")
+            raise AdapterError(f"{self.name}: {self._describe_end()} when asked to {request.do!r}")
         self._require_single_keys(line, request)
         try:
             if (error := Reply.model_validate_json(line).error) is not None:
-                said = self._last_said() if error.kind == "failed" else ""
+                said = self._last_printed() if error.kind == "failed" else ""
                 raise AdapterError(f"{self.name} {error.kind} {request.do!r}: {error.message}{said and f'; {said}'}")
             return answer.model_validate_json(line, strict=True)
         except ValidationError as error:
@@ -98,19 +98,19 @@ class Program:
             raise AdapterError(told, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
 
     def _require_single_keys(self, line: bytes, request: Request) -> None:
-        """Refuse an answer that has a key twice: what reads it would take one of the two, and not say which."""
+        """Refuse an answer with a duplicate key, of which a reader would silently ignore one value."""
         try:
             json.loads(line, object_pairs_hook=without_doubles)
         except InputError as error:
             told = f"{self.name} answered {request.do!r} with nonsense: the line {error}; it wrote {line[:SHOWN]!r}"
             raise AdapterError(told, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
         except (ValueError, RecursionError):
-            return  # what is no JSON is told by what reads it
+            return  # invalid JSON is reported when the answer is parsed
 
     def _exchange(self, request: bytes) -> bytes | None:
-        """Send a request and return the line that answers it; None where there is none.
+        """Send a request and return the line of its answer; None if there is none.
 
-        What is printed is taken in all the while: a program whose standard error nobody reads stops at a full pipe.
+        Standard error is read at the same time: otherwise the program would block at a full pipe.
         """
         unsent, searched = memoryview(request), 0
         self._poll.register(self._requests, select.POLLOUT)
@@ -122,12 +122,12 @@ class Program:
                 if file == self._requests.fileno():
                     try:
                         unsent = unsent[os.write(file, unsent) :]
-                    except BrokenPipeError:  # it has closed its input, or ended; the end of its answers says which
+                    except BrokenPipeError:  # it has closed its input or ended; the end of its answers shows which
                         unsent = unsent[:0]
                     if not unsent:
                         self._poll.unregister(file)
                 elif file == self._printed.fileno():
-                    if not self._take_words():
+                    if not self._read_printed():
                         self._poll.unregister(file)
                 elif chunk := os.read(file, CHUNK_BYTES):
                     self._answered += chunk
@@ -135,12 +135,12 @@ class Program:
                     return None
         line = bytes(self._answered[:end])
         del self._answered[: end + 1]
-        if unsent:  # it has answered before it was asked
+        if unsent:  # the answer came before the whole request was sent
             self._poll.unregister(self._requests)
         return line
 
-    def _take_words(self) -> bool:
-        """Keep the end of what is printed now; whether more may come."""
+    def _read_printed(self) -> bool:
+        """Read standard error and keep its end. Return whether more may come."""
         try:
             chunk = os.read(self._printed.fileno(), CHUNK_BYTES)
         except BlockingIOError:
@@ -148,18 +148,18 @@ class Program:
         self._words = (self._words + chunk)[-MOST_PRINTED_BYTES:]
         return bool(chunk)
 
-    def _last_said(self) -> str:
-        """Return what it has last printed since it was last asked, in a phrase; empty where that is nothing."""
-        while self._take_words():
+    def _last_printed(self) -> str:
+        """Return a phrase with the last output since the last request; empty if there is none."""
+        while self._read_printed():
             pass
-        # A worker's folder has another name each time; without it one reason is one.
+        # The name of a worker's folder is removed, so that equal reasons have equal texts.
         said = last_words(self._words.decode(errors="replace").replace(f"{Path.cwd()}{os.sep}", ""))
         return f"it last printed {said!r}" if said else ""
 
-    def _obituary(self) -> str:
-        """End what is left of the program, and return how it ended and what it last printed."""
+    def _describe_end(self) -> str:
+        """End the program, and return how it ended and its last output."""
         by_itself = self._stop()
-        said = self._last_said()
+        said = self._last_printed()
         self.end()
         code = self._popen.returncode
         if len(self._answered) > MOST_ANSWER_BYTES:
@@ -172,17 +172,17 @@ class Program:
 
     @property
     def ended(self) -> bool:
-        """Whether it no longer answers."""
+        """Whether the program has ended."""
         return self._popen.poll() is not None
 
     def end(self) -> None:
-        """Tell it to end, by the end of its input; one that does not is killed."""
+        """End the program by closing its input; kill it if that does not work."""
         self._stop()
         for pipe in (self._answers, self._printed):
             pipe.close()
 
     def _stop(self) -> bool:
-        """End its input, and kill it where it does not end then; whether it ended by itself."""
+        """Close its input, and kill it if it does not end. Return whether it ended by itself."""
         self._requests.close()
         try:
             self._popen.wait(GRACE_S)
@@ -195,5 +195,5 @@ class Program:
 
 def _pipes(popen: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes], IO[bytes]]:
     if popen.stdin is None or popen.stdout is None or popen.stderr is None:
-        raise AdapterError("a program was started without pipes")  # can't be: all three were asked for
+        raise AdapterError("a program was started without pipes")  # impossible: all three were requested
     return popen.stdin, popen.stdout, popen.stderr

@@ -1,7 +1,7 @@
-"""Any adapter in Python as a program of the engine protocol: it reads requests and answers, as an engine in C++ does.
+"""Serves a Python adapter over standard input and output, using the engine protocol.
 
-So an adapter can run in an interpreter, or next to a release of its engine, of its own: `carom history` puts many
-releases of one engine next to each other in one run by it.
+So an adapter can run in another interpreter, with another release of its engine. `carom history` compares many releases
+of an engine in this way.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ from carom.engines.protocol.messages import (
 from carom.errors import AdapterError, CaromError
 from carom.model.trace import Setting
 
-#: The one setting of a served adapter's profiles: settings are functions of the step, of which a manifest has none, so
-#: the program asks its adapter for those of the profile of this name.
+#: The only setting in the manifest of a served adapter: the name of a profile. A manifest can't contain settings that
+#: depend on the step, so the program gets them from its adapter.
 PROFILE = "profile"
 
 W = TypeVar("W")
@@ -47,21 +47,21 @@ _REQUESTS: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discrimin
 
 
 class Server:
-    """Answers requests with an adapter's worlds.
+    """Answers requests with the worlds of an adapter.
 
     Args:
-        adapter: Whose engine runs the scenes.
-        version: The engine's version.
+        adapter: Adapter of the engine.
+        version: Version of the engine.
     """
 
     def __init__(self, adapter: Adapter, version: str) -> None:
         self._adapter, self._version = adapter, version
         self._worlds: dict[int, World] = {}
-        self._saved: dict[tuple[int, int], object] = {}  # what `save` returned may be the engine's own: it stays here
+        self._saved: dict[tuple[int, int], object] = {}  # saved states can be objects of the engine, so they stay here
         self._numbers = count(1)
 
     def answer(self, line: str | bytes) -> dict[str, Any]:
-        """Return the answer to one request, whatever the line holds; values that JSON has, with None for NaN."""
+        """Return the answer to one request as JSON values, with None for NaN. Any line gets an answer."""
         try:
             request = _REQUESTS.validate_json(line)
         except ValidationError as error:
@@ -71,7 +71,7 @@ class Server:
             return self._answered(request)
         except CaromError as error:
             return _error("refused" if isinstance(request, Prepare) else "failed", str(error))
-        except Exception as error:  # noqa: BLE001 - whatever an engine raises is an answer, and the next request comes
+        except Exception as error:  # noqa: BLE001 - an exception of the engine becomes the answer
             return _error("failed", f"{type(error).__name__}: {error}")
 
     def close(self) -> None:
@@ -125,7 +125,7 @@ class Server:
 
 
 def serve(server: Server, requests: Iterable[str], write: Callable[[str], object]) -> None:
-    """Answer each line as it comes, until there are no more; each answer is one line."""
+    """Answer each line of requests with one line, until the requests end."""
     try:
         for line in requests:
             write(json.dumps(server.answer(line)) + "\n")
@@ -138,7 +138,7 @@ def _error(kind: str, message: str) -> dict[str, Any]:
 
 
 def _stepped(world: World, steps: int) -> float:
-    """Take steps, and return the seconds that they took: by the world's own clock where it has one."""
+    """Take steps and return the seconds, by the world's own clock if it has one."""
     if isinstance(world, TimedWorld):
         before = world.seconds
         world.advance(steps)
@@ -161,7 +161,7 @@ def _seen(world: World) -> dict[str, Any]:
 
 def _told(contact: Contact) -> dict[str, Any]:
     if contact.velocities is not None:
-        raise AdapterError("its contacts come with velocities around them, for which the protocol has no field")
+        raise AdapterError("its contacts have velocities before and after, which the protocol does not support")
     impulses = {"impulse_n_s": contact.impulse_n_s, "tangential_impulse_n_s": contact.tangential_impulse_n_s}
     return {
         "first": int(contact.first),
@@ -184,18 +184,18 @@ def _numbers(array: NDArray[np.float64]) -> list[Any]:
 
 
 def _plain(value: Any) -> Setting:
-    """Return a setting as JSON has it; an engine's binding may return NumPy's numbers."""
+    """Return a setting as a JSON value, since an engine's binding may return NumPy numbers."""
     return cast("Setting", value.item() if isinstance(value, np.generic) else value)
 
 
 def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence[str]) -> str:
-    """Return the manifest, as TOML, of an adapter that is served by a command.
+    """Return a manifest, as TOML, for an adapter that is served by a command.
 
     Args:
-        adapter: What is served; its engine is not imported.
-        name: The name that it is to have, which is another than the adapter's.
-        version: The engine's version, of which nobody is asked.
-        command: What starts the program.
+        adapter: The adapter; its engine is not imported.
+        name: Name of the engine in the manifest, different from the adapter's.
+        version: Version of the engine.
+        command: Command that starts the program.
     """
     import tomli_w
 
@@ -216,7 +216,7 @@ def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence
 
 def _profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
     own = profile.capabilities
-    # A manifest completes a profile's capabilities by the engine's: only what differs from these is said.
+    # In a manifest, a profile inherits the engine's capabilities: only differences are written.
     able = {} if own is None else {"capabilities": _differing(own, adapter.capabilities)}
     return {
         "description": profile.description,
@@ -232,7 +232,7 @@ def _knob(knob: Knob) -> dict[str, Any]:
 
 
 def _differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
-    """Return the fields that are not as usual, in the spelling of a manifest."""
+    """Return the fields that differ from the usual ones, in the spelling of a manifest."""
     pairs = ((field.name, getattr(found, field.name), getattr(usual, field.name)) for field in fields(found))
     return {name: _spelt(value) for name, value, other in pairs if value != other}
 

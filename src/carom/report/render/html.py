@@ -83,7 +83,7 @@ def _template(name: str) -> Template:
 
 
 def page_script(*names: str) -> str:
-    """Return scripts of the report's own as one, with what unpacks their data."""
+    """Return the report's scripts as one, with the code that unpacks their data."""
     own = resources.files("carom.report") / "templates"
     shared = resources.files("carom") / "web"  # what the page on which one throws the discs draws with, too
     every = ("unpack.js", *names) if names else ()
@@ -92,7 +92,7 @@ def page_script(*names: str) -> str:
 
 
 def content_policy(script: str) -> str:
-    """Return what a browser may do with a page: nothing from elsewhere, and no script but this one, by its hash."""
+    """Return the content security policy of a page: nothing from elsewhere, and only this script, by its hash."""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     allowed = f"'sha256-{digest}'" if script else "'none'"
     # Drawings carry styles of their own in their attributes.
@@ -104,14 +104,14 @@ def _anchor(section: Section) -> str:
 
 
 def _packed_rows(table: Table) -> str:
-    """Return what `rows.js` makes a table of: each cell its text, or what else it has with it."""
+    """Return the data from which `rows.js` makes a table: each cell as text, or with its other fields."""
     columns, rows = table.shown(Medium.PAGE)
     heads = [[column.line, column.number] for column in columns]
     return packed({"columns": heads, "rows": [[_packed_cell(cell) for cell in row] for row in rows]})
 
 
 def _packed_cell(cell: Cell) -> str | dict[str, str]:
-    """Return a cell for `rows.js`, which shows words and signs, no bars and no links."""
+    """Return a cell for `rows.js`, which shows words and signs but no bars or links."""
     # The writer of a page's file makes visible what would command a reader, and can't see into what is packed.
     said = {name: visible(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)}
     if cell.link or cell.shares or cell.anchor or cell.part is not None:

@@ -1,4 +1,4 @@
-"""A document as Markdown."""
+"""Renderer of documents as Markdown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A document on a terminal."""
+"""Renderer of documents for a terminal."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from carom.report import document as blocks
 from carom.report.document import Cell, Column, Document, Medium, Share, Table
 from carom.support.escaping import visible
 
-#: So many signs make a bar.
+#: Number of signs in a bar.
 _BAR = 14
 
 
 def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[RichTable | str]:
-    """Yield what is printed, in order: the answer, the sections, and last, where it stays in sight, what else matters.
+    """Yield the printed parts in order: the answer, the sections, and last, where it stays visible, the rest.
 
     Args:
         document: What is shown.
@@ -55,7 +55,7 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
 
 
 def plain_text(document: Document, width: int = 80) -> str:
-    """Return what a terminal of this many columns shows, without its colours."""
+    """Return the text on a terminal of a width, without colours."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=width, highlight=False, markup=False)
     for item in terminal(document, width):

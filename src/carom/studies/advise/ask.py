@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from carom.engines.registry import engine_named
-from carom.execution.job import Progress, unheard
+from carom.engines.registry import resolve_engine
+from carom.execution.job import Progress, no_progress
 from carom.execution.pool import Pool
 from carom.model.scene import Scene, as_scene
 from carom.report.inline import axes_of, with_picture
@@ -72,8 +72,8 @@ def advise(
     """
     scene = as_scene(scene)
     asked = AdviceOptions(engines=engine_names, **options)
-    asked = replace(asked, engines=asked.engines and [engine_named(word) for word in asked.engines])
+    asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:
-        found = found_by(scene, asked, opened, progress=progress or unheard)
+        found = found_by(scene, asked, opened, progress=progress or no_progress)
     return ShownAdvice(**{field.name: getattr(found, field.name) for field in fields(found)})

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.execution.job import Method
 from carom.model.trace import body_name
 from carom.report import formatting
@@ -56,35 +56,35 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
     table = Table(
         (
             Column("", lambda answer: _named(advice, answer.method)),
-            Column("never miss", lambda answer: _rated(answer, answer.never_misses), "a second", number=True),
-            Column("in a", lambda answer: _framed(advice, answer.never_misses), "frame", number=True),
-            Column(f"≤ {_angle(advice)}", lambda answer: _rated(answer, answer.demand), "a second", number=True),
-            Column("in a", lambda answer: _framed(advice, answer.demand), "frame", number=True),
-            Column(f"one a frame of {frame}", lambda answer: _at_a_frame(advice, answer)),
+            Column("no miss", lambda answer: _rated(answer, answer.never_misses), "steps/s", number=True),
+            Column("per", lambda answer: _framed(advice, answer.never_misses), "frame", number=True),
+            Column(f"≤ {_angle(advice)}", lambda answer: _rated(answer, answer.demand), "steps/s", number=True),
+            Column("per", lambda answer: _framed(advice, answer.demand), "frame", number=True),
+            Column(f"at {frame}", lambda answer: _at_a_frame(advice, answer)),
         ),
         rows,
-        title=f"{advice.scene.name}, steps:",
-        note="Every step tried from these down passes; between the steps there is no proof. Lost: starts at which an "
-        "impact is missed or invented.",
+        title=f"{advice.scene.name}, fewest steps that pass:",
+        note="Every tested step at or below these passes; steps between were not checked. Fails: starts with a "
+        "missed or spurious impact.",
     )
     evidence = Table(
         (
             Column("", lambda answer: _name(answer.method)),
-            Column("misses", lambda answer: _range(answer.never_misses), "none", number=True),
+            Column("no miss", lambda answer: _range(answer.never_misses), number=True),
             Column("fails", lambda answer: _fails(answer, answer.never_misses), "at", number=True),
-            Column("also to", lambda answer: _range(answer.demand), _angle(advice), number=True),
+            Column(f"≤ {_angle(advice)}", lambda answer: _range(answer.demand), number=True),
             Column("fails", lambda answer: _fails(answer, answer.demand), "at", number=True),
-            Column("direction", _direction, "wrong by", number=True),
+            Column("direction", _direction, "error", number=True),
             Column("engine", lambda answer: str(answer.steps), "steps", number=True),
         ),
         rows,
-        title="Steps a second that pass, from the first to the finest tried:",
+        title="Steps per second that pass, from the first to the finest tested:",
         only=IN_FULL,
     )
     answer, *more = _answers(advice)
     figure = Figure(
         partial(advice_svg, advice),
-        "A cross: impacts are missed or spurious at some start. The dotted line is the demand.",
+        "Cross: an impact is missed or spurious at some start. Dotted line: the accuracy target.",
     )
     sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_limits(advice)))))]
     if rows:
@@ -92,7 +92,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
             Section("Error against step", (Figures((figure,), large=True),), only=PAGE),
             Section("To paste", tuple(_pasted(advice, rows, asked or advice.scene.name))),
             Section(
-                "Every step tried",
+                "All tested steps",
                 (evidence, Lines((*_endings(rows), *_refusals(rows), _how(advice)), IN_FULL), *map(_curve, rows)),
                 only=IN_FULL,
             ),
@@ -120,17 +120,17 @@ def _answers(advice: Advice) -> Iterator[str]:
     else:
         yield f"{advice.scene.name}: no engine was searched."
     if told := _yardstick(advice):
-        yield f"Checking once per step (PIT) takes {told}."
+        yield f"Sampling alone (PIT) takes {told}."
     reasons = formatting.together((unable.reason, _name(unable.method)) for unable in advice.unable)
     for reason, names in reasons.items():
         yield f"Not run: {formatting.listed(names)} ({reason})."
 
 
 def _wholly(advice: Advice) -> str:
-    demanded = f"To keep directions right to {_angle(advice)}"
+    demanded = f"For a direction error of at most {_angle(advice)}"
     if advice.demand.miss_probability > 0:
-        return f"{demanded}, and miss at {formatting.percent(advice.demand.miss_probability)} of starts or fewer"
-    return f"{demanded}, too"
+        return f"{demanded} and misses at {formatting.percent(advice.demand.miss_probability)} of starts or fewer"
+    return demanded
 
 
 def _angle(advice: Advice) -> str:
@@ -145,13 +145,13 @@ def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     able = [one for one in advice.answers if not _cut(advice, one)] or list(advice.answers)
     passing = [(found, answer) for answer in able if (found := question(answer)).passes]
     if not passing:
-        return "no answer was found, for any engine"
+        return "no engine has an answer"
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = [_name(answer.method) for _, answer in best]
     who = names[0] if len(names) == 1 else f"{formatting.listed(names)} tie"
     any_step = all(_any(answer, found) for found, answer in best)
-    steps = "any step tried will do, from {} a second on" if any_step else "{} steps a second"
+    steps = "every tested step passes, from {} per second" if any_step else "{} steps per second"
     return f"{steps.format(_rate(longest))}{_substeps(advice, best[0][0])}: {who}"
 
 
@@ -164,7 +164,7 @@ def _substeps(advice: Advice, found: StepRange) -> str:
     """Return how often a frame takes the step, or the next finer one tried of which a whole number fills a frame."""
     if (times := _times(advice, found)) is None:
         return ""
-    told = f"{formatting.count(times, 'step')} a frame of {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
+    told = f"{formatting.count(times, 'step')} per frame at {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
     if found.in_frame is found.passes:
         return f" ({told})"
     return f" ({told} {'is' if times == 1 else 'are'} enough)"
@@ -187,17 +187,17 @@ def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Blo
         method, trial, times = answer.method, found.in_frame, _times(advice, found)
         if trial is None or times is None or _cut(advice, answer):
             continue
-        kept = f"directions right to {_angle(advice)}" if found is answer.demand else "no impact missed"
+        kept = f"direction error at most {_angle(advice)}" if found is answer.demand else "no missed impact"
         code = advice.code.get(method, "")
-        of = ", in its own code:" if code else "."
+        of = ", as code:" if code else "."
         fewer = _times(advice, answer.never_misses)
-        alone = f" ({fewer} to miss no impact alone)" if fewer is not None and fewer < times else ""
-        yield Text(f"{_name(method)}, {kept}: {formatting.count(times, 'step')} a frame{alone}{of}", shown)
+        alone = f" ({fewer} to miss no impact)" if fewer is not None and fewer < times else ""
+        yield Text(f"{_name(method)}, {kept}: {formatting.count(times, 'step')} per frame{alone}{of}", shown)
         if code:
             yield Code(code, shown)
-        words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
+        words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
         at = ("--dt", formatting.step_option(trial.dt_s), "--scene", asked)
-        yield Text(f"With all its settings: {shlex.join((*words, *at))}", shown)
+        yield Text(f"For all settings, run: {shlex.join((*words, *at))}", shown)
         shown = IN_FULL
 
 
@@ -222,21 +222,21 @@ def _at_a_frame(advice: Advice, answer: Advised) -> str:
     if trial is None:
         return "refused" if answer.refused_s is not None and answer.refused_s <= 1.0 / rate_hz else formatting.ABSENT
     if trial.reason:
-        return "broke off"
+        return "stopped"
     if trial.lost:
-        return f"wrong at {trial.lost} of {trial.starts}"
-    return f"found, {_degrees(trial.direction_error_rad)} off"
+        return f"fails at {trial.lost} of {trial.starts}"
+    return f"found, {_degrees(trial.direction_error_rad)} error"
 
 
 def _yardstick(advice: Advice) -> str:
     if (closed := advice.closed_form) is not None:
         steps = (closed.never_misses_s, closed.demand_s)
         one, other = (_rate(dt_s) if math.isfinite(dt_s) else "any number" for dt_s in steps)
-        return f"{one} and {other} a second, by closed form"
+        return f"{one} and {other} per second, by closed form"
     if advice.sampling is None:
         return ""
     one, other = (_range(found) for found in (advice.sampling.never_misses, advice.sampling.demand))
-    return f"{one} and {other} a second, by trying"
+    return f"{one} and {other} per second, by search"
 
 
 def _limits(advice: Advice) -> Iterator[str]:
@@ -248,25 +248,26 @@ def _limits(advice: Advice) -> Iterator[str]:
             if found.monotone or again:
                 continue
             passing, failing = _rates(found.coarser_passes), _rates(found.finer_failures)
-            yield f"Not monotone: steps of {_name(answer.method)} {what} at {passing} a second, and not at {failing}."
+            yield f"Not monotone: steps of {_name(answer.method)} {what} at {passing} per second but not at {failing}."
     stopped = [_name(answer.method) for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
         budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
-        yield f"Not searched to the end, for {budget}: {formatting.listed(stopped)}."
+        yield f"Search stopped at {budget}: {formatting.listed(stopped)}."
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
-            yield f"{_name(answer.method)} broke off at {_rate(last.dt_s)} steps a second: {last.reason}."
+            yield f"{_name(answer.method)} stopped at {_rate(last.dt_s)} steps per second: {last.reason}."
     if advice.cut is not None:
-        yield f"Asked up to {formatting.seconds(advice.scene.duration_s)}: from the next impact on {advice.cut.value}."
+        until = formatting.seconds(advice.scene.duration_s)
+        yield f"Searched up to {until}: from the next impact on, {advice.cut.value}."
     yield _hardest(advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs)
 
 
 def _how(advice: Advice) -> str:
     return (
-        f"Each step was tried at {formatting.count(advice.phases, 'start')} spread evenly over it and at those that "
-        "look "
-        f"just before the hardest impacts; the first of each range at {max(CONFIRM, advice.phases)}."
+        f"Each step was tested at {formatting.count(advice.phases, 'start position')} spread evenly over it and at "
+        "those with a frame just before the hardest impacts; "
+        f"the first of each range at {max(CONFIRM, advice.phases)}."
     )
 
 
@@ -275,10 +276,10 @@ def _curve(answer: Advised) -> Table:
         Column("steps/s", lambda trial: _rate(trial.dt_s), number=True),
         Column("step, s", lambda trial: formatting.number(trial.dt_s, 4), number=True),
         Column("missed or spurious", lambda trial: f"{trial.lost} of {trial.starts}", number=True),
-        Column("direction wrong by", lambda trial: _degrees(trial.direction_error_rad), number=True),
+        Column("direction error", lambda trial: _degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )
-    name = f"{_name(answer.method)}, every step tried"
+    name = f"{_name(answer.method)}, all tested steps"
     return Table(columns, answer.trials, title=name, folded=name, only=IN_FULL)
 
 
@@ -297,7 +298,7 @@ def _rate(dt_s: float) -> str:
 def _rates(trials: Iterable[StepTrial]) -> str:
     """Return rates as a list, or, of many, the first and the last with their number."""
     rates = [_rate(trial.dt_s) for trial in trials]
-    return formatting.listed(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tried)"
+    return formatting.listed(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
 
 
 def _range(found: StepRange) -> str:
@@ -320,14 +321,14 @@ def _fails(answer: Advised, found: StepRange) -> str:
 def _endings(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield why searches tried no finer step."""
     for ending, names in formatting.together((one.ending, _name(one.method)) for one in rows).items():
-        yield f"No finer step was tried, as {ending.value}: {formatting.listed(names)}."
+        yield f"No finer step was tested because {ending.value}: {formatting.listed(names)}."
 
 
 def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield why steps were refused, the finest of each method."""
     for one in rows:
         if one.refused_s is not None:
-            yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps a second ({one.refusal})."
+            yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps per second ({one.refusal})."
 
 
 def _direction(answer: Advised) -> str:
@@ -345,10 +346,10 @@ def _degrees(angle_rad: float) -> str:
 
 def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
     where = f"{body_name(impact.first)} and {body_name(impact.second)} at {formatting.number(impact.time_s, 4)} s"
-    which = "Why: its one impact" if impacts == 1 else f"Why: the hardest of its {impacts} impacts"
+    which = "Deciding impact: the only one" if impacts == 1 else f"Deciding impact: the hardest of {impacts}"
     window = impact.limit.window
     if window is None:
-        return f"{which}, of {where}: {impact.cause.value}."
+        return f"{which}, {where}: {impact.cause.value}."
     size = f"{formatting.number(window.speed_m_s)} m/s and {formatting.number(window.reach_m)} m from centre to centre"
     why = {
         Cause.GRAZE: f"a graze, at {formatting.number(window.share, 4)} of the contact distance off centre",
@@ -357,13 +358,13 @@ def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -
     }[impact.cause]
     late = impact.limit.direction_dt_s
     direction = (
-        "however late they are found, the directions stay right to what was asked"
+        "the direction meets the target however late the impact is found"
         if math.isinf(late)
-        else f"found more than {formatting.seconds(late)} late, a direction is wrong by more than asked"
+        else f"the direction misses the target if the impact is found more than {formatting.seconds(late)} late"
     )
     if rough:  # how friction turns with the line of centres has no closed form
-        direction += ", were there no friction"
+        direction += " (without friction)"
     return (
-        f"{which}, of {where}: {why}. They overlap and approach for {formatting.seconds(window.length_s)}, and "
+        f"{which}, {where}: {why}. The bodies overlap while approaching for {formatting.seconds(window.length_s)}; "
         f"a frame of {formatting.number(rate_hz, 4)} Hz is {formatting.seconds(1.0 / rate_hz)}; {direction}."
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.execution.options import Limited, engine_names, profile_names
+from carom.execution.options import LimitOptions, engine_names, profile_names
 from carom.support.limits import ADVICE_STEPS, MOST_PHASES, MOST_STEPS
 from carom.support.options import ValueKind, measure, option, whole
 
@@ -25,7 +25,7 @@ def _share(value: object) -> float:
 
 
 @dataclass(frozen=True)
-class AdviceOptions(Limited):
+class AdviceOptions(LimitOptions):
     """What is asked of the adviser, apart from the scene.
 
     Attributes:
@@ -51,19 +51,24 @@ class AdviceOptions(Limited):
             math.nextafter(math.pi, 0.0),
             read=_angle,
         ),
-        "No direction may be wrong by more: 1deg, or in radians 0.02rad.",
+        "Maximum error of any direction, such as 1deg or 0.02rad.",
         "--direction-error",
         said="1deg",
     )
     miss_probability: float = option(
         0.0,
-        ValueKind("0 or more and below 1", "NUMBER", _share, float, (-0.1, 1.0, math.nan, "x", True, None)),
-        "Share of starts at which an impact may be missed, 0 to below 1.",
+        ValueKind(
+            "0 or more and below 1",
+            "NUMBER",
+            _share,
+            float,
+            (-0.1, 1.0, math.nan, "x", True, None),
+            range="0 to below 1",
+        ),
+        "Share of starts at which an impact may be missed or spurious.",
         "--miss-probability",
     )
-    phases: int = option(
-        8, whole(1, MOST_PHASES), "Starts, spread evenly over a step, that each step is tried at.", "--phases"
-    )
+    phases: int = option(8, whole(1, MOST_PHASES), "Number of start positions per step.", "--phases")
     budget_steps: int = option(
-        ADVICE_STEPS, whole(1, MOST_STEPS), "Engine steps that the search of one method may take.", "--budget"
+        ADVICE_STEPS, whole(1, MOST_STEPS), "Maximum number of engine steps to search one method.", "--budget"
     )

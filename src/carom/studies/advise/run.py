@@ -18,12 +18,12 @@ from functools import partial
 from carom.comparator.horizon import estimate_horizon
 from carom.engines.registry import EngineInfo
 from carom.errors import InputError
-from carom.execution.engines import described, methods_of, to_run
+from carom.execution.engines import describe_engines, list_methods, select_engines
 from carom.execution.environment import Environment, environment
-from carom.execution.job import PIT_METHOD, Job, Method, Progress, unheard
+from carom.execution.job import PIT_METHOD, Job, Method, Progress, no_progress
 from carom.execution.pool import Pool
-from carom.execution.reference import reference_trace
-from carom.execution.settings_code import step_code_of
+from carom.execution.reference import solve_reference
+from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.studies.advise.hardest import Cause, Demand, HardImpact, hardest_impacts
@@ -128,7 +128,7 @@ class Advice:
 
 
 def advise(
-    scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress = unheard, command: str = ""
+    scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress = no_progress, command: str = ""
 ) -> Advice:
     """Return from which step on each engine never misses an impact of a scene, and meets a demand.
 
@@ -150,13 +150,13 @@ def advise(
     hardest = hardest_impacts(reference, demand)
     closed_form = _closed_form(scene, hardest)
     guess_s, frame_s = hardest[0].limit.dt_s, 1.0 / scene.frame_rate_hz
-    infos = to_run(described(options.engines, pool), options.engines)
+    infos = select_engines(describe_engines(options.engines, pool), options.engines)
     others = [info for info in infos if info.name not in {"pic", "pit"}]
-    asked = methods_of([*others, *described([PIT_METHOD.engine], pool)], options.profiles, [frame_s], pool)
+    asked = list_methods([*others, *describe_engines([PIT_METHOD.engine], pool)], options.profiles, [frame_s], pool)
     aimed_s = tuple(impact.time_s for impact in hardest[:AIMED])
 
     def refusal(method: Method, dt_s: float) -> str:
-        answer = asked.dead(method, frame_s) or asked.refusal(Job(scene, method, dt_s))
+        answer = asked.find_refusal(method, frame_s) or asked.find_job_refusal(Job(scene, method, dt_s))
         return "" if answer is None else answer.said
 
     def search_of(method: Method) -> StepSearch:
@@ -208,16 +208,16 @@ def _sweeps(info: EngineInfo, profile: str) -> bool:
 def _code(scene: Scene, answer: Advised, pool: Pool) -> str:
     """Return the code of a frame at the step that meets the demand, or, where none does, that misses nothing."""
     trial = answer.demand.in_frame or answer.never_misses.in_frame
-    return "" if trial is None else step_code_of(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
+    return "" if trial is None else find_step_code(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
 
 
 def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     """Return the reference of a scene as far as it is reliable, and why it ends before the scene does."""
-    reference = reference_trace(scene)
+    reference = solve_reference(scene)
     if not isinstance(reference, Trace):
-        raise InputError(f"there is nothing to compare a step with: {reference}")
+        raise InputError(f"no reference to compare with: {reference}")
     if not len(reference.impacts):
-        raise InputError(f"{scene.name!r} has no impact in its {scene.duration_s:g} s: any step will do")
+        raise InputError(f"{scene.name!r} has no impact in its {scene.duration_s:g} s, so any step passes")
     times, cut = reference.impacts["time_s"].tolist(), None
     if reference.ambiguous:
         cut, reliable = ReferenceCut.TIE, bisect_left(times, times[reference.ambiguous[0]])
@@ -226,11 +226,11 @@ def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     if cut is None or reliable == len(times):
         return reference, None
     if reliable == 0:
-        raise InputError(f"no step can be advised for {scene.name!r}, from its first impact on: {cut.value}")
+        raise InputError(f"no step can be recommended for {scene.name!r}, because from its first impact on {cut.value}")
     # Half way to the next impact: no start's rounding moves one across.
-    ended = reference_trace(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
+    ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
-        raise InputError(f"there is nothing to compare a step with: {ended}")
+        raise InputError(f"no reference to compare with: {ended}")
     return ended, cut
 
 

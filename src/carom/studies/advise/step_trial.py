@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from carom.comparator.align import LATEST_STAMP_STEPS
-from carom.comparator.horizon import reach_of
+from carom.comparator.horizon import comparison_range
 from carom.comparator.measure import measure
-from carom.comparator.scales import scales_of
+from carom.comparator.scales import compute_scales
 from carom.comparator.shift import even_phases
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import able_adapter, observe_run
+from carom.execution.engine_run import load_supported_adapter, observe_run
 from carom.execution.job import Answer, Job, JobTask, Method, Status
-from carom.execution.journal import Notes
+from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.reference import begun_scene, reference_trace, require_reference
-from carom.execution.scheduler import Ask, answers
-from carom.execution.scoring import by_start, steps_of
+from carom.execution.reference import require_reference, scene_at_phase, solve_reference
+from carom.execution.scheduler import TaskRequest, run_tasks
+from carom.execution.scoring import sort_by_start, steps_of
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.studies.advise.hardest import Demand
@@ -62,13 +62,15 @@ class StartTask(JobTask):
             UnsupportedError: There is no such start, or no reference of it.
         """
         job = self.job
-        adapter = able_adapter(job)
-        begun = begun_scene(job)
+        adapter = load_supported_adapter(job)
+        begun = scene_at_phase(job)
         # An impact in the last steps of a run can't be told from one that is missed.
         scene = Scene(**{**dict(begun), "duration_s": begun.duration_s + BEYOND_STEPS * job.dt_s})
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
-        measured = measure(reference, observed, scales_of(scene, reference), reach_of(reference, begun.duration_s))
+        measured = measure(
+            reference, observed, compute_scales(scene, reference), comparison_range(reference, begun.duration_s)
+        )
         aligned = measured.alignment
         return Started(
             # Past the extra steps nothing is undecided, unless the run broke off: then it was not found.
@@ -79,7 +81,7 @@ class StartTask(JobTask):
         )
 
 
-_reference = lru_cache(maxsize=REFERENCES_KEPT)(reference_trace)
+_reference = lru_cache(maxsize=REFERENCES_KEPT)(solve_reference)
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ class StepTrial:
     def of(cls, dt_s: float, even: Sequence[Answer[Started]], aimed: Sequence[Answer[Started]]) -> StepTrial | str:
         """Return what the starts gave together; why, where not one could be had."""
         answers = [*even, *aimed]
-        broken = [answer for answer in answers if answer.status.broken or answer.status is Status.UNAVAILABLE]
+        broken = [answer for answer in answers if answer.status.is_failure or answer.status is Status.UNAVAILABLE]
         ran = [answer.value for answer in answers if answer.value is not None]
         if not ran and not broken:
             return answers[0].reason
@@ -154,5 +156,8 @@ def most_steps(duration_s: float, dt_s: float, starts: int) -> int:
 
 def try_starts(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[Started]]:
     """Run jobs, and return what came of each by its method and phase: one step of each method at a time."""
-    asks = [Ask((job.method, job.phase), job_key(job), StartTask(job), steps=steps_of(job)) for job in by_start(jobs)]
-    return dict(answers(asks, pool, Notes[JobKey, Started]()))
+    asks = [
+        TaskRequest((job.method, job.phase), job_key(job), StartTask(job), steps=steps_of(job))
+        for job in sort_by_start(jobs)
+    ]
+    return dict(run_tasks(asks, pool, MemoryJournal[JobKey, Started]()))

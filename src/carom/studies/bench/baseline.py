@@ -95,7 +95,7 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
         if content["format"] != FORMATS["bench"]:
-            raise InputError(f"{file} has format {content['format']}, and this Carom reads {FORMATS['bench']}")
+            raise InputError(f"{file} has format {content['format']}; this version of Carom reads {FORMATS['bench']}")
         machine = tuple(content["environment"][name] for name in ("system", "processor", "cores"))
         found = {
             (scene["scene"], point["engine"], point["profile"], point["dt_s"]): _before(point)
@@ -105,12 +105,13 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
             if not point["reason"]
         }
     except OSError as error:
-        raise InputError(f"can't read the baseline {file}: {error.strerror}") from None
+        raise InputError(f"the baseline {file} can't be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, AttributeError):
-        raise InputError(f"{file} is no bench.json of carom bench") from None
+        raise InputError(f"{file} is not a bench.json of carom bench") from None
     if machine != here.machine:
         raise InputError(
-            f"the baseline ran on another machine ({', '.join(map(str, machine))}): run times compare on one"
+            f"the baseline ran on another machine ({', '.join(map(str, machine))}): "
+            "run times are comparable only on one machine"
         )
     return found
 

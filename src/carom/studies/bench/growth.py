@@ -12,11 +12,11 @@ from carom.engines.api import unsupported_reason
 from carom.engines.registry import load_adapter
 from carom.execution.cache_key import versions_of
 from carom.execution.engine_run import capabilities_of
-from carom.execution.engines import described, to_run
+from carom.execution.engines import describe_engines, select_engines
 from carom.execution.environment import Environment, environment, resident_bytes
-from carom.execution.job import Answer, Method, Progress, Status, UnsupportedError, unheard
-from carom.execution.journal import Entry, Journal, Notes
-from carom.execution.scheduler import Ask, answers
+from carom.execution.job import Answer, Method, Progress, Status, UnsupportedError, no_progress
+from carom.execution.journal import Journal, JournalEntry, MemoryJournal
+from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.timing import Timing, time_run
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import gas_scene
@@ -121,7 +121,7 @@ class GrowthKey:
 
 
 #: Opens the journal of a growth bench.
-growth_journal = partial(Journal[GrowthKey, Grown], "growth", Entry[GrowthKey, Grown])
+growth_journal = partial(Journal[GrowthKey, Grown], "growth", JournalEntry[GrowthKey, Grown])
 
 
 @dataclass(frozen=True)
@@ -192,8 +192,8 @@ class Growth:
 def growth(
     options: GrowthOptions,
     *,
-    notes: Notes[GrowthKey, Grown] | None = None,
-    progress: Progress = unheard,
+    notes: MemoryJournal[GrowthKey, Grown] | None = None,
+    progress: Progress = no_progress,
     command: str = "",
 ) -> Growth:
     """Run two gases of more and more discs, one process a run and one run at a time, until the budget is used up.
@@ -208,9 +208,9 @@ def growth(
         UnknownNameError: There is no such engine.
     """
     engine_names, profile, sizes, budget_s = options.engines, options.profile, options.sizes, options.budget_s
-    notes = Notes[GrowthKey, Grown]() if notes is None else notes
+    notes = MemoryJournal[GrowthKey, Grown]() if notes is None else notes
     with options.pool(1) as pool:
-        infos = to_run(described(engine_names, pool), engine_names)
+        infos = select_engines(describe_engines(engine_names, pool), engine_names)
         infos = with_own_methods(infos, engine_names, pool, own=options.own)
         here = environment(infos)
         wanted = [
@@ -237,8 +237,8 @@ def growth(
             reason = info.unavailable or _too_long(own, size, min(left_s, options.time_limit_s), left_s)
             refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
-            ask = Ask(size, key, GrowthTask(size, method, here.date, gravity), refused)
-            ((_, answer),) = answers([ask], pool, notes, alone=True)
+            ask = TaskRequest(size, key, GrowthTask(size, method, here.date, gravity), refused)
+            ((_, answer),) = run_tasks([ask], pool, notes, alone=True)
             spent[info.name, gravity] += time.perf_counter() - before
             own.append(_point(size, answer))
     curves = []

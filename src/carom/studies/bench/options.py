@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from carom.execution.options import MOST_SEED, Limited, engine_names, profile_names
+from carom.execution.options import MOST_SEED, LimitOptions, engine_names, profile_names
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.series import STEPS, geometric_steps
 from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
@@ -37,11 +37,11 @@ def step_series(text: str) -> tuple[float, ...]:
 
 def own_methods() -> Any:
     """Declare whether Carom's own methods run."""
-    return option(True, flag(), "Whether PIC and PIT run, whichever engines are asked for.", "--own/--no-own")
+    return option(True, flag(), "Run PIC and PIT in addition to the chosen engines.", "--own/--no-own")
 
 
 @dataclass(frozen=True)
-class BenchPlan(Limited):
+class BenchPlan(LimitOptions):
     """What a bench is to do.
 
     Attributes:
@@ -65,31 +65,31 @@ class BenchPlan(Limited):
     dts: Sequence[float] | None = option(
         None,
         step(step_series, f", or in the shell a series such as 1/60..1/10000:6, of {MOST_SERIES} steps at most"),
-        "Step in seconds, repeatable.",
+        f"Time step in seconds, or a series such as 1/60..1/10000:6 of up to {MOST_SERIES} steps; repeatable.",
         "--dt",
         many=True,
-        said="six steps from each scene's own frame to one 167 times finer",
+        said="six, from one frame of each scene to 1/167 of it",
     )
     profiles: Sequence[str] = profile_names("default", "tuned")
-    phases: int = option(
-        4, whole(1, MOST_PHASES), "Starts, spread evenly over a step, that each run is scored at.", "--phases"
-    )
-    error: ErrorKind = option(ErrorKind.IMPACT, one_of(ErrorKind), "Which error stands on the axis.", "--error")
+    phases: int = option(4, whole(1, MOST_PHASES), "Number of start positions per step.", "--phases")
+    error: ErrorKind = option(ErrorKind.IMPACT, one_of(ErrorKind), "Error to plot.", "--error")
     target: float = option(
         0.01,
         measure("a positive number", "NUMBER", 0.0, LARGEST),
-        "The error for which the first line names the cheapest engine.",
+        "Error for which the cheapest engine is named.",
         "--target",
     )
-    rounds: int = option(7, whole(LEAST_ROUNDS, MOST_ROUNDS), "Rounds of the timing pass.", "--rounds")
-    seed: int = option(1, whole(0, MOST_SEED), "Of the random order within the rounds.", "--seed")
-    budget_s: float = option(BUDGET_S, seconds(), "Seconds a scene, half for scoring and half for timing.", "--budget")
-    timing: bool = option(True, flag(), "Whether to time at all.", "--timing/--no-timing")
+    rounds: int = option(7, whole(LEAST_ROUNDS, MOST_ROUNDS), "Number of timing rounds.", "--rounds")
+    seed: int = option(1, whole(0, MOST_SEED), "Seed of the random order within a timing round.", "--seed")
+    budget_s: float = option(
+        BUDGET_S, seconds(), "Seconds per scene, half for scoring and half for timing.", "--budget"
+    )
+    timing: bool = option(True, flag(), "Measure run times.", "--timing/--no-timing")
     own: bool = own_methods()
 
 
 @dataclass(frozen=True)
-class GrowthOptions(Limited):
+class GrowthOptions(LimitOptions):
     """What is asked of a bench over numbers of discs.
 
     Attributes:
@@ -108,10 +108,10 @@ class GrowthOptions(Limited):
     sizes: Sequence[int] | None = option(
         None,
         whole(1, MOST_DISCS),
-        "With --grow, a number of discs; repeatable.",
+        "With --grow: number of discs, repeatable.",
         "--discs",
         many=True,
-        said="10 to 10,000, and for PIC and PIT to 100,000",
+        said="10 to 10,000, PIC and PIT to 100,000",
     )
-    budget_s: float = option(BUDGET_S, seconds(), "Seconds a gas.", "--budget")
+    budget_s: float = option(BUDGET_S, seconds(), "Seconds per gas.", "--budget")
     own: bool = own_methods()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from carom.engines.registry import EngineInfo
-from carom.execution.engines import described
+from carom.execution.engines import describe_engines
 from carom.execution.job import PIT_METHOD, Method
 from carom.execution.pool import Pool
 
@@ -28,4 +28,4 @@ def with_own_methods(
     """
     added = [method.engine for method in OWN_METHODS if method.engine not in (asked or ())]
     others = [info for info in infos if info.name not in added]
-    return [*described(added, pool), *others] if own and added else others
+    return [*describe_engines(added, pool), *others] if own and added else others

@@ -11,13 +11,13 @@ from dataclasses import replace
 from carom.comparator.shift import even_phases
 from carom.engines.registry import EngineInfo
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engines import Methods, described, methods_of, to_run
+from carom.execution.engines import Methods, describe_engines, list_methods, select_engines
 from carom.execution.environment import environment
-from carom.execution.job import Answer, Job, Progress, unheard
-from carom.execution.journal import Notes
-from carom.execution.plan import profiles_to_plan, sorted_out
+from carom.execution.job import Answer, Job, Progress, no_progress
+from carom.execution.journal import MemoryJournal
+from carom.execution.plan import resolve_scenes, select_profiles
 from carom.execution.pool import Pool
-from carom.execution.scheduler import Ask, answers
+from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.scoring import Measures
 from carom.model.scene import Scene
 from carom.studies.bench.axes import ErrorKind, error_of
@@ -35,9 +35,9 @@ def work_precision(
     plan: BenchPlan,
     pool: Pool,
     *,
-    notes: Notes[JobKey, Measures] | None = None,
-    timings: Notes[TimingKey, SceneTiming] | None = None,
-    progress: Progress = unheard,
+    notes: MemoryJournal[JobKey, Measures] | None = None,
+    timings: MemoryJournal[TimingKey, SceneTiming] | None = None,
+    progress: Progress = no_progress,
     command: str = "",
 ) -> Bench:
     """Score every job, then time every method at every step that could be scored, and fit what the two say.
@@ -57,8 +57,8 @@ def work_precision(
     """
     started = time.perf_counter()
     with pool:  # its processes are gone when the timing pass begins
-        infos = to_run(described(plan.engines, pool), plan.engines)
-        profiles = profiles_to_plan(infos, plan.profiles)
+        infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
+        profiles = select_profiles(infos, plan.profiles)
         infos = with_own_methods(infos, plan.engines, pool, own=plan.own)
         jobs, methods = _jobs(scenes, infos, profiles, plan, pool)
         jobs_of = {scene.name: [job for job in jobs if job.scene is scene] for scene in scenes}
@@ -66,7 +66,9 @@ def work_precision(
         unscored: dict[tuple[str, At], str] = {}
         done = 0
         for name, own in jobs_of.items():
-            scoring = ScoringPass(own, methods, plan.budget_s / 2, pool, notes or Notes(), progress, done, len(jobs))
+            scoring = ScoringPass(
+                own, methods, plan.budget_s / 2, pool, notes or MemoryJournal(), progress, done, len(jobs)
+            )
             found, left = scoring.run()
             results |= found
             unscored |= {(name, at): why for at, why in left.items()}
@@ -75,7 +77,7 @@ def work_precision(
     for scene in scenes:
         points = _points(jobs_of[scene.name], results, unscored, plan.error)
         ran = [point.at for point in points if not point.reason]
-        timing = _timed(scene, ran, plan, timings or Notes(), progress) if plan.timing and ran else None
+        timing = _timed(scene, ran, plan, timings or MemoryJournal(), progress) if plan.timing and ran else None
         if timing is not None:
             clocks, why = dict(timing.timings), dict(timing.untimed)
             points = [replace(p, timing=clocks.get(p.at), untimed=why.get(p.at, "")) for p in points]
@@ -91,9 +93,9 @@ def _jobs(
     PIC runs at the coarsest step alone, as neither its error nor its run time depends on the step. It and PIT run with
     the asked profiles only where they are asked for by name.
     """
-    plain, _ = sorted_out(scenes)
+    plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or default_steps(scene)), reverse=True) for scene in plain}
-    found = methods_of(infos, profiles, [dt_s for own in steps.values() for dt_s in own], pool)
+    found = list_methods(infos, profiles, [dt_s for own in steps.values() for dt_s in own], pool)
     added = {method.engine: (method,) for method in OWN_METHODS if method.engine not in (plan.engines or ())}
     at = {(name, dt_s): added.get(name, methods) for (name, dt_s), methods in found.at.items()}
     jobs = [
@@ -112,13 +114,13 @@ def _timed(
     scene: Scene,
     asked: Sequence[At],
     plan: BenchPlan,
-    timings: Notes[TimingKey, SceneTiming],
+    timings: MemoryJournal[TimingKey, SceneTiming],
     progress: Progress,
 ) -> SceneTiming | None:
     question = TimeScene(scene, tuple(asked), plan.rounds, plan.seed, plan.budget_s / 2, progress)
-    ask = Ask(scene, timing_key(scene, asked, plan.seed), question)
+    ask = TaskRequest(scene, timing_key(scene, asked, plan.seed), question)
     with plan.pool(1) as pool:
-        ((_, answer),) = answers([ask], pool, timings, alone=True)
+        ((_, answer),) = run_tasks([ask], pool, timings, alone=True)
     return answer.value
 
 

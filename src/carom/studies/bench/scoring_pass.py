@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from carom.execution.cache_key import JobKey, job_key
 from carom.execution.engines import Methods
 from carom.execution.job import Answer, Job, Method, Progress
-from carom.execution.journal import Notes
+from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
 from carom.execution.scoring import Measures, steps_of, sweep
 from carom.report import formatting
@@ -36,7 +36,7 @@ class ScoringPass:
     methods: Methods
     budget_s: float
     pool: Pool
-    notes: Notes[JobKey, Measures]
+    notes: MemoryJournal[JobKey, Measures]
     progress: Progress
     before: int
     total: int
@@ -71,7 +71,7 @@ class ScoringPass:
             began = time.perf_counter()
             step = formatting.step(min(job.dt_s for own in at_level.values() for job in own))
             shown = self._shown(len(results), left_s, step)
-            results.update(sweep(chosen, self.pool, self.notes, shown, refusal=self.methods.refusal))
+            results.update(sweep(chosen, self.pool, self.notes, shown, refusal=self.methods.find_job_refusal))
             if steps:
                 step_s = (time.perf_counter() - began) / steps
         return results, unscored
@@ -88,7 +88,7 @@ class ScoringPass:
         return show
 
     def _missing(self, job: Job) -> bool:
-        return job_key(job) not in self.notes.entries and self.methods.refusal(job) is None
+        return job_key(job) not in self.notes.entries and self.methods.find_job_refusal(job) is None
 
     def _best_first(
         self, methods: Mapping[Method, Sequence[Job]], results: Mapping[JobKey, Answer[Measures]]

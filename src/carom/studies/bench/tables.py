@@ -12,7 +12,7 @@ from typing import NamedTuple
 from urllib.parse import quote
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.report import formatting
 from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, PAGE, Cell, Column, Media, Table
 from carom.studies.bench.axes import TARGETS, ErrorKind
@@ -23,13 +23,13 @@ from carom.studies.bench.result import Bench, Curve, Point, SceneBench, best_fir
 from carom.studies.bench.timing_pass import CellTiming
 
 TABLE_NOTE = (
-    "Best first. Least: the least error of all steps that find every impact at every start; where no step does, the "
-    "impacts missed (-) and invented (+) at the step that loses fewest. Columns of an error: run time of the "
-    "cheapest step whose error is at most that, with every impact found; empty where no step reaches it. Order: least "
-    "squares of error against step on logarithmic axes, steps with a missed or invented impact and errors at rounding "
-    "left out; sampling alone has order 1, and an interval below 1/2 is called not converging."
+    "Best first. Least error: over all steps that find every impact at every start; if there is none, the number of "
+    "missed (-) and spurious (+) impacts at the best step. Columns of an error: run time of the cheapest step that "
+    "reaches it and finds every impact; empty if no step does. Order: least-squares fit of error against step on "
+    "logarithmic axes, without steps that miss an impact or reach rounding; sampling alone has order 1, and an "
+    "interval below 1/2 is called not converging."
 )
-TABLE_SHORT = "ms: run time; order: of error in the step; -n, +n: impacts missed, invented"
+TABLE_SHORT = "ms: run time; order: exponent of the error in the step; -n, +n: impacts missed, spurious"
 EXACT = "exact"
 
 #: A smaller error is written as a number: nobody reads 0.0009 %.
@@ -98,9 +98,9 @@ def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     kind = bench.plan.error
     columns = [
         METHOD,
-        Column("finds all", lambda method: _share(method, sum(b.sound for b in method.best)), "scenes", number=True),
+        Column("found", lambda method: _share(method, sum(b.sound for b in method.best)), "all", number=True),
         *(
-            Column(error_text(target, kind), partial(_reach, target), "scenes", only=only)
+            Column(error_text(target, kind), partial(_reach, target), "n, ×", only=only)  # noqa: RUF001 - the sign of a ratio
             for target, only in zip(targets, _shown_where(targets), strict=True)
         ),
         Column("order", _median_order, "median", number=True),
@@ -110,7 +110,8 @@ def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
         columns,
         sorted(methods, key=lambda method: [-len(method.reaching(target)) for target in reversed(targets)]),
         title=f"Every method on {formatting.count(len(bench.scenes), 'scene')}",
-        note="n ×: run time over PIC's on the same scene, the median; order: of error in the step.",  # noqa: RUF001
+        note="Found all: scenes with every impact found. n, ×: scenes that reach the error, and median run time over "  # noqa: RUF001
+        "that of PIC. Order: exponent of the error in the step.",
     )
 
 
@@ -148,7 +149,8 @@ def _reach(target: float, method: _Method) -> Cell:
     ]
     known = [cost for cost in costs if 0 < cost < math.inf]  # what was not timed has no cost
     cost = f", {formatting.ratio(statistics.median(known))}" if known else ""
-    return Cell(f"{_share(method, len(scenes))}{cost}", short=f"{len(scenes)}{cost}") if scenes else Cell("")
+    short = f"{len(scenes)}{cost.removesuffix(' ×')}"  # noqa: RUF001 - the sign of a ratio
+    return Cell(f"{_share(method, len(scenes))}{cost}", short=short) if scenes else Cell("")
 
 
 def _order(order: ConvergenceOrder) -> Cell:
@@ -273,7 +275,17 @@ def point_anchor(scene: str, point: Point) -> str:
 
 def _command(scene: str, plan: BenchPlan, point: Point) -> str:
     """Return the command that makes a point again: of the bench's own choices, those that are not the usual ones."""
-    words = ["carom", "bench", scene, "-e", asked_as(point.engine), "-p", point.profile, "--dt", repr(point.dt_s)]
+    words = [
+        "carom",
+        "bench",
+        scene,
+        "-e",
+        engine_argument(point.engine),
+        "-p",
+        point.profile,
+        "--dt",
+        repr(point.dt_s),
+    ]
     usual = {field.name: field.default for field in fields(BenchPlan)}
     for name in ("phases", "error", "rounds", "seed"):
         if (chosen := getattr(plan, name)) != usual[name]:

@@ -18,10 +18,10 @@ import numpy as np
 from carom.engines.registry import load_adapter
 from carom.execution.cache_key import scene_hash, versions_of
 from carom.execution.environment import environment
-from carom.execution.job import PIT_METHOD, Answer, Method, Progress, Status, unheard
-from carom.execution.journal import Entry, Journal
-from carom.execution.pool import Asker
-from carom.execution.scheduler import Talk
+from carom.execution.job import PIT_METHOD, Answer, Method, Progress, Status, no_progress
+from carom.execution.journal import Journal, JournalEntry
+from carom.execution.pool import TaskRunner
+from carom.execution.scheduler import DependentTasks
 from carom.execution.timing import time_run
 from carom.model.scene import Disc, Scene
 from carom.studies.bench.noise import Noise, NoiseProbe, Spread, spread
@@ -188,11 +188,11 @@ def timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
 
 
 #: Opens the journal of a timing pass.
-timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", Entry[TimingKey, SceneTiming])
+timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntry[TimingKey, SceneTiming])
 
 
 @dataclass(frozen=True)
-class TimeScene(Talk[SceneTiming]):
+class TimeScene(DependentTasks[SceneTiming]):
     """Time a scene by several methods at several steps. The caller sees to it that nothing else is running.
 
     Each is warmed up once. Then comes round after round: in each, every one is visited once, in random order. PIT at
@@ -212,14 +212,14 @@ class TimeScene(Talk[SceneTiming]):
     rounds: int = 7
     seed: int = 1
     budget_s: float = math.inf
-    progress: Progress = unheard
+    progress: Progress = no_progress
 
     @property
     def engine(self) -> str:
         """Name of the adapter that is asked first."""
         return PIT_METHOD.engine
 
-    def answer(self, asker: Asker) -> Answer[SceneTiming]:
+    def run(self, runner: TaskRunner) -> Answer[SceneTiming]:
         """Return what was timed, each visit in a worker process of its engine that stays."""
         scene, progress = self.scene, self.progress
         kept = set(self.asked)
@@ -227,7 +227,7 @@ class TimeScene(Talk[SceneTiming]):
         ordered = [*pit, *sorted(kept - set(pit), key=lambda at: (at[0], -at[1]))]
         until_s = time.perf_counter() + self.budget_s
         probe = NoiseProbe()
-        warm, untimed = _warm_up(scene, ordered, asker, self.budget_s, progress)
+        warm, untimed = _warm_up(scene, ordered, runner, self.budget_s, progress)
         rounds = _fit(warm, untimed, self.rounds, until_s - time.perf_counter())
         tasks = {at: VisitTask(scene, at, min(MOST_REPEATS, math.ceil(VISIT_S / cost))) for at, cost in warm.items()}
         visits: dict[At, list[Visit]] = {at: [] for at in warm}
@@ -242,7 +242,7 @@ class TimeScene(Talk[SceneTiming]):
                 at = list(tasks)[k]
                 if at not in untimed:
                     probe.take()
-                    answer = asker.ask(tasks[at])
+                    answer = runner.run(tasks[at])
                     if answer.value is None:
                         untimed[at] = answer.said
                     else:
@@ -269,7 +269,7 @@ class TimeScene(Talk[SceneTiming]):
 
 
 def _warm_up(
-    scene: Scene, ordered: Sequence[At], asker: Asker, budget_s: float, progress: Progress
+    scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
     """Return what one visit of each costs, seconds, and why some have none; from coarse to fine."""
     costs: dict[At, float] = {}
@@ -288,8 +288,8 @@ def _warm_up(
                 )
                 continue
         else:
-            asker.ask(VisitTask(scene, at))
-        answer: Answer[Visit] = asker.ask(VisitTask(scene, at))
+            runner.run(VisitTask(scene, at))
+        answer: Answer[Visit] = runner.run(VisitTask(scene, at))
         if answer.value is None:
             untimed[at] = answer.said
             continue

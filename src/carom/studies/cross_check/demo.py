@@ -1,4 +1,4 @@
-"""The shortest way to see what Carom is for: an engine that misses an impact, and a page to miss it by hand."""
+"""Demonstration: an engine that misses an impact, and a page on which to throw the same discs."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from carom.web.page import page_html, with_gallery
 
 _SCENE, _PROFILE = "paper/missed", "default"
 
-#: Asked first where it is installed: it has a wheel for every CPython, and starts in a moment.
+#: Tried first where it is installed: it has a wheel for every CPython, and starts quickly.
 _FIRST = "pymunk"
 
 
 @dataclass(frozen=True, repr=False)
 class Demo:
-    """An engine that misses an impact, and a page on which one throws the discs of the same scene oneself.
+    """An engine that misses an impact, and a page on which the discs of the same scene can be thrown.
 
     Attributes:
         replay: The engine's run next to the exact one.
@@ -40,7 +40,7 @@ class Demo:
 
     def __repr__(self) -> str:
         observed, missed = self.replay.observed, self.replay.score.missed
-        method = observed.method if observed.method == PIT_METHOD.engine else f"{observed.method} as shipped"
+        method = observed.method if observed.method == PIT_METHOD.engine else f"{observed.method} with default settings"
         rate = f"{1 / observed.dt_s:g} steps a second"
         due = formatting.count(self.replay.score.expected, "impact")
         when = float(self.replay.reference.impacts["time_s"][missed[0]])
@@ -66,7 +66,7 @@ def demo(path: str | Path | None = None) -> Demo:
         OSError: The page can't be written.
     """
     if path is not None and Path(path).suffix != ".html":
-        raise InputError(f"the page of the demo ends in .html, got {str(path)!r}")
+        raise InputError(f"the demo page must end in .html, got {str(path)!r}")
     shown = _missed()
     html = page_html(with_gallery(all_scenes()[_SCENE].scene), page_engines(DEFAULT_ENGINES, required=False))
     page = write_file(temporary("demo.html") if path is None else Path(path), html)
@@ -79,7 +79,7 @@ def _missed() -> Replay:
     for name in _methods():
         try:
             found = replay(reference, name, profile=_PROFILE)
-        except CaromError:  # an engine that is not there, or fails here, is not what this is about
+        except CaromError:  # skip an engine that is not installed or fails
             continue
         if found.score.missed:
             return found
@@ -87,7 +87,7 @@ def _missed() -> Replay:
 
 
 def _methods() -> Iterator[str]:
-    """Yield names in the order in which they are tried; the others are asked for only where the first won't do."""
+    """Yield names in the order of trial; other engines are looked up only if the first does not miss."""
     yield _FIRST
     yield from (info.name for info in engines() if info.available and info.engine != "Carom" and info.name != _FIRST)
     yield PIT_METHOD.engine

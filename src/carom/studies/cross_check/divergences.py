@@ -1,4 +1,4 @@
-"""What goes wrong, as pictures: the source paper's cases under PIT, and the worst runs, each next to its reference."""
+"""Pictures of faults: the source paper's cases under PIT, and the worst runs, each next to its reference."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from carom.report.picture import draw_pair
 from carom.studies.cross_check.tables import mark_cell
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: The source paper's four cases are always shown, under the method that the paper shows them of.
+#: Group of the source paper's four cases, which are always shown for the paper's method, PIT.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 _RANK = {Mark.SAMPLED: 1, Mark.INACCURATE: 2, Mark.PARTED: 3, Mark.PARTED_INACCURATE: 4, Mark.WRONG: 5}
@@ -36,9 +36,9 @@ class Divergence(NamedTuple):
     observed: Trace
 
 
-def pictures(results: Results, grid: Grid) -> Iterator[Section]:
-    """Yield the runs that are shown as pictures."""
-    paper, worst = divergences(results, grid)
+def picture_sections(results: Results, grid: Grid) -> Iterator[Section]:
+    """Yield the sections with pictures of runs."""
+    paper, worst = find_divergences(results, grid)
     if paper or worst:
         yield Section("What goes wrong", (Text(PICTURE_NOTE, ON_PAPER),))
     for heading, shown in (("The source paper's cases, by PIT", paper), ("The worst of the other scenes", worst)):
@@ -47,7 +47,7 @@ def pictures(results: Results, grid: Grid) -> Iterator[Section]:
 
 
 def _pair(entry: Divergence) -> Pair:
-    """Return a picture, with who ran it, at which step, and every verdict with its numbers."""
+    """Return a picture with the method, the step, and every verdict with its numbers."""
     cell, reference, observed = entry
     scene, name, row = reference.scene, cell.column.name, cell.row
     said = f"{name} at {formatting.step(row.job.dt_s) if row else ''}: {'; '.join(cell.reasons)}."
@@ -65,10 +65,10 @@ def _pair(entry: Divergence) -> Pair:
     )
 
 
-def divergences(
+def find_divergences(
     results: Results, grid: Grid, *, most_discs: int = MOST_DISCS_DRAWN
 ) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
-    """Return the paper's cases under PIT, and the worst runs of other scenes, no scene twice, the worst first.
+    """Find the paper's cases under PIT, and the worst runs of other scenes, no scene twice, the worst first.
 
     Args:
         results: The cross-check.
@@ -79,17 +79,17 @@ def divergences(
     cells = [cell for row in drawn for cell in row.cells]
     of_paper = [cell for row in drawn if row.scene.name.startswith(f"{PAPER_GROUP}/") for cell in row.cells]
     paper = [cell for cell in of_paper if cell.column.engine == "pit"]
-    taken = {cell.row.job.scene.name for cell in paper if cell.row is not None}
+    paper_scenes = {cell.row.job.scene.name for cell in paper if cell.row is not None}
     worst: dict[str, GridCell] = {}
     for cell in sorted(cells, key=_badness, reverse=True):
         name = cell.row.job.scene.name if cell.row else ""
-        if _badness(cell)[0] and name not in taken:
+        if _badness(cell)[0] and name not in paper_scenes:
             worst.setdefault(name, cell)
     return (_with_traces(results, paper), _with_traces(results, list(worst.values())[:WORST_SHOWN]))
 
 
 def _badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
-    """Order of shame: grade, share of impacts missed or invented, engines before PIT, velocity, energy."""
+    """Return the sort key of a run: grade, share of wrong impacts, engines before PIT, velocity, energy."""
     score = cell.row.score if cell.row is not None else None
     rank = _RANK.get(cell.mark, 0)
     if score is None or not rank:

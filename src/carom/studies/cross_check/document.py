@@ -1,4 +1,4 @@
-"""The report of a cross-check: which sections it has, in which order, and the sentences that stand first."""
+"""Report of a cross-check: its sections in order, and the sentences of its headline."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from carom.comparator import Grade, Horizon
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import CaromError
-from carom.execution.exception_text import raised
+from carom.execution.exception_text import describe_exception
 from carom.execution.job import Status
 from carom.execution.options import default_dts
 from carom.execution.results import Results, Row
@@ -21,12 +21,12 @@ from carom.report.grid import Grid, Mark, build_grid
 from carom.report.provenance import making
 from carom.report.replay import replay_data
 from carom.studies.cross_check import tables
-from carom.studies.cross_check.divergences import pictures
-from carom.studies.cross_check.headline import finding
+from carom.studies.cross_check.divergences import picture_sections
+from carom.studies.cross_check.headline import build_headline
 from carom.studies.cross_check.overview import first_replay, overview
-from carom.studies.cross_check.play_page import THROWN, thrown_page
+from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
 from carom.studies.cross_check.reference import known_section, reference_section
-from carom.studies.cross_check.sampling_cost import price_section, prices
+from carom.studies.cross_check.sampling_cost import measure_engine_costs, sampling_cost_section
 from carom.studies.cross_check.sentences import Sentence
 from carom.studies.cross_check.skipping import skipping_section
 from carom.studies.cross_check.stepwise import steps_section
@@ -45,21 +45,24 @@ PURPOSE = "cross-check"
 
 
 def cross_check_document(results: Results) -> Document:
-    """Return the report of a cross-check."""
+    """Build the report of a cross-check."""
     grid = build_grid(results)
-    found = prices(grid)
+    found = measure_engine_costs(grid)
     return Document(
         "Carom cross-check",
-        Headline(finding(grid), (_reference(results), _counts(grid), *_lucky(grid))),
+        Headline(
+            build_headline(grid),
+            (_describe_reference(results), _describe_counts(grid), *_describe_phase_dependence(grid)),
+        ),
         (
             *overview(results, grid, found),
             *tables.grid_sections(results, grid),
-            price_section(found),
+            sampling_cost_section(found),
             *(() if len(grid.rows) == 1 else (steps_section(results, grid),)),  # of one scene it is in the overview
             reference_section(results),
             tables.spread_section(results, grid),
             *trend_sections(results, grid),
-            *pictures(results, grid),
+            *picture_sections(results, grid),
             known_section(results),
             tables.run_time_section(grid),
             skipping_section(results),
@@ -77,8 +80,8 @@ class Report:
     """A report before it is written.
 
     Attributes:
-        results: What it tells: a row that can't be written down, or played, is a failure of its own.
-        document: What its page shows.
+        results: The reported results. A row that can't be written or replayed is replaced by a failure.
+        document: The content of its page.
         files: Its files by their names in the folder: `index.html`, `report.md`, `results.jsonl` and `junit.xml`, and
             `play.html` with the scenes whose discs can be thrown, to which replays of them lead.
     """
@@ -97,10 +100,10 @@ class Report:
 
 
 def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Report:
-    """Return the report of a cross-check: everything is derived before the first file is touched.
+    """Build the report of a cross-check in memory, before the first file is written.
 
     Args:
-        results: What is reported.
+        results: The results to report.
         fail_on: The best grade that fails a case of `junit.xml`; None for none.
 
     Raises:
@@ -111,7 +114,7 @@ def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Rep
     except CaromError:
         raise
     except Exception:  # noqa: BLE001 - a row whose numbers can't be told costs no other: which one is asked row by row
-        return _report(_reportable(results), fail_on)
+        return _report(_replace_unreportable(results), fail_on)
 
 
 def _report(results: Results, fail_on: Grade | None) -> Report:
@@ -126,29 +129,29 @@ def _report(results: Results, fail_on: Grade | None) -> Report:
         "results.jsonl": records(results),
         "junit.xml": junit(results, fail_on),
     }
-    if page := thrown_page(reference.scene for reference in results.references.values()):
-        files[THROWN] = page
+    if page := build_play_page(reference.scene for reference in results.references.values()):
+        files[PLAY_PAGE] = page
     return Report(results, document, files)
 
 
-def _reportable(results: Results) -> Results:
-    """Return results in which a row that can't be written down and played is a failure, with the reason."""
+def _replace_unreportable(results: Results) -> Results:
+    """Replace rows that can't be written or replayed by failures, with the reason."""
     from carom.report.records import record
 
-    def sound(row: Row) -> Row:
+    def check(row: Row) -> Row:
         try:
             record(row)
             if row.trace is not None and row.score is not None:
                 packed(replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
         except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us
-            return Row(row.job, Status.FAILED, f"what it returned can't be reported: {raised(error)}")
+            return Row(row.job, Status.FAILED, f"what it returned can't be reported: {describe_exception(error)}")
         return row
 
-    return replace(results, rows=tuple(map(sound, results.rows)))
+    return replace(results, rows=tuple(map(check, results.rows)))
 
 
-def _reference(results: Results) -> str:
-    """Say what PIC is worth here."""
+def _describe_reference(results: Results) -> str:
+    """Describe the evidence for PIC's accuracy."""
     if not results.known:
         proven = [n for n, how in results.certified.items() if isinstance(how, Horizon) and how.covers_the_scene]
         if not proven:
@@ -164,8 +167,8 @@ def _reference(results: Results) -> str:
     return Sentence.REPRODUCES(which=which, deviation=formatting.number(max(deviations.values())))
 
 
-def _counts(grid: Grid) -> str:
-    """Say how many runs have which grade."""
+def _describe_counts(grid: Grid) -> str:
+    """Describe the number of runs by grade."""
     every = list(grid.columns.values())
     columns, what = [column for column in every if not column.own], "engine run"
     if not columns:  # Carom's own methods only: then it is PIT that is compared with PIC
@@ -182,7 +185,7 @@ def _counts(grid: Grid) -> str:
     return f"{sentence} {Sentence.NOT_SCORED(others='; '.join(others))}" if others else sentence
 
 
-def _lucky(grid: Grid) -> Iterator[str]:
+def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
     """Say which grades of PIT stand at this phase of the step only: where in a step an impact falls is nobody's merit.
 
     An engine that is as right there may be so at all phases.
@@ -194,14 +197,14 @@ def _lucky(grid: Grid) -> Iterator[str]:
         shares = sorted({share[0] for share in lucky if share})
         if shares:
             phases = next(share[1] for share in lucky if share)
-            owes = "its grade" if len(lucky) == 1 else f"{sum(map(bool, lucky))} of its {len(lucky)} grades"
+            owes = "its grade" if len(lucky) == 1 else f"the grade in {sum(map(bool, lucky))} of {len(lucky)} scenes"
             some = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
-            right = f"checking once per step is as right at {some} of {phases} phases"
+            right = f"sampling alone is equally accurate at {some} of {phases} phases"
             yield Sentence.LUCKY(method=column.name, grades=owes, right=right)
 
 
 def _python_call(results: Results, grid: Grid) -> str:
-    """Return the Python that makes the results again, for a cross-check that was not called from the command line."""
+    """Return the Python call that reproduces the results of a cross-check not started from the command line."""
     engines = list(dict.fromkeys(method.engine for method in grid.columns))
     profiles = list(dict.fromkeys(method.profile for method in grid.columns))
     tried = next((dict(method.tried) for method in grid.columns if method.tried), {})

@@ -1,4 +1,4 @@
-"""The plan of a cross-check in words: what would be run, what is skipped, and why. Nothing is run but Carom's own."""
+"""Description of a cross-check's plan: what would be run, what is skipped, and why. Only Carom's own methods run."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from carom.comparator.shift import shifted_references
 from carom.engines.registry import EngineInfo
-from carom.execution.engines import to_run
+from carom.execution.engines import select_engines
 from carom.execution.job import Job
 from carom.execution.phases import phase_values
 from carom.execution.plan import Plan
-from carom.execution.reference import reference_trace
-from carom.execution.skipped import SkippedTime, in_closed_form, pic_saved, pit_saved, tests_a_frame
+from carom.execution.reference import solve_reference
+from carom.execution.skipped import SkippedTime, is_closed_form, measure_pic_saving, measure_pit_saving, tests_per_frame
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.solvers.pic import solve_pic
@@ -22,106 +22,106 @@ from carom.solvers.pit.solve import solve_pit
 from carom.support.formatting import instant, number
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: PIT is run to say what it skips; of a longer run the sentence is not worth the wait.
+#: Largest number of frames for which PIT is run to describe what it skips.
 MOST_FRAMES = 1_000_000
 
 
 def explain(plan: Plan) -> Iterator[str]:
-    """Return the plan of a cross-check, line by line: the very jobs that a cross-check would run."""
-    options, run = plan.options, to_run(plan.engines, plan.options.engines)
+    """Yield the plan of a cross-check, line by line, from the same jobs that it would run."""
+    options, run = plan.options, select_engines(plan.engines, plan.options.engines)
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
         steps = options.steps_of(scene)
-        yield f"{scene.name}: {_bodies(scene)}, {scene.duration_s:g} s, needs {_needs(scene)}"
-        reference = reference_trace(scene)
+        yield f"{scene.name}: {_describe_bodies(scene)}, {scene.duration_s:g} s, requires {_describe_needs(scene)}"
+        reference = solve_reference(scene)
         if isinstance(reference, str):
-            yield f"  nothing is run: {reference}"
+            yield f"  not run: {reference}"
             continue
-        plain = "an event-driven run" if in_closed_form(reference) else "predicting all pairs anew"
-        saved = _saved(pic_saved(scene, reference), plain)
-        yield f"  PIC: {pic_in_words(scene, reference)}{saved}"
+        plain = "an event-driven run" if is_closed_form(reference) else "predicting all pairs again"
+        saved = _describe_saving(measure_pic_saving(scene, reference), plain)
+        yield f"  PIC: {describe_pic(scene, reference)}{saved}"
         for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
-            saved = _saved(pit_saved(scene, dt_s), "the plain loop")
-            yield f"  PIT at {instant(dt_s)}: {pit_in_words(scene, dt_s)}{saved}"
-        yield f"  engines: {_engines(scene, reference, steps[0])}"
-        yield f"  states: {_samples(scene, drawn=options.samples)}"
+            saved = _describe_saving(measure_pit_saving(scene, dt_s), "the plain loop")
+            yield f"  PIT at {instant(dt_s)}: {describe_pit(scene, dt_s)}{saved}"
+        yield f"  engines: {_describe_engines(scene, reference, steps[0])}"
+        yield f"  states: {_describe_samples(scene, drawn=options.samples)}"
         if options.phases:
             kept = len(shifted_references(reference, steps[0], phase_values(options.phases, options.seed)))
-            why = "a shift that changes which impacts happen is left out"
+            why = "shifts that change which impacts happen are omitted"
             yield f"  phases: {kept} of {options.phases} at {instant(steps[0])}; {why}"
         for info in run:
             for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
                 planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
                 shown = planned[0].method.profile_shown if planned else profile
-                yield f"  {info.name} {shown}: {_fate(planned, plan, info, profile, len(steps))}"
-    yield from (f"{info.name} is not run: {info.unavailable}" for info in plan.engines if info not in run)
+                yield f"  {info.name} {shown}: {_describe_runs(planned, plan, info, profile, len(steps))}"
+    yield from (f"{info.name} is not available: {info.unavailable}" for info in plan.engines if info not in run)
 
 
-def _bodies(scene: Scene) -> str:
+def _describe_bodies(scene: Scene) -> str:
     discs, walls = len(scene.discs), len(scene.walls)
     return f"{discs} disc{'s' * (discs != 1)}, {walls or 'no'} wall{'s' * (walls != 1)}"
 
 
-def _needs(scene: Scene) -> str:
-    return ", ".join(sorted(need.value for need in scene.needs)) or "nothing special"
+def _describe_needs(scene: Scene) -> str:
+    return ", ".join(sorted(need.value for need in scene.needs)) or "no special features"
 
 
-def pic_in_words(scene: Scene, trace: Trace) -> str:
-    """Say in which form PIC runs a scene, and how much it predicts."""
+def describe_pic(scene: Scene, trace: Trace) -> str:
+    """Describe in which form PIC runs a scene, and how much it predicts."""
     count, predicted = len(trace.impacts), trace.counts.get("predictions", 0)
     found = f"{count} impact{'s' * (count != 1)} in {predicted} prediction{'s' * (predicted != 1)}"
-    walls = "" if scene.walls else ", 0 wall tests as there is no wall"
+    walls = "" if scene.walls else ", no walls to test"
     if scene.damping_per_s:
-        undamped = pic_in_words(scene.undamped, trace)
-        return f"in the time in which damped discs move in straight lines, {undamped}"
+        undamped = describe_pic(scene.undamped, trace)
+        return f"in transformed time, where damped discs move in straight lines: {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
         return f"event-driven along parabolas, with cells{walls}: {found}"
-    if not in_closed_form(trace):
+    if not is_closed_form(trace):
         return f"event-driven, in the compiled kernel with cells{walls}: {found}"
-    return f"two discs, so the closed form, without queue or cells{walls}: {found}"
+    return f"closed form for two discs, without queue or cells{walls}: {found}"
 
 
-def pit_in_words(scene: Scene, dt_s: float) -> str:
-    """Say how many frames PIT looks at, and how many pairs it tests."""
+def describe_pit(scene: Scene, dt_s: float) -> str:
+    """Describe how many frames PIT checks, and how many pairs it tests."""
     frames = scene.step_count(dt_s)
     if frames > MOST_FRAMES:
         return f"{frames} frames"
     counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
-    plain = counts["frames"] * tests_a_frame(scene)
-    looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are looked at"
+    plain = counts["frames"] * tests_per_frame(scene)
+    looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are tested"
     if counts["frames_looked_at"] < counts["frames"]:
-        looked_at += ", the others skipped, as no pair due can touch before"
-    return f"{looked_at}; {counts['pair_tests']} pair tests where the plain loop makes {plain}"
+        looked_at += ", the others skipped because no pair can touch earlier"
+    return f"{looked_at}; {counts['pair_tests']} pair tests instead of {plain} in the plain loop"
 
 
-def _saved(saved: SkippedTime | None, plain: str) -> str:
-    """Say what skipping saved, measured here and now; nothing where the run without it would take too long."""
+def _describe_saving(saved: SkippedTime | None, plain: str) -> str:
+    """Describe the measured saving of skipping; empty where the run without it would take too long."""
     if saved is None:
         return ""
     return f"; {number(1e3 * saved.with_s, 3)} ms, and {plain} takes {number(saved.ratio)} times that"
 
 
-def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
+def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     steps = scene.step_count(dt_s)
-    every = f"followed through all {steps} steps at {instant(dt_s)}"
+    every = f"run for all {steps} steps at {instant(dt_s)}"
     if any(scene.gravity_m_s2):
         ends = ""
         if reference.contact_s < math.inf:
             until = number(reference.contact_s, 4)
             ends = f", and PIC is compared up to {until} s, where a disc {reference.contact_of_disc}"
-        return f"{every}: under gravity no flight keeps its velocity{ends}"
+        return f"{every}: gravity changes velocities between impacts{ends}"
     if scene.damping_per_s or scene.table_deceleration_m_s2:
-        slows = "with damping" if scene.damping_per_s else "on a table"
-        return f"{every}: {slows} no flight keeps its velocity"
-    until = "their own state shows nothing but free flight"
+        slows = "damping" if scene.damping_per_s else "the table"
+        return f"{every}: {slows} changes velocities between impacts"
+    until = "the state shows only free flight"
     if not _nothing_follows(scene, reference):
-        return f"{every}, or until {until}: PIC's discs have impacts to come within twice the duration"
+        return f"{every}, or until {until}: PIC finds later impacts within twice the duration"
     if not len(reference.impacts):
-        return f"stopped once {until}: PIC's discs meet nothing from the start on"
+        return f"stopped once {until}: in PIC no discs meet"
     last_s = float(reference.impacts["time_s"][-1])
     needed = min(steps, math.ceil(last_s / dt_s) + 1)
     return (
-        f"stopped once {until}: PIC's does after its last impact at {number(last_s, 4)} s, step {needed} of {steps} at "
+        f"stopped once {until}: after the last impact of PIC at {number(last_s, 4)} s, step {needed} of {steps} at "
         f"{instant(dt_s)}"
     )
 
@@ -132,20 +132,20 @@ def _nothing_follows(scene: Scene, reference: Trace) -> bool:
     return len(later.impacts) == len(reference.impacts) and bool(np.isfinite(reference.final_position_m).all())
 
 
-def _samples(scene: Scene, *, drawn: bool) -> str:
+def _describe_samples(scene: Scene, *, drawn: bool) -> str:
     if not drawn:
-        return "none are kept, as no report is written"
+        return "not kept, because no report is written"
     if len(scene.discs) > MOST_DISCS_DRAWN:
-        return f"none are kept, as no picture shows more than {MOST_DISCS_DRAWN} discs"
-    return "kept at the coarsest step, the only one that is drawn"
+        return f"not kept, because no picture shows more than {MOST_DISCS_DRAWN} discs"
+    return "kept at the coarsest step, the only one drawn"
 
 
-def _fate(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
-    """Return at which steps a profile is run, or why it is not."""
+def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
+    """Describe at which steps a profile is run, or why it is not."""
     if not planned:
         same = profile in info.profiles
-        return f"skipped: {'another profile has the very same settings' if same else 'it has no such profile'}"
-    refused = {job.dt_s: answer.reason for job in planned if (answer := plan.methods.refusal(job)) is not None}
+        return f"skipped: {'another profile has the same settings' if same else 'no such profile'}"
+    refused = {job.dt_s: answer.reason for job in planned if (answer := plan.methods.find_job_refusal(job)) is not None}
     if len(refused) == len(planned) and len(set(refused.values())) == 1:
         return f"skipped: {refused[planned[0].dt_s]}"
     left_out = [f"skipped at {instant(dt_s)}: {reason}" for dt_s, reason in refused.items()]

@@ -1,6 +1,6 @@
-"""What a cross-check asks: the traces of jobs, whole, so that one that was ended can be continued.
+"""Journal of a cross-check: complete traces of jobs, so that an interrupted cross-check can be resumed.
 
-Run times are not in its journal: those that are compared belong to one sitting.
+Run times are not in the journal, because only times measured in one session can be compared.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from functools import partial
 
 from carom.execution.cache_key import JobKey
 from carom.execution.codec import CarriedTrace
-from carom.execution.journal import Entry, Journal
+from carom.execution.journal import Journal, JournalEntry
 from carom.model.trace import Trace
 
 #: The form of a job whose states are kept for drawing; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
-#: Opens the journal of a cross-check; its stamp is that of its options.
-observed_journal = partial(Journal[JobKey, Trace], "traces", Entry[JobKey, CarriedTrace])
+#: Opens the journal of a cross-check, stamped with its options.
+observed_journal = partial(Journal[JobKey, Trace], "traces", JournalEntry[JobKey, CarriedTrace])

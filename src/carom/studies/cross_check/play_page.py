@@ -1,4 +1,4 @@
-"""The page with a report on which the discs of its scenes can be thrown, and where a replay finds its scene there."""
+"""The play page of a report, on which discs of its scenes can be thrown, and links to it."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from urllib.parse import quote
 
 from carom.model.scene import Scene
 
-#: The page's file in the folder of a report.
-THROWN = "play.html"
+#: Name of the page's file in the folder of a report.
+PLAY_PAGE = "play.html"
 
 
-def drag_link(scene: Scene) -> str:
-    """Return where a scene's discs can be thrown, from a report in the same folder; empty where they can't."""
+def play_link(scene: Scene) -> str:
+    """Return the relative link to a scene on the play page; empty where its discs can't be thrown."""
     from carom.web.page import beyond_page
 
-    return "" if beyond_page(scene) else f"{THROWN}#{quote(scene.name, safe='')}"
+    return "" if beyond_page(scene) else f"{PLAY_PAGE}#{quote(scene.name, safe='')}"
 
 
-def thrown_page(scenes: Iterable[Scene]) -> str:
-    """Return the page with those scenes whose discs can be thrown; empty if there are none."""
+def build_play_page(scenes: Iterable[Scene]) -> str:
+    """Build the page with the scenes whose discs can be thrown; empty if there are none."""
     from carom.web.page import page_html, with_gallery
 
-    own = [scene for scene in scenes if drag_link(scene)]
+    own = [scene for scene in scenes if play_link(scene)]
     return page_html(with_gallery(*own)) if own else ""

@@ -1,6 +1,6 @@
-"""A cross-check drawn again from its records alone: what results.jsonl holds, nothing run.
+"""Report of a cross-check rebuilt from results.jsonl without running engines.
 
-Places and states are not in the records, so there are no replays, no pictures and no impacts one by one.
+Positions and states are not in the records, so there are no replays, no pictures and no tables of impacts.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from carom.comparator import Errors
 from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import IN_FULL, ON_PAPER, PAGE, Cell, Column, Document, Headline, Lines, Section, Table, Text
-from carom.report.grid import Mark, mark_read
+from carom.report.grid import Mark, parse_mark
 from carom.report.provenance import making
 from carom.report.record import RowLine, Summary
 from carom.studies.cross_check.tables import mark_cell
@@ -28,8 +28,8 @@ ABOUT = (
 _Kind = tuple[Method, Sequence[RowLine]]
 
 
-def redrawn_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
-    """Return what the records of a cross-check say, as a document."""
+def rebuild_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
+    """Build the document of a cross-check from its records."""
     methods = formatting.together((_method(line), line) for line in lines)
     coarse = [line for line in lines if line.refinement == 0]
     tally = Counter(map(_mark, coarse))
@@ -59,7 +59,7 @@ def _method(line: RowLine) -> Method:
 
 
 def _mark(line: RowLine) -> Mark:
-    return mark_read(line.status, line.grade, line.float_bits)
+    return parse_mark(line.status, line.grade, line.float_bits)
 
 
 def _methods(found: Sequence[_Kind]) -> Table:
@@ -99,7 +99,7 @@ def _grid(coarse: Sequence[RowLine], methods: Sequence[Method]) -> Table:
 
 
 def _figure(line: RowLine) -> str:
-    """Return how many impacts are missed or invented, else the velocity error."""
+    """Format the numbers of missed and invented impacts, else the velocity error."""
     if line.total is None:
         return ""
     counts = ((line.missed, "missed"), (line.spurious, "invented"))

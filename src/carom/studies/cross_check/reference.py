@@ -1,4 +1,4 @@
-"""What the reference is worth: how far it is believed, and which known answers it reproduces."""
+"""Sections on the reference: how far it is reliable, and which known answers it reproduces."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carom.execution.results import Results
 from carom.report import formatting
 from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Column, Lines, Section, Table, Text
 
-#: How far the references of more scenes are believed is evidence, and of few a part of the answer.
+#: Largest number of references that the terminal lists; more are listed in the report only.
 MOST_TOLD = 3
 
 REFERENCE_NOTE = (
@@ -32,30 +32,30 @@ KNOWN_NOTE = (
 
 
 def reference_section(results: Results) -> Section:
-    """Say how far the reference of a scene is reliable, where that is not the whole of it or was asked for."""
+    """Describe how far references are reliable, where that is not the whole run or was asked for."""
     lines = []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         said = [str(results.certified[name])] if name in results.certified else []
         until_s, reference = results.horizons.get(name), results.references[name]
         if until_s is not None and until_s < reference.contact_s:
             times = reference.impacts["time_s"]
-            believed = int((times <= until_s).sum())
-            if believed < len(times):
-                said.append(f"believed for {believed} of {len(times)} impacts, to {formatting.seconds(until_s)}")
+            reliable = int((times <= until_s).sum())
+            if reliable < len(times):
+                said.append(f"believed for {reliable} of {len(times)} impacts, to {formatting.seconds(until_s)}")
         if said:
             lines.append(f"{name}: {'; '.join(said)}.")
     media = EVERYWHERE if len(lines) <= MOST_TOLD else IN_FULL
     told = Lines(tuple(lines), media, folded="" if media is EVERYWHERE else formatting.count(len(lines), "scene"))
     blocks: tuple[Block, ...] = (Text(REFERENCE_NOTE, ON_PAPER), told) if lines else ()
-    if rests := tuple(_rests(results)):
+    if rests := tuple(_describe_rests(results)):
         alone = len(results.references) == 1
         folded = "" if len(rests) <= MOST_TOLD else formatting.count(len(rests), "scene")
         blocks += (Text(REST_NOTE, ON_PAPER), Lines(rests, EVERYWHERE if alone else IN_FULL, folded=folded))
     return Section("How far the reference is believed", blocks, level=3)
 
 
-def _rests(results: Results) -> Iterator[str]:
-    """Say of each scene that comes to rest up to where runs are compared."""
+def _describe_rests(results: Results) -> Iterator[str]:
+    """Describe, for each scene that comes to rest, up to when runs are compared."""
     for name, reference in results.references.items():
         if reference.contact_s < math.inf:
             ended, asked = formatting.seconds(reference.contact_s), formatting.seconds(reference.scene.duration_s)
@@ -63,7 +63,7 @@ def _rests(results: Results) -> Iterator[str]:
 
 
 class _Known(NamedTuple):
-    """A scene's known answer, and how far PIC is from it."""
+    """A scene's known answer, and PIC's deviation from it."""
 
     scene: str
     answer: KnownAnswer

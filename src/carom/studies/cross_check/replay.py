@@ -1,4 +1,4 @@
-"""One run next to its reference, moving: as a notebook's cell, a page, a GIF or a film."""
+"""Animated replay of one run next to its reference: in a notebook, as a page, a GIF or a film."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 
 from carom.comparator import Score, compare
-from carom.comparator.finite import not_finite
+from carom.comparator.finite import find_non_finite
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Job, Method, Status
 from carom.execution.results import Row
@@ -28,7 +28,7 @@ from carom.support.escaping import visible
 from carom.support.folders import write_file
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: With more, a still picture shows nothing.
+#: Largest number of impacts that a still picture can show.
 _MOST_IMPACTS_DRAWN = 1000
 
 
@@ -37,9 +37,9 @@ class Replay:
     """A run next to its reference, as `carom.replay` makes it.
 
     Attributes:
-        reference: What must happen.
-        observed: What did.
-        score: How they compare.
+        reference: The reference.
+        observed: The run.
+        score: The score of the run.
     """
 
     reference: Trace
@@ -75,10 +75,10 @@ class Replay:
         return replay_page(visible(trace.scene.name), data, said["said"], self._stills())
 
     def _stills(self) -> list[tuple[str, str]]:
-        """Return captions and pictures, SVG, of both sides for where no script runs; none of what can't be drawn."""
+        """Return captions and SVG pictures of both sides for readers without scripts; empty if they can't be drawn."""
         trace, name = self.observed, f"{self.observed.method} {self.observed.profile_shown}".strip()
         many = len(trace.scene.discs) > MOST_DISCS_DRAWN or len(trace.impacts) > _MOST_IMPACTS_DRAWN
-        if many or not_finite(trace):
+        if many or find_non_finite(trace):
             return []
         labels = (f"Exact: {visible(trace.scene.name)}", f"What {name} makes of it")
         return list(zip(labels, draw_pair(self.reference, trace, self.score.missed, labels), strict=True))
@@ -88,8 +88,8 @@ class Replay:
             page = self.html()
         except MissingExtraError:
             return None
-        # Nothing of the page reaches the notebook, nor the other way round.
-        # Tall enough for pictures and buttons, one above the other on a phone; what is written below them may scroll.
+        # The sandbox isolates the page from the notebook.
+        # Tall enough for pictures and buttons, one above the other on a phone; the text below may scroll.
         frame = 'sandbox="allow-scripts" style="width:100%;height:54em;border:0"'
         return f'<iframe title="replay" {frame} srcdoc="{escape(page)}"></iframe>'
 
@@ -105,7 +105,8 @@ class Replay:
         if path.suffix == ".html":
             return write_file(path, self.html())
         if path.suffix not in {".gif", ".mp4"}:
-            raise InputError(f"a replay is saved as .html, .gif or .mp4, not as {path.suffix or 'nothing'!r}")
+            shown = repr(path.suffix) if path.suffix else "no suffix"
+            raise InputError(f"a replay must be saved as .html, .gif or .mp4, got {shown}")
         require_report_extra()
         from matplotlib.animation import FFMpegWriter, PillowWriter
 
@@ -128,12 +129,12 @@ def replay(
     dt: float | None = None,
     profile: str = "tuned",
 ) -> Replay:
-    """Return a run next to its reference, to be looked at in a notebook or saved.
+    """Return a run next to its reference, to show in a notebook or to save.
 
     Args:
-        reference: What must happen, as a rule from `carom.solve_pic`; or a scene, or its name in the catalogue.
+        reference: The reference, usually from `carom.solve_pic`; or a scene, or its name in the catalogue.
         observed: The run; or the name of an engine, which then runs the scene.
-        score: How they compare; found by `carom.compare` where it is not given.
+        score: The score of the run; computed by `carom.compare` where it is not given.
         dt: Step of an engine that is named, seconds; the scene's frame by default.
         profile: Its profile.
 
@@ -146,9 +147,9 @@ def replay(
         scene = reference.scene if isinstance(reference, Trace) else as_scene(reference)
         observed = run(scene, observed, dt=dt, profile=profile)
     elif dt is not None:
-        raise InputError("dt is the step of an engine that is named; a run that is given has its own")
+        raise InputError("dt is allowed only with an engine name; a given run has its own step")
     if not isinstance(reference, Trace):
         reference = solve_pic(reference)
-    if broken := not_finite(observed):
+    if broken := find_non_finite(observed):
         raise InputError(f"{broken} in the run: what has no place can't be played")
     return Replay(reference, observed, compare(reference, observed) if score is None else score)

@@ -1,4 +1,4 @@
-"""Carrying out the plan of a cross-check: references, observed, scored, spread over phases, timed."""
+"""Execution of a cross-check: references, runs, scores, spread over phases and run times."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from typing import Any, TypeVar
 from carom.catalogue import CatalogueScene, deviation
 from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
-from carom.engines.registry import engine_named, require_named
+from carom.engines.registry import require_named, resolve_engine
 from carom.errors import AdapterError
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import Observe
-from carom.execution.engines import described
+from carom.execution.engine_run import ObserveTask
+from carom.execution.engines import describe_engines
 from carom.execution.environment import environment
-from carom.execution.exception_text import raised
-from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, unheard
-from carom.execution.journal import Notes
-from carom.execution.options import Limited, Options
-from carom.execution.phases import phase_values, spread_of
-from carom.execution.plan import Plan, of_its_scene, plan_of, trace_of
+from carom.execution.exception_text import describe_exception
+from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, no_progress
+from carom.execution.journal import MemoryJournal
+from carom.execution.options import LimitOptions, Options
+from carom.execution.phases import compute_spread, phase_values
+from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job
 from carom.execution.pool import Pool
-from carom.execution.reference import Reference, reference_of, reference_trace, will_certify
+from carom.execution.reference import Reference, build_reference, solve_reference, will_certify
 from carom.execution.results import Results, Row
-from carom.execution.scheduler import Ask, answers
+from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.scoring import steps_of
-from carom.execution.settings_override import tried_by
-from carom.execution.skipped import scene_skips
-from carom.execution.timing import Measure, Timing
+from carom.execution.settings_override import resolve_settings
+from carom.execution.skipped import measure_skips
+from carom.execution.timing import TimeTask, Timing
 from carom.model.scene import Scene, as_scene
 from carom.model.trace import Setting, Trace
 from carom.studies.cross_check.observed import DRAWN
@@ -41,7 +41,7 @@ from carom.support.options import step, taken
 
 T = TypeVar("T")
 
-#: What tells a job from the others of a cross-check, in which no two scenes have one name.
+#: Key of a job in a cross-check, in which scene names are unique.
 Key = tuple[str, Method, float]
 
 
@@ -54,7 +54,7 @@ def run(
     settings: Mapping[str, Setting] = MappingProxyType({}),
     time_limit_s: float = DEFAULT_TIME_LIMIT_S,
 ) -> Trace:
-    """Run a scene on an engine, in a process of its own, and return what happened.
+    """Run a scene on an engine, in a process of its own, and return the trace.
 
     Args:
         scene: The scene, or its name in the catalogue.
@@ -62,7 +62,7 @@ def run(
         dt: Step, seconds; the scene's frame by default.
         profile: Name of one of its profiles.
         settings: Settings to try instead of the profile's own, by name.
-        time_limit_s: The engine is ended after this many seconds.
+        time_limit_s: Seconds after which the engine is terminated.
 
     Raises:
         UnknownNameError: There is no such scene, engine, profile or setting.
@@ -71,13 +71,13 @@ def run(
     """
     scene = as_scene(scene)
     dt = 1.0 / scene.frame_rate_hz if dt is None else dt
-    limits = Limited(jobs=1, time_limit_s=time_limit_s)
+    limits = LimitOptions(jobs=1, time_limit_s=time_limit_s)
     taken(step(), "dt", dt)
-    require_named(engine := engine_named(engine))
+    require_named(engine := resolve_engine(engine))
     with limits.pool() as pool:
-        tried = tried_by(described([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
+        tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
         job = Job(scene, Method(engine, profile, tried), dt)
-        answer = trace_of(job, pool, samples=True)
+        answer = observe_job(job, pool, samples=True)
     if answer.value is None:
         raise AdapterError(f"{job}: {answer.said}")
     return answer.value
@@ -95,11 +95,11 @@ def cross_check(
     """Run every scene on every engine with every profile at every step, and score each run against PIC.
 
     Args:
-        scenes: Scenes, of one's own or of the catalogue, these also by name, group or pattern; no two of one name.
+        scenes: Scene objects, or scenes of the catalogue by name, group or pattern; no two of one name.
         engine_names: Names of adapters, or manifests; every one that is installed by default.
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
-        pool: Where jobs are run; it stays open. By default processes of this machine, which are ended.
+        pool: Worker processes for the jobs; it stays open. By default a new pool on this machine, which is closed.
         options: ``dts``, ``profiles``, ``settings``, ``phases`` and the other fields of
             `carom.execution.options.Options`.
 
@@ -108,81 +108,86 @@ def cross_check(
         UnknownNameError: There is no such engine, no engine asked for has such a profile, or one has no such setting.
     """
     asked = Options(engine_names, **options)
-    asked = replace(asked, engines=asked.engines and [engine_named(word) for word in asked.engines])
+    asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool]
     own = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:
-        return execute(plan_of(scenes, asked, opened), opened, progress=progress or unheard, command=command)
+        return execute(build_plan(scenes, asked, opened), opened, progress=progress or no_progress, command=command)
 
 
 def execute(
     plan: Plan,
     pool: Pool,
     *,
-    notes: Notes[JobKey, Trace] | None = None,
-    progress: Progress = unheard,
+    notes: MemoryJournal[JobKey, Trace] | None = None,
+    progress: Progress = no_progress,
     command: str = "",
 ) -> Results:
-    """Carry out the plan of a cross-check.
+    """Execute the plan of a cross-check.
 
     Args:
-        plan: What is to be run.
-        pool: Where; it stays open.
-        notes: What was observed already, and where more of it goes.
+        plan: The jobs to run.
+        pool: Worker processes for the jobs; it stays open.
+        notes: Journal of runs that are known already, to which new ones are added.
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
     """
     started, options = time.perf_counter(), plan.options
-    references = _references(plan, progress)
+    references = _solve_references(plan, progress)
     usable = {name: found for name, found in references.items() if isinstance(found, Reference)}
     jobs = [job for job in plan.jobs if job.scene.name in usable]
-    shifted = _shifted(jobs, usable, phase_values(options.phases, options.seed))
+    shifted = _shift_references(jobs, usable, phase_values(options.phases, options.seed))
     timed = [job for job in jobs if options.timing and job.refinement == 0]
     observer = _Observer(plan, pool, notes, progress)
-    observed = {_key(job) for one in jobs for job in (one, _sampling(one))}
+    observed = {_key(job) for one in jobs for job in (one, _pit_job(one))}
     observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
-    rows = _scored(jobs, usable, observer)
-    rows |= _spread(rows, shifted, usable, observer)
-    rows |= _timed([rows[_key(job)] for job in timed], observer)
+    rows = _score_jobs(jobs, usable, observer)
+    rows |= _run_phases(rows, shifted, usable, observer)
+    rows |= _time_jobs([rows[_key(job)] for job in timed], observer)
     for job in plan.jobs:
         if isinstance(reason := references[job.scene.name], str):
             rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
     skipped = {}
-    if options.samples:  # where somebody draws it
-        skipped = {job.scene.name: scene_skips(usable[job.scene.name].trace, job.dt_s) for job in timed}
-    found = _results(plan, [rows[_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started)
+    if options.samples:  # only for a report
+        skipped = {job.scene.name: measure_skips(usable[job.scene.name].trace, job.dt_s) for job in timed}
+    found = _build_results(plan, [rows[_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started)
     return replace(found, skipped=skipped)
 
 
 class _Observer:
-    """Asks the desk for jobs, and tells how far a cross-check has come."""
+    """Runs the jobs of a cross-check through the scheduler, and reports progress."""
 
-    def __init__(self, plan: Plan, pool: Pool, notes: Notes[JobKey, Trace] | None, progress: Progress) -> None:
+    def __init__(self, plan: Plan, pool: Pool, notes: MemoryJournal[JobKey, Trace] | None, progress: Progress) -> None:
         self.total = 0
-        self._refusal, self._samples = plan.methods.refusal, plan.options.samples
-        self._pool, self._notes, self._progress, self._done = pool, Notes() if notes is None else notes, progress, 0
+        self._refusal, self._samples = plan.methods.find_job_refusal, plan.options.samples
+        self._pool, self._notes, self._progress, self._done = (
+            pool,
+            MemoryJournal() if notes is None else notes,
+            progress,
+            0,
+        )
 
     def count(self, what: str, done: int = 1) -> None:
         self._done += done
         self._progress(self._done, self.total, what)
 
     def traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
-        """Yield what came of each job as it comes.
+        """Yield the answer of each job as it arrives.
 
-        States are kept for drawing where somebody may draw them: at the coarsest step, of scenes that fit a picture.
+        States are kept for drawing at the coarsest step, of scenes that fit a picture.
         """
         asks = []
         for job in jobs:
             drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
             key = job_key(job, DRAWN if drawn else "")
-            asks.append(Ask(job, key, Observe(job, drawn), self._refusal(job), steps_of(job)))
-        for job, answer in self._told(answers(asks, self._pool, self._notes)):
-            yield job, of_its_scene(job, answer)
+            asks.append(TaskRequest(job, key, ObserveTask(job, drawn), self._refusal(job), steps_of(job)))
+        for job, answer in self._told(run_tasks(asks, self._pool, self._notes)):
+            yield job, check_own_scene(job, answer)
 
     def timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
-        """Yield the run time of each job, one after another with nothing else running; they belong to one sitting."""
-        asks = [Ask(job, job_key(job), Measure(job)) for job in jobs]
-        return self._told(answers(asks, self._pool, Notes[JobKey, Timing](), alone=True))
+        """Yield the run time of each job, one after another with nothing else running."""
+        asks = [TaskRequest(job, job_key(job), TimeTask(job)) for job in jobs]
+        return self._told(run_tasks(asks, self._pool, MemoryJournal[JobKey, Timing](), alone=True))
 
     def _told(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
         for job, answer in found:
@@ -194,58 +199,60 @@ def _key(job: Job) -> Key:
     return (job.scene.name, job.method, job.dt_s)
 
 
-def _references(plan: Plan, progress: Progress) -> dict[str, Reference | str]:
-    """Return what each scene's runs are compared with, or why there is nothing."""
+def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | str]:
+    """Solve the reference of each scene; a string is the reason why there is none."""
     options = plan.options
     found: dict[str, Reference | str] = {}
     for scene in plan.scenes:
-        trace = reference_trace(scene)
+        trace = solve_reference(scene)
         if isinstance(trace, Trace) and will_certify(scene, options.certified):
             progress(0, len(plan.jobs), f"certifying {scene.name}")
         found[scene.name] = (
-            trace if isinstance(trace, str) else reference_of(trace, options.certified, options.certify_s)
+            trace if isinstance(trace, str) else build_reference(trace, options.certified, options.certify_s)
         )
     return found
 
 
-def _sampling(job: Job) -> Job:
-    """Return PIT on the same scene at the same step: what sampling alone costs there."""
+def _pit_job(job: Job) -> Job:
+    """Return PIT on the same scene at the same step, whose errors are the cost of sampling."""
     return replace(job, method=PIT_METHOD)
 
 
-def _scored(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
-    """Return the rows of all jobs, and of PIT on each scene at each step, asked for or not: it is run first."""
-    sampling = {_key(one): one for one in map(_sampling, jobs)}
+def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
+    """Score all jobs, and PIT on each scene at each step, which runs first and whether asked for or not."""
+    sampling = {_key(one): one for one in map(_pit_job, jobs)}
     pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
     rows: dict[Key, Row] = {}
     left = iter(pit)
     for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
-        rows[_key(job)] = _row(job, answer, usable, pit[_key(_sampling(job))].value)
-        if answer.status is Status.RAN:  # engines run meanwhile, as they do not while PIT's are waited for
+        rows[_key(job)] = _row(job, answer, usable, pit[_key(_pit_job(job))].value)
+        if answer.status is Status.RAN:  # score a row of PIT while engines run
             rows |= {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in islice(left, 1)}
     return rows | {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in left}
 
 
 def _row(job: Job, answer: Answer[Trace], usable: Mapping[str, Reference], pit: Trace | None) -> Row:
-    """Return the row of a job, scored where there is a trace; PIT's own is what sampling costs at its step."""
+    """Return the row of a job, scored against the reference and PIT where there is a trace."""
     row = Row(job, answer.status, answer.reason, answer.value)
     if answer.value is None:
         return row
     try:
         reference = usable[job.scene.name]
         score = compare(reference.trace, answer.value, sampling=pit, horizon=reference.horizon_s)
-    except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us, they cost no other row
-        return _unscored(job, error)
+    except Exception as error:  # noqa: BLE001 - a run that can't be scored must not affect other rows
+        return _failed_row(job, error)
     return replace(row, score=score)
 
 
-def _unscored(job: Job, error: Exception) -> Row:
-    """Return the row of a job whose run nobody can score."""
-    return Row(job, Status.FAILED, f"what it returned can't be scored: {raised(error)}")
+def _failed_row(job: Job, error: Exception) -> Row:
+    """Return the row of a job whose run could not be scored."""
+    return Row(job, Status.FAILED, f"what it returned can't be scored: {describe_exception(error)}")
 
 
-def _shifted(jobs: Sequence[Job], usable: Mapping[str, Reference], phases: Sequence[float]) -> dict[Key, list[Trace]]:
-    """Return for each job the reference of its scene at each phase."""
+def _shift_references(
+    jobs: Sequence[Job], usable: Mapping[str, Reference], phases: Sequence[float]
+) -> dict[Key, list[Trace]]:
+    """Return the references of each job's scene at the phases."""
     if not phases:
         return {}
     steps = {(job.scene.name, job.dt_s) for job in jobs}
@@ -253,34 +260,38 @@ def _shifted(jobs: Sequence[Job], usable: Mapping[str, Reference], phases: Seque
     return {_key(job): at[job.scene.name, job.dt_s] for job in jobs}
 
 
-def _spread(
+def _run_phases(
     rows: Mapping[Key, Row],
     shifted: Mapping[Key, Sequence[Trace]],
     usable: Mapping[str, Reference],
     observer: _Observer,
 ) -> dict[Key, Row]:
-    """Run every job that ran at its phases, too, and return its row with the spread of its errors."""
-    ran = {key: several for key, several in shifted.items() if rows[key].status is Status.RAN}
+    """Run every successful job at its phases as well, and return its row with the spread of its errors."""
+    ran = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}
     if len(ran) < len(shifted):
-        observer.count("phases", sum(len(several) for key, several in shifted.items() if key not in ran))
-    jobs = [(key, one, replace(rows[key].job, scene=one.scene)) for key, several in ran.items() for one in several]
-    home = {id(job): (key, one) for key, one, job in jobs}
+        observer.count("phases", sum(len(references) for key, references in shifted.items() if key not in ran))
+    jobs = [
+        (key, reference, replace(rows[key].job, scene=reference.scene))
+        for key, references in ran.items()
+        for reference in references
+    ]
+    origin_of = {id(job): (key, reference) for key, reference, job in jobs}
     scores: dict[Key, list[Score]] = {key: [] for key in ran}
     failed: dict[Key, Row] = {}
     for job, answer in observer.traces((job for *_, job in jobs), shifted=True):
-        key, one = home[id(job)]
+        key, reference = origin_of[id(job)]
         if answer.value is not None:
             try:
-                scores[key].append(compare(one, answer.value, horizon=usable[key[0]].horizon_s))
+                scores[key].append(compare(reference, answer.value, horizon=usable[key[0]].horizon_s))
             except Exception as error:  # noqa: BLE001 - as in a row at the scene's own start
-                failed[key] = _unscored(rows[key].job, error)
+                failed[key] = _failed_row(rows[key].job, error)
     return {
-        key: failed.get(key) or replace(rows[key], spread=spread_of(found, rows[key].job.scene, key[2]))
+        key: failed.get(key) or replace(rows[key], spread=compute_spread(found, rows[key].job.scene, key[2]))
         for key, found in scores.items()
     }
 
 
-def _timed(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
+def _time_jobs(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     """Time the jobs that ran, one after another with nothing else running."""
     ran = {_key(row.job): row for row in rows if row.status is Status.RAN}
     if len(ran) < len(rows):
@@ -289,11 +300,11 @@ def _timed(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     return {_key(job): replace(ran[_key(job)], timing=answer.value, untimed=answer.said) for job, answer in times}
 
 
-def _results(
+def _build_results(
     plan: Plan, rows: Sequence[Row], usable: Mapping[str, Reference], command: str, elapsed_s: float
 ) -> Results:
     return Results(
-        rows=_with_ratios(rows),
+        rows=_add_time_ratios(rows),
         references={name: reference.trace for name, reference in usable.items()},
         known={
             name: (answer, deviation(usable[name].pic or usable[name].trace, answer, usable[name].trace.scene))
@@ -310,8 +321,8 @@ def _results(
     )
 
 
-def _with_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Return the rows with their run times over PIT's on the same scene at the same step."""
+def _add_time_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
+    """Add to the rows their run times over PIT's on the same scene at the same step."""
     pit_s = {
         (row.job.scene.name, row.job.dt_s): row.timing.advance_s
         for row in rows

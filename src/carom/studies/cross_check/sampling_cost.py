@@ -1,4 +1,4 @@
-"""What each engine pays of the price of sampling, and what error is left that sampling does not explain."""
+"""Section on the cost of sampling: each engine's error over PIT's, and the error that sampling does not explain."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Block, Cell, Column
 from carom.report.grid import Grid, GridColumn
 from carom.report.svg import MUTED, SURFACE, drawing, finish, line_style, new_figure, render
 
-#: Of the chart, of a line in it, and of the room for names and for what stands below.
+#: Sizes of the chart, of a line in it, and of the margins for names and for the axis, inches.
 _WIDTH_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 0.22, 1.3, 0.5
-#: What is rounding has a strip of its own: its part of the axis, where two labels stand side by side.
+#: Part of the axis for errors within rounding, wide enough for two labels next to each other.
 _STRIP = 0.14
 
-#: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes that it is off in.
+#: An engine counts as equal to PIT where it equals PIT in at least this share of the scenes in which it has an error.
 MOSTLY = 0.5
 
 PRICE_TITLE = "What sampling costs each engine, and what error is its own"
@@ -43,7 +43,7 @@ PRICE_SHORT = (
 
 
 @dataclass(frozen=True)
-class EnginePrice:
+class EngineCost:
     """An engine's profile at each scene's coarsest step, compared with PIT there.
 
     Attributes:
@@ -55,39 +55,39 @@ class EnginePrice:
     scores: dict[str, Score]
 
     @property
-    def paid(self) -> list[float]:
+    def cost_ratios(self) -> list[float]:
         """The error over PIT's in each scene that has one."""
         return [score.price_paid for score in self.scores.values() if not math.isnan(score.price_paid)]
 
     @property
-    def equal(self) -> list[Score]:
-        """Those in which it finds PIT's very impacts, with PIT's errors, to rounding."""
+    def equal_scores(self) -> list[Score]:
+        """Scores with the same impacts and errors as PIT, to rounding."""
         return [score for score in self.scores.values() if score.equals_pit]
 
     @property
-    def disguised(self) -> list[Score]:
-        """Those of them in which there is an error at all, for sampling to be the whole of it."""
-        return [score for score in self.equal if _has_error(score)]
+    def equal_scores_with_error(self) -> list[Score]:
+        """Scores equal to PIT's that have an error, all of which is the cost of sampling."""
+        return [score for score in self.equal_scores if _has_error(score)]
 
     @property
-    def off(self) -> list[Score]:
-        """Those in which it is off by more than rounding."""
+    def scores_with_error(self) -> list[Score]:
+        """Scores with an error larger than rounding."""
         return [score for score in self.scores.values() if _has_error(score)]
 
     @property
-    def different(self) -> list[str]:
-        """Names of the scenes in which it does not."""
+    def scenes_unlike_pit(self) -> list[str]:
+        """Names of the scenes in which it does not equal PIT."""
         return [name for name, score in self.scores.items() if not score.equals_pit]
 
     @property
-    def worse(self) -> list[Score]:
-        """Those in which it pays more than PIT at worst, and is not PIT to rounding."""
+    def scores_worse_than_pit(self) -> list[Score]:
+        """Scores with larger errors than PIT at worst that do not equal PIT's."""
         return [score for score in self.scores.values() if score.price_paid > 1 and not score.equals_pit]
 
     @property
-    def beside_pit(self) -> float:
-        """Largest difference from PIT in its disguise: velocity over the speed, or time over the duration."""
-        errors = [(s.against_pit, s.scales.time_s) for s in self.disguised if s.against_pit is not None]
+    def pit_difference(self) -> float:
+        """Largest difference from PIT where scores are equal: velocity over the speed, or time over the duration."""
+        errors = [(s.against_pit, s.scales.time_s) for s in self.equal_scores_with_error if s.against_pit is not None]
         found = [number for e, duration_s in errors for number in (e.velocity, abs(e.time_s) / duration_s)]
         return max((number for number in found if not math.isnan(number)), default=0.0)
 
@@ -103,43 +103,43 @@ class EnginePrice:
         return [s.total.velocity for s in self.scores.values() if not math.isnan(s.total.velocity)]
 
     @property
-    def local_own(self) -> list[float]:
-        """The same of each impact from the engine's own state before it, in scenes that are believed to a horizon."""
+    def local_own_errors(self) -> list[float]:
+        """The same for each impact from the engine's own state before it, in scenes with a horizon."""
         return [
-            min(error, beside_pit)
+            min(error, solver_error)
             for score in self.scores.values()
             if score.horizon_s is not None
-            for error, beside_pit in zip(score.local.velocity, score.local.solver_velocity, strict=True)
-            if math.isfinite(error) and math.isfinite(beside_pit)
+            for error, solver_error in zip(score.local.velocity, score.local.solver_velocity, strict=True)
+            if math.isfinite(error) and math.isfinite(solver_error)
         ]
 
 
 def _has_error(score: Score) -> bool:
-    """Whether a score shows an error: it is not exact, and not without an impact to be graded by."""
+    """Whether a score is not exact and has an impact to be graded by."""
     return score.grade is not Grade.EXACT and not (score.grade is Grade.UNGRADED and not score.expected)
 
 
-def prices(grid: Grid) -> tuple[EnginePrice, ...]:
-    """Return what every engine pays that is not Carom's own; empty where PIT was not run."""
+def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
+    """Measure the cost of sampling for every engine except Carom's own methods; empty where PIT was not run."""
     found = []
     for column in grid.columns.values():
         ran = {cell.row.job.scene.name: cell.row.score for cell in grid.cells(column) if cell.row is not None}
         scores = {n: s for n, s in ran.items() if s is not None and s.sampling is not None and s.convention is None}
         if scores and not column.own:
-            found.append(EnginePrice(column, scores))
+            found.append(EngineCost(column, scores))
     return tuple(found)
 
 
-def price_section(found: Sequence[EnginePrice]) -> Section:
-    """Return a row an engine: what it pays of the price of sampling, and what is its own."""
-    said = tuple(Text(sentence, IN_FULL) for sentence in (_agreement(found),) if sentence)
+def sampling_cost_section(found: Sequence[EngineCost]) -> Section:
+    """Return one row per engine: its error over PIT's, and the error that sampling does not explain."""
+    said = tuple(Text(sentence, IN_FULL) for sentence in (_describe_pit_like_engines(found),) if sentence)
     told = [column for column in _COLUMNS if any(column.cell(price).text != formatting.ABSENT for price in found)]
     table: tuple[Block, ...] = (Text(PRICE_NOTE, ON_PAPER), Table(told, found, only=IN_FULL))
     return Section("The price of sampling", (*said, *table, Text(PRICE_SHORT, DETAIL)) if found else (), level=3)
 
 
-def price_chart(found: Sequence[EnginePrice], label: str) -> str:
-    """Return, for each engine, its velocity error against PIC and what of it is its own, as SVG."""
+def draw_sampling_costs(found: Sequence[EngineCost], label: str) -> str:
+    """Draw each engine's velocity error against PIC, and the part that sampling does not explain, as SVG."""
     with drawing():
         shown = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
         height = _FOOT_IN + _LINE_IN * max(2, len(shown))
@@ -178,16 +178,20 @@ def price_chart(found: Sequence[EnginePrice], label: str) -> str:
         return render(figure, label)
 
 
-def _agreement(found: Sequence[EnginePrice]) -> str:
-    """Say which engines are PIT in disguise; nothing where none is."""
-    close = [entry for entry in found if entry.disguised and len(entry.disguised) >= MOSTLY * len(entry.off)]
+def _describe_pit_like_engines(found: Sequence[EngineCost]) -> str:
+    """Describe which engines equal PIT; empty if none does."""
+    close = [
+        entry
+        for entry in found
+        if entry.equal_scores_with_error and len(entry.equal_scores_with_error) >= MOSTLY * len(entry.scores_with_error)
+    ]
     if not close:
         return ""
-    shares = [
-        f"of {entry.column.name} in {len(entry.disguised)} of {formatting.count(len(entry.off), 'scene')}"
-        for entry in close
-    ]
-    largest = formatting.number(max(entry.beside_pit for entry in close))
+    shares = []
+    for entry in close:
+        scenes = formatting.count(len(entry.scores_with_error), "scene")
+        shares.append(f"of {entry.column.name} in {len(entry.equal_scores_with_error)} of {scenes}")
+    largest = formatting.number(max(entry.pit_difference for entry in close))
     does = "it does" if len(close) == 1 else "they do"
     return (
         f"Of the scenes with an error, sampling is the whole of it {formatting.listed(shares)}: there {does} exactly "
@@ -196,10 +200,10 @@ def _agreement(found: Sequence[EnginePrice]) -> str:
     )
 
 
-def _over(numbers: Callable[[EnginePrice], list[float]]) -> Callable[[EnginePrice], Cell | str]:
-    """Return what a column says of numbers, one a scene or an impact: the median, with the least and the greatest."""
+def _median_column(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:
+    """Return a column's text for numbers of scenes or impacts: the median, with the least and the greatest."""
 
-    def say(price: EnginePrice) -> Cell | str:
+    def say(price: EngineCost) -> Cell | str:
         known = numbers(price)
         if not known:
             return formatting.ABSENT
@@ -209,24 +213,27 @@ def _over(numbers: Callable[[EnginePrice], list[float]]) -> Callable[[EnginePric
     return say
 
 
-def _of(count: int, price: EnginePrice) -> str:
+def _format_count(count: int, price: EngineCost) -> str:
     return f"{count} of {len(price.scores)}"
 
 
-def _equal(price: EnginePrice) -> Cell:
-    # The longer list is not the one to read.
-    short = 0 < len(price.different) <= len(price.equal)
-    return Cell(_of(len(price.equal), price), f"not {formatting.listed(price.different)}" if short else "")
+def _format_equal_scenes(price: EngineCost) -> Cell:
+    # Only the shorter of the two lists is shown.
+    short = 0 < len(price.scenes_unlike_pit) <= len(price.equal_scores)
+    return Cell(
+        _format_count(len(price.equal_scores), price),
+        f"not {formatting.listed(price.scenes_unlike_pit)}" if short else "",
+    )
 
 
 _COLUMNS = (
     Column("engine", lambda price: price.column.name),
-    Column("error / PIT's, median", _over(lambda price: price.paid)),
-    Column("pays nothing", lambda price: _of(price.paid.count(0.0), price)),
-    Column("worse than PIT", lambda price: _of(len(price.worse), price)),
-    Column("equals PIT", _equal),
-    Column("velocity error of its own, median", _over(lambda price: price.own)),
+    Column("error / PIT's, median", _median_column(lambda price: price.cost_ratios)),
+    Column("pays nothing", lambda price: _format_count(price.cost_ratios.count(0.0), price)),
+    Column("worse than PIT", lambda price: _format_count(len(price.scores_worse_than_pit), price)),
+    Column("equals PIT", _format_equal_scenes),
+    Column("velocity error of its own, median", _median_column(lambda price: price.own)),
     Column("impacts missed", lambda price: str(sum(len(score.missed) for score in price.scores.values()))),
     Column("by PIT", lambda price: str(sum(len(score.pit_missed or ()) for score in price.scores.values()))),
-    Column("velocity error of its own, impact by impact", _over(lambda price: price.local_own)),
+    Column("velocity error of its own, impact by impact", _median_column(lambda price: price.local_own_errors)),
 )

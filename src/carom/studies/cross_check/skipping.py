@@ -1,4 +1,4 @@
-"""The section of a report on skipped work: what a scene does not need, and what that saves PIC and PIT."""
+"""Section on skipped work: what a scene does not need, and how much time that saves PIC and PIT."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import ON_PAPER, Cell, Column, Figure, Figures, Section, Table, Text
 from carom.report.svg import SURFACE, drawing, finish, line_style, new_figure, plain_number, render
-from carom.studies.cross_check.explain import pic_in_words, pit_in_words
+from carom.studies.cross_check.explain import describe_pic, describe_pit
 from carom.support.formatting import number
 
 NOTE = (
@@ -23,14 +23,14 @@ NOTE = (
 
 
 class _Scene(NamedTuple):
-    """A scene with its reference and what was saved."""
+    """A reference and the time saved in its scene."""
 
     reference: Trace
     skips: SceneSkips
 
 
 def skipping_section(results: Results) -> Section:
-    """Return what each scene does not need, and what PIC and PIT save by that; empty where nothing was timed."""
+    """Return the work that each scene does not need and the time saved; empty where nothing was timed."""
     found = [_Scene(results.references[name], skips) for name, skips in results.skipped.items()]
     if not found:
         return Section("Skipped work", ())
@@ -44,10 +44,10 @@ def skipping_section(results: Results) -> Section:
     ]
     columns = (
         Column("scene", lambda one: one.reference.scene.name),
-        Column("PIC", lambda one: Cell(pic_in_words(one.reference.scene, one.reference), css="prose")),
+        Column("PIC", lambda one: Cell(describe_pic(one.reference.scene, one.reference), css="prose")),
         Column("PIC, ms", lambda one: _with(one.skips.pic), number=True),
         Column("without", lambda one: _without(one.skips.pic), number=True),
-        Column("PIT", lambda one: Cell(pit_in_words(one.reference.scene, one.skips.dt_s), css="prose")),
+        Column("PIT", lambda one: Cell(describe_pit(one.reference.scene, one.skips.dt_s), css="prose")),
         Column("PIT, ms", lambda one: _with(one.skips.pit), number=True),
         Column("without", lambda one: _without(one.skips.pit), number=True),
     )
@@ -66,7 +66,7 @@ def _without(saved: SkippedTime | None) -> str:
 
 
 def _diagram(found: Sequence[_Scene]) -> str:
-    """Return the run times of each scene as SVG: a line from that with skipping to that without."""
+    """Draw the run times of each scene as SVG: a line from that with skipping to that without."""
     with drawing():
         figure = new_figure(6.4, 0.7 + 0.24 * len(found))
         axes = figure.add_axes((0.3, 0.5 / figure.get_figheight(), 0.6, 1.0 - 0.65 / figure.get_figheight()))

@@ -1,4 +1,4 @@
-"""Each step from the run's own state: the methods ranked by it, where it tells more than the trajectory does."""
+"""Section on stepwise accuracy: methods ranked by their steps, where steps show more than the trajectory."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ STEPS_SHORT = (
     "error: the worst over PIT's from the same state; energy: beyond PIT's\n"
     "best first; runs that ended early last"
 )
-#: Verdicts that steps alone lead to.
+#: Verdicts that only steps show.
 _OF_STEPS = frozenset({Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS})
 _PARTED = frozenset({Grade.PARTED, Grade.PARTED_INACCURATE})
 
@@ -47,8 +47,8 @@ class _Steps(NamedTuple):
 
 
 def steps_section(results: Results, grid: Grid) -> Section:
-    """Return a row a method and scene, the best method of a scene first; a terminal shows it of one scene alone."""
-    found = sorted(_found(results, grid), key=_rank)
+    """Return one row per method and scene, the best method of a scene first; a terminal shows single scenes only."""
+    found = sorted(_find_listed_runs(results, grid), key=_rank)
     scenes = list(dict.fromkeys(row.scene.name for row in grid.rows))
     found.sort(key=lambda run: scenes.index(run.scene))
     alone = len(scenes) == 1
@@ -60,48 +60,57 @@ def steps_section(results: Results, grid: Grid) -> Section:
         Column("steps", lambda run: mark_cell(mark_of_grade(run.local.grade, run.local.float_bits))),
         *((Column("parted at", lambda run: _time(run.score.parted_s), only=ON_PAPER),) if parted else ()),
         Column("due", lambda run: str(run.local.due), number=True, only=ON_PAPER),
-        Column("impacts", _counted, "- (PIT's) +", number=True, only=EVERYWHERE - ON_PAPER),
+        Column("impacts", _format_impacts, "- (PIT's) +", number=True, only=EVERYWHERE - ON_PAPER),
         Column("missed", _missed, "(PIT's)", number=True, only=ON_PAPER),
-        Column("invented", _of(lambda local: str(local.invented)), number=True, only=ON_PAPER),
+        Column("invented", _column(lambda local: str(local.invented)), number=True, only=ON_PAPER),
         Column("early", lambda run: str(run.local.early + run.local.ahead), number=True),
-        Column("late, median", _of(lambda local: formatting.number(local.late_steps[0])), number=True, only=ON_PAPER),
-        Column("late, worst", _of(lambda local: formatting.number(local.late_steps[1], 3)), number=True, only=ON_PAPER),
-        Column("error, median", _of(lambda local: formatting.number(local.ratio[0])), number=True, only=ON_PAPER),
-        Column("error", _of(lambda local: formatting.number(local.ratio[1], 4)), "worst", number=True),
-        Column("above 1", _of(lambda local: f"{local.worse_than_pit} of {local.judged}"), number=True, only=ON_PAPER),
+        Column(
+            "late, median", _column(lambda local: formatting.number(local.late_steps[0])), number=True, only=ON_PAPER
+        ),
+        Column(
+            "late, worst", _column(lambda local: formatting.number(local.late_steps[1], 3)), number=True, only=ON_PAPER
+        ),
+        Column("error, median", _column(lambda local: formatting.number(local.ratio[0])), number=True, only=ON_PAPER),
+        Column("error", _column(lambda local: formatting.number(local.ratio[1], 4)), "worst", number=True),
+        Column(
+            "above 1", _column(lambda local: f"{local.worse_than_pit} of {local.judged}"), number=True, only=ON_PAPER
+        ),
         Column("energy", _energy, number=True),
-        Column("entangled", _of(lambda local: formatting.percent(_entangled(local))), number=True, only=ON_PAPER),
-        Column("until", _of(lambda local: formatting.seconds(local.until_s)), number=True, only=ON_PAPER),
+        Column("entangled", _column(lambda local: formatting.percent(_entangled(local))), number=True, only=ON_PAPER),
+        Column("until", _column(lambda local: formatting.seconds(local.until_s)), number=True, only=ON_PAPER),
     )
     only = EVERYWHERE if alone else IN_FULL
     table = Table(columns, found, folded="" if alone else formatting.count(len(found), "run"), css="cells", only=only)
-    said = (*(Text(line, only) for line in _parted(found, alone=alone)), Text(STEPS_SHORT, only - ON_PAPER))
+    said = (
+        *(Text(line, only) for line in _describe_divergence(found, alone=alone)),
+        Text(STEPS_SHORT, only - ON_PAPER),
+    )
     return Section(
         "Each step from the run's own state", (Text(STEPS_NOTE, ON_PAPER), table, *said) if found else (), level=3
     )
 
 
-def _found(results: Results, grid: Grid) -> Sequence[_Steps]:
-    """Return the runs that are listed; PIC only where nothing else ran."""
+def _find_listed_runs(results: Results, grid: Grid) -> Sequence[_Steps]:
+    """Find the runs to list; PIC only where no other method ran."""
     found = []
     for row in grid.rows:
         name = row.scene.name
-        ran = [cell for cell in row.cells if cell.plays]
+        ran = [cell for cell in row.cells if cell.has_replay]
         for cell in [cell for cell in ran if cell.column.engine != "pic"] or ran:
             score = cell.row.score if cell.row else None
-            if score is not None and score.local_truth is not None and _tells(score, results, name):
+            if score is not None and score.local_truth is not None and _needs_listing(score, results, name):
                 found.append(_Steps(cell, name, score, score.local_truth))
     return found
 
 
-def _tells(score: Score, results: Results, scene: str) -> bool:
-    """Whether the steps tell something that the trajectory does not."""
+def _needs_listing(score: Score, results: Results, scene: str) -> bool:
+    """Whether the steps show something that the trajectory does not."""
     rests = results.references[scene].contact_s < math.inf
     return bool(score.beyond_horizon or rests or score.grade in _PARTED or _OF_STEPS & set(score.verdicts))
 
 
 def _rank(run: _Steps) -> tuple[bool, int, int, int, float, float]:
-    """Order of merit, the best first; what is rounding decides nothing."""
+    """Return the sort key of a run, the best first; differences within rounding do not count."""
     local = run.local
     ratio = math.inf if math.isnan(local.ratio[1]) else float(f"{local.ratio[1]:.3e}")
     energy = local.energy if local.energy > local.energy_rounding else 0.0
@@ -115,8 +124,8 @@ def _rank(run: _Steps) -> tuple[bool, int, int, int, float, float]:
     )
 
 
-def _of(say: Callable[[LocalScore], str]) -> Callable[[_Steps], str]:
-    """Return what a column says of the score of the steps."""
+def _column(say: Callable[[LocalScore], str]) -> Callable[[_Steps], str]:
+    """Return a column's text as a function of the score of the steps."""
     return lambda run: say(run.local)
 
 
@@ -129,8 +138,8 @@ def _missed(run: _Steps) -> str:
     return f"{missed} ({run.local.missed_by_pit})" if missed else "0"
 
 
-def _counted(run: _Steps) -> str:
-    """Say in few letters what is missed and invented; nothing of none."""
+def _format_impacts(run: _Steps) -> str:
+    """Format the numbers of missed and invented impacts; empty if there are none."""
     lost = formatting.lost(run.local.missed, run.local.invented)
     return lost.replace(f"-{run.local.missed}", f"-{_missed(run)}", 1) if run.local.missed else lost
 
@@ -149,8 +158,8 @@ def _time(time_s: float | None) -> str:
     return "" if time_s is None else formatting.seconds(time_s)
 
 
-def _parted(found: Sequence[_Steps], *, alone: bool) -> Sequence[str]:
-    """Say of a scene that was run alone when the trajectories left the reference's, and when PIT's did."""
+def _describe_divergence(found: Sequence[_Steps], *, alone: bool) -> Sequence[str]:
+    """Describe, for a single scene, when the trajectories left the reference's, and when PIT's did."""
     times = [run.score.parted_s for run in found if run.score.parted_s is not None]
     if not alone or not times:
         return ()

@@ -1,4 +1,4 @@
-"""The tables of a cross-check, each in its section: a column is a line here, and every medium shows it."""
+"""Sections with the tables of a cross-check. Each column is one line here, and all media show it."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from carom.report.document import (
     Table,
     Text,
 )
-from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark, Unrun, mark_of, reasons_of
+from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark, NotRun, mark_of, reasons_of
 from carom.report.replay import replay_link, scene_replays
-from carom.studies.cross_check.play_page import drag_link
+from carom.studies.cross_check.play_page import play_link
 
-#: Impact by impact is for somebody who looks at one scene on an engine or two: more than this is for the report.
+#: Largest number of runs and of impacts that are listed impact by impact.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
-#: Marks of cells that a reader can do something about: install an engine, report a crash, raise a limit.
-_TO_MEND = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
+#: Marks of cells that a reader can act on: install an engine, report a crash, raise a limit.
+_ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
     "Δv is the largest velocity error of a matched impact, over the greatest speed in the scene; where discs turn, RΔω "
@@ -77,14 +77,14 @@ def mark_cell(mark: Mark) -> Cell:
 
 
 def _with_note(note: str, table: Table) -> tuple[Block, ...]:
-    """Return a note and its table; nothing where the table has no row."""
+    """Return a note and its table; empty where the table has no row."""
     return (Text(note, table.only), table) if table.items else ()
 
 
 def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
-    """Yield every scene on every engine, and what was not run."""
+    """Yield the grid of all scenes and engines, and the cells that were not run."""
     columns = [Column("scene", partial(_scene, results))]
-    columns += [Column(label, partial(_grid_cell, k), profile) for k, label, profile in _once(grid)]
+    columns += [Column(label, partial(_grid_cell, k), profile) for k, label, profile in _merge_columns(grid)]
     yield Section(
         f"Every scene on every engine, against PIC at {grid.step_phrase}",
         (
@@ -92,15 +92,15 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
             Table(columns, grid.rows, css="grid", only=IN_FULL, cards=True),
             Text(FIGURE_NOTE, ON_PAPER),
             Text(SHORT_NOTE, DETAIL),
-            Replays(partial(scene_replays, results, grid, drag_link=drag_link)),
+            Replays(partial(scene_replays, results, grid, play_link=play_link)),
         ),
         short="Every scene",
     )
-    # What can be mended, and what leaves a method with nothing, is part of the answer.
-    telling = (entry for entry in grid.unrun if entry.everywhere or entry.mark in _TO_MEND)
+    # The terminal shows reasons that a reader can act on, and those for which a method has no run.
+    important = (entry for entry in grid.unrun if entry.everywhere or entry.mark in _ACTIONABLE)
     lines = (
-        Lines(tuple(map(_unrun, grid.unrun)), IN_FULL, folded=formatting.count(len(grid.unrun), "reason")),
-        Lines(tuple(map(_unrun, telling)), TERMINAL),
+        Lines(tuple(map(_describe_not_run, grid.unrun)), IN_FULL, folded=formatting.count(len(grid.unrun), "reason")),
+        Lines(tuple(map(_describe_not_run, important)), TERMINAL),
         Lines(tuple(_not_installed(results, grid, in_full=True)), IN_FULL),
         Lines(tuple(_not_installed(results, grid, in_full=False)), TERMINAL),
         Lines(tuple(_missing_profiles(results, grid)), ON_PAPER),
@@ -108,28 +108,28 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
     yield Section("Not scored, and why", tuple(block for block in lines if block.items), level=3)
 
 
-def _once(grid: Grid) -> Iterator[tuple[int, str, str]]:
-    """Yield number and heading of each column; of Carom's own method one, without a profile, where profiles agree."""
+def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
+    """Yield number and heading of each column; profiles of Carom's own method that agree are merged."""
     columns = list(grid.columns.values())
 
-    def says(k: int) -> list[tuple[Mark, str]]:
+    def content(k: int) -> list[tuple[Mark, str]]:
         return [(row.cells[k].mark, row.cells[k].figure) for row in grid.rows]
 
     for k, column in enumerate(columns):
         same = [j for j, other in enumerate(columns) if column.own and other.engine == column.engine]
-        if len(same) < 2 or any(says(j) != says(k) for j in same):
+        if len(same) < 2 or any(content(j) != content(k) for j in same):
             yield k, column.label, column.profile
         elif k == same[-1]:
             yield k, column.label, ""
 
 
 def legend(grid: Grid, only: Media) -> Legend:
-    """Return what the marks of a grid stand for."""
+    """Return the meanings of the marks of a grid."""
     return Legend(tuple((mark_cell(mark), mark.meaning) for mark in grid.marks), only)
 
 
 def _scene(results: Results, row: GridRow) -> Cell:
-    """Name a scene, with how far its reference is certified in a few words."""
+    """Return a scene's name, with how far its reference is certified."""
     found = results.certified.get(row.scene.name, "")
     if isinstance(found, Horizon):
         reach = f"certified to impact {found.certified}"
@@ -139,24 +139,24 @@ def _scene(results: Results, row: GridRow) -> Cell:
 
 
 def _grid_cell(k: int, row: GridRow) -> Cell:
-    """Return what came of a scene in the k-th column."""
+    """Return the cell of a scene in the k-th column."""
     cell: GridCell = row.cells[k]
     return dataclasses.replace(
         mark_cell(cell.mark),
         note=cell.figure,
         link=replay_link(cell),
         short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
-        title="" if cell.plays else f"{cell.column.name} on {row.scene.name}: {'; '.join(cell.reasons)}",
+        title="" if cell.has_replay else f"{cell.column.name} on {row.scene.name}: {'; '.join(cell.reasons)}",
     )
 
 
-def _unrun(entry: Unrun) -> str:
+def _describe_not_run(entry: NotRun) -> str:
     where = "every scene" if entry.everywhere else formatting.listed(entry.scenes)
     return f"{formatting.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
 
 
 def _not_installed(results: Results, grid: Grid, *, in_full: bool) -> Iterator[str]:
-    """Say which engines were not run since they are not installed here, where nobody asked for them by name."""
+    """Describe engines that were not run because they are not installed, unless asked for by name."""
     run = {method.engine for method in grid.columns}
     missing = [info for info in results.engines if info.missing and info.name not in run]
     if in_full:
@@ -170,7 +170,7 @@ def _not_installed(results: Results, grid: Grid, *, in_full: bool) -> Iterator[s
 
 
 def _missing_profiles(results: Results, grid: Grid) -> Iterator[str]:
-    """Say of each engine why it has none of a profile that others were run with."""
+    """Describe why an engine does not have a profile that others were run with."""
     profiles = dict.fromkeys(method.profile for method in grid.columns)
     for info in results.engines:
         for profile in profiles:
@@ -178,25 +178,25 @@ def _missing_profiles(results: Results, grid: Grid) -> Iterator[str]:
                 yield f"{info.name} has no profile {profile}: {missing_profile_reason(profile, info.capabilities)}"
 
 
-def _spread(say: Callable[[PhaseSpread, float], str]) -> Callable[[Row], str]:
-    """Return what a column says of a row's spread over phases, and its step."""
+def _spread_column(say: Callable[[PhaseSpread, float], str]) -> Callable[[Row], str]:
+    """Return a column's text as a function of a row's spread over phases and its step."""
     return lambda row: "" if row.spread is None else say(row.spread, row.job.dt_s)
 
 
 def spread_section(results: Results, grid: Grid) -> Section:
-    """Return every cell that was run at more phases than one; PIC, which no phase can change, is left out."""
+    """Return every cell that was run at several phases; PIC, which does not depend on the phase, is left out."""
     rows = [row for row in results.rows if row.spread is not None and row.spread.phases and row.job.engine != "pic"]
     columns = (
         Column("scene", lambda row: row.job.scene.name),
         Column("engine", lambda row: grid.columns[row.job.method].name),
         Column("step", lambda row: formatting.step(row.job.dt_s)),
-        Column("phases", _spread(lambda spread, _: str(spread.phases))),
-        Column("velocity error, median", _spread(lambda spread, _: formatting.number(spread.velocity_median))),
-        Column("velocity error, worst", _spread(lambda spread, _: formatting.number(spread.velocity_worst))),
-        Column("time error, median", _spread(lambda spread, dt_s: formatting.steps(spread.time_median_s, dt_s))),
-        Column("time error, worst", _spread(lambda spread, dt_s: formatting.steps(spread.time_worst_s, dt_s))),
-        Column("missed", _spread(lambda spread, _: formatting.percent(spread.miss_probability))),
-        Column("PIT must miss", _spread(lambda spread, _: formatting.share(spread.pit_miss_probability))),
+        Column("phases", _spread_column(lambda spread, _: str(spread.phases))),
+        Column("velocity error, median", _spread_column(lambda spread, _: formatting.number(spread.velocity_median))),
+        Column("velocity error, worst", _spread_column(lambda spread, _: formatting.number(spread.velocity_worst))),
+        Column("time error, median", _spread_column(lambda spread, dt_s: formatting.steps(spread.time_median_s, dt_s))),
+        Column("time error, worst", _spread_column(lambda spread, dt_s: formatting.steps(spread.time_worst_s, dt_s))),
+        Column("missed", _spread_column(lambda spread, _: formatting.percent(spread.miss_probability))),
+        Column("PIT must miss", _spread_column(lambda spread, _: formatting.share(spread.pit_miss_probability))),
     )
     folded = formatting.count(len(rows), "cell")
     table = Table(columns, rows, folded=folded, css="cells", only=ON_PAPER)
@@ -204,7 +204,7 @@ def spread_section(results: Results, grid: Grid) -> Section:
 
 
 class _RunTimes(NamedTuple):
-    """The run times of a column of the grid, in units of what PIT takes."""
+    """Run times of a column of the grid, over PIT's."""
 
     column: GridColumn
     ratios: list[float]
@@ -212,17 +212,17 @@ class _RunTimes(NamedTuple):
 
     @property
     def repeats(self) -> str:
-        """In how many scenes all timed runs ended in the same bits."""
+        """Number of scenes in which all timed runs ended in the same bits."""
         return f"{self.ends.count(1)} of {len(self.ends)}" if self.ends else "-"
 
     @property
     def median(self) -> float:
-        """The median of them."""
+        """The median ratio."""
         return statistics.median(self.ratios)
 
 
 def run_time_section(grid: Grid) -> Section:
-    """Return the run times that were measured, at each scene's coarsest step."""
+    """Return the measured run times at each scene's coarsest step."""
     rows = {column: [cell.row for cell in grid.cells(column) if cell.row] for column in grid.columns.values()}
     every = [
         _RunTimes(
@@ -248,7 +248,7 @@ def run_time_section(grid: Grid) -> Section:
 
 
 def settings_section(results: Results, grid: Grid) -> Section:
-    """Return the settings that the first scene's coarsest step used, and how they vary with the step and the scene."""
+    """Return the settings used at the first scene's coarsest step, and how they vary with step and scene."""
     profiles = {info.name: info.profiles for info in results.engines}
     runs: dict[GridColumn, list[Row]] = {
         column: [row for row in results.rows if row.job.method == method and row.trace is not None]
@@ -259,7 +259,7 @@ def settings_section(results: Results, grid: Grid) -> Section:
         Column("engine", lambda item: item[0].name),
         Column(
             "what the profile stands for",
-            lambda item: Cell(_stands_for(item[0], profiles), css="prose"),
+            lambda item: Cell(_describe_profile(item[0], profiles), css="prose"),
         ),
         Column("used on", lambda item: item[1].job.scene.name),
         Column("settings", lambda item: Cell("; ".join(_values(item[1], item[2])), css="prose")),
@@ -268,8 +268,8 @@ def settings_section(results: Results, grid: Grid) -> Section:
     return Section("Settings really used", (table, Text(SETTINGS_NOTE, ON_PAPER)) if found else (), level=3)
 
 
-def _stands_for(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -> str:
-    """Return what a profile stands for, and what was tried instead of its own settings."""
+def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -> str:
+    """Describe a profile, and the settings tried instead of its own."""
     method = column.method
     own = profiles.get(method.engine, {}).get(method.profile, "")
     if not method.tried:
@@ -289,7 +289,7 @@ def _settings(row: Row) -> Mapping[str, Setting]:
 
 
 def _variation(name: str, first: Row, runs: list[Row]) -> str:
-    """Say on what a setting depends: two runs of one scene differ in the step, two at one step in the scene."""
+    """Describe whether a setting varies with the step or the scene."""
     here = _settings(first)[name]
     scene = first.job.scene.name
     with_step = any(row.job.scene.name == scene and _settings(row).get(name) != here for row in runs)
@@ -299,13 +299,13 @@ def _variation(name: str, first: Row, runs: list[Row]) -> str:
     return f"varies with the {formatting.listed(on, 'and the')}" if on else ""
 
 
-def _scored(say: Callable[[Score], str]) -> Callable[[Row], str]:
-    """Return what a column says of a row that was scored; others are absent."""
+def _score_column(say: Callable[[Score], str]) -> Callable[[Row], str]:
+    """Return a column's text as a function of a score; rows without a score are absent."""
     return lambda row: formatting.ABSENT if row.score is None else say(row.score)
 
 
 def _metric(name: str, row: Row) -> str:
-    """Return what the column of a metric says of a row; the metric's name tells its unit."""
+    """Format a metric of a row; the metric's name contains its unit."""
     if row.score is None:
         return formatting.ABSENT
     error: float = getattr(row.score.total, name)
@@ -317,7 +317,7 @@ def _metric(name: str, row: Row) -> str:
 
 
 def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
-    """Yield every cell that was asked for, at every step; and where there are few, each with its impacts."""
+    """Yield all cells at all steps and, where there are few, the impacts of each."""
     columns = (
         Column("scene", lambda row: row.job.scene.name),
         Column("engine", lambda row: grid.columns[row.job.method].label),
@@ -326,9 +326,9 @@ def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
         Column("grade", lambda row: mark_cell(mark_of(row))),
         Column(
             "expected / missed / invented",
-            _scored(lambda score: f"{score.expected} / {len(score.missed)} / {len(score.spurious)}"),
+            _score_column(lambda score: f"{score.expected} / {len(score.missed)} / {len(score.spurious)}"),
         ),
-        Column("error / PIT's", _scored(lambda score: formatting.number(score.price_paid, 3))),
+        Column("error / PIT's", _score_column(lambda score: formatting.number(score.price_paid, 3))),
         *(Column(metric.metadata["name"], partial(_metric, metric.name)) for metric in dataclasses.fields(Errors)),
         Column("verdicts", lambda row: Cell("; ".join(reasons_of(row)), css="prose")),
     )
@@ -338,8 +338,8 @@ def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
     yield Section("Impact by impact", tuple(_impact_tables(results)), only=DETAIL)
 
 
-class _Found(NamedTuple):
-    """An impact of the reference, or one that a run has invented, and what the run has of it."""
+class _ImpactRow(NamedTuple):
+    """An impact of the reference or a spurious one, with its errors in a run."""
 
     bodies: str
     time_s: float | None
@@ -351,8 +351,8 @@ class _Found(NamedTuple):
         return "does not happen" if self.time_s is None else formatting.number(self.time_s, 9)
 
 
-def _found(say: Callable[[float, ImpactError], str]) -> Callable[[_Found], str]:
-    """Return what a column says of an impact that was found, from its true time and its errors."""
+def _error_column(say: Callable[[float, ImpactError], str]) -> Callable[[_ImpactRow], str]:
+    """Return a column's text as a function of a found impact's true time and errors."""
     return lambda impact: "" if impact.error is None or impact.time_s is None else say(impact.time_s, impact.error)
 
 
@@ -362,21 +362,25 @@ _IMPACT_COLUMNS = (
     Column(
         "reported, s",
         lambda impact: (
-            impact.otherwise or _found(lambda time, e: formatting.number(time + e.reported_time_s, 9))(impact)
+            impact.otherwise or _error_column(lambda time, e: formatting.number(time + e.reported_time_s, 9))(impact)
         ),
         number=True,
     ),
-    Column("path turned, s", _found(lambda time, e: _unless_nan(time + e.effective_time_s, 9)), number=True),
-    Column("velocity error", _found(lambda _, e: formatting.number(e.velocity, 3)), number=True),
-    Column("direction, degrees", _found(lambda _, e: formatting.number(math.degrees(e.direction_rad), 3)), number=True),
-    Column("restitution", _found(lambda _, e: _unless_nan(e.restitution, 6)), number=True),
+    Column("path turned, s", _error_column(lambda time, e: _unless_nan(time + e.effective_time_s, 9)), number=True),
+    Column("velocity error", _error_column(lambda _, e: formatting.number(e.velocity, 3)), number=True),
+    Column(
+        "direction, degrees",
+        _error_column(lambda _, e: formatting.number(math.degrees(e.direction_rad), 3)),
+        number=True,
+    ),
+    Column("restitution", _error_column(lambda _, e: _unless_nan(e.restitution, 6)), number=True),
 )
-#: After these where discs turn.
-_SPIN_COLUMN = Column("spin error", _found(lambda _, e: _unless_nan(e.spin, 3)), number=True)
+#: A further column where discs turn.
+_SPIN_COLUMN = Column("spin error", _error_column(lambda _, e: _unless_nan(e.spin, 3)), number=True)
 
 
 def _impact_tables(results: Results) -> Iterator[Table]:
-    """Yield a table of impacts for each row that was run, where there are few enough rows to read one by one."""
+    """Yield a table of impacts for each row that was run, if there are few rows."""
     ran = [(row, row.trace, row.score) for row in results.rows if row.trace is not None and row.score is not None]
     for row, trace, score in ran if len(ran) <= MOST_TABLES else ():
         job, reference = row.job, results.references[row.job.scene.name]
@@ -393,13 +397,15 @@ def _impact_tables(results: Results) -> Iterator[Table]:
         )
 
 
-def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Found]:
+def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_ImpactRow]:
     found = {error.reference: error for error in score.errors}
     for k, impact in enumerate(reference.impacts[:MOST_IMPACTS]):
         otherwise = "" if k in found else _not_found(k, score)
-        yield _Found(pair_name(impact), float(impact["time_s"]), found.get(k), otherwise)
+        yield _ImpactRow(pair_name(impact), float(impact["time_s"]), found.get(k), otherwise)
     for k in score.spurious:
-        yield _Found(pair_name(trace.impacts[k]), None, None, formatting.number(float(trace.impacts[k]["time_s"]), 9))
+        yield _ImpactRow(
+            pair_name(trace.impacts[k]), None, None, formatting.number(float(trace.impacts[k]["time_s"]), 9)
+        )
 
 
 def _not_found(k: int, score: Score) -> str:

@@ -1,4 +1,4 @@
-"""What a terminal shows first: of one scene each run in physical units, of several how many have which grade."""
+"""Terminal summary: the errors of each run of one scene, or the number of scenes per grade."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import DETAIL, TERMINAL, Column, Table
 from carom.report.grid import Grid, GridColumn, Mark, mark_of
-from carom.studies.cross_check.ranking import ranked, standing
+from carom.studies.cross_check.ranking import compute_standing, rank_methods
 
 #: Grades that share a column of counts, by its heading.
 _COUNTED = {
@@ -25,34 +25,38 @@ _COUNTED = {
     "wrong": (Mark.WRONG,),
 }
 
-NOTE = "largest errors; time: + late; n/a: missed, or parted before; ×: times what checking once per step costs"  # noqa: RUF001 - the sign that stands in the table
+NOTE = "Largest errors; time: + is late; n/a: missed or parted; ×: error over PIT's error"  # noqa: RUF001 - the sign of the table
 
 
 def run_tables(results: Results, grid: Grid, scene: str) -> tuple[Table, ...]:
-    """Return a table a step of one scene, the coarsest first: what each run did in physical units, the best first."""
-    by_step = formatting.together((run.row.job.dt_s, run) for run in _scored(results, scene))
+    """Return one table of errors per step of a scene, the coarsest step and the best run first."""
+    scored = _find_scored_runs(results, scene)
+    by_step = formatting.together((run.row.job.dt_s, run) for run in scored)
     columns = (
         Column("method", lambda run: _method(grid, run.row)),
         Column("impacts", lambda run: _impacts(run.score), number=True),
-        Column("time", lambda run: _time(run.score, run.row.job.dt_s), number=True),
-        Column("velocity", lambda run: _percent(run.score, run.score.total.velocity), number=True),
-        Column("angle", lambda run: _direction(run.score), number=True),
-        Column("energy", lambda run: _energy(run.score), number=True),
+        Column("time", lambda run: _time(run.score, run.row.job.dt_s), number=True, under="ms"),
+        Column("velocity", lambda run: _percent(run.score, run.score.total.velocity), number=True, under="%"),
+        Column("angle", lambda run: _direction(run.score), number=True, under="°"),
+        Column("energy", lambda run: _energy(run.score), number=True, under="%"),
         Column("grade", _grade),
     )
     titles = {dt_s: f"at {formatting.step(dt_s)}" if len(by_step) > 1 else "" for dt_s in by_step}
+    marks = {mark_of(run.row): None for run in scored}
+    words = {mark.symbol: "exact" if mark in _COUNTED["exact"] else mark.word for mark in marks}
+    note = f"{', '.join(f'{symbol} {word}' for symbol, word in words.items())}. {NOTE}"
     return tuple(
-        Table(columns, runs, title=titles[dt_s], note=NOTE if dt_s == min(by_step) else "", only=TERMINAL | DETAIL)
+        Table(columns, runs, title=titles[dt_s], note=note if dt_s == min(by_step) else "", only=TERMINAL | DETAIL)
         for dt_s, runs in by_step.items()
     )
 
 
 def verdict_lines(results: Results, grid: Grid, scene: str, *, full: bool) -> tuple[str, ...]:
-    """Return a line a run of one scene that is not exact, the best first: what is wrong, in full with the numbers.
+    """Return one line per run of a scene that is not exact, the best first: its verdicts, in full with the numbers.
 
-    Where there are several steps, those of the coarsest alone stand in few words.
+    Where there are several steps, the short lines are of the coarsest step only.
     """
-    runs = _scored(results, scene)
+    runs = _find_scored_runs(results, scene)
     coarsest = max((run.row.job.dt_s for run in runs), default=0.0)
     several = full and any(run.row.job.dt_s != coarsest for run in runs)
     said: dict[str, str] = {}
@@ -61,19 +65,19 @@ def verdict_lines(results: Results, grid: Grid, scene: str, *, full: bool) -> tu
             continue
         found = (f"{one.verdict.value} ({one.reason})" if full else one.verdict.value for one in score.findings)
         name, step = _method(grid, row), f", {formatting.step(row.job.dt_s)}" if several else ""
-        said.setdefault(f"{name}: {'; '.join(found)}", f"{name}{step}")  # the same at each step is said once
+        said.setdefault(f"{name}: {'; '.join(found)}", f"{name}{step}")  # the same line at each step is shown once
     return tuple(line.replace(line.partition(":")[0], name, 1) for line, name in said.items())
 
 
 def counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
-    """Return a row a method, the best first: in how many scenes it has which grade."""
+    """Return one row per method, the best first: its number of scenes by grade."""
     columns = (
         Column("method", lambda method: method.name),
         *(Column(name, partial(_count, grid, marks), number=True) for name, marks in _COUNTED.items()),
         Column("n/a", partial(_not_graded, grid), number=True),
     )
     return Table(
-        columns, ranked(grid, methods), only=TERMINAL, note="n/a: not graded, or not run; -v says which and why"
+        columns, rank_methods(grid, methods), only=TERMINAL, note="n/a: not graded or not run; -v lists the reasons"
     )
 
 
@@ -97,30 +101,30 @@ class _Run(NamedTuple):
     score: Score
 
 
-def _scored(results: Results, scene: str) -> list[_Run]:
-    """Return the runs of a scene that have a score, PIC's only where there is nothing else; the best first."""
+def _find_scored_runs(results: Results, scene: str) -> list[_Run]:
+    """Find the scored runs of a scene, the best first; PIC's only where there is no other."""
     runs = [_Run(row, row.score) for row in results.rows if row.job.scene.name == scene and row.score is not None]
     runs = [run for run in runs if run.row.job.method.engine != "pic"] or runs
-    return sorted(runs, key=lambda run: (-run.row.job.dt_s, standing([run.row])))
+    return sorted(runs, key=lambda run: (-run.row.job.dt_s, compute_standing([run.row])))
 
 
 def _impacts(score: Score) -> str:
     invented = f" +{len(score.spurious)}" if score.spurious else ""
-    return f"{score.expected - len(score.missed) - len(score.undecided)} of {score.expected}{invented}"
+    return f"{score.expected - len(score.missed) - len(score.undecided)}/{score.expected}{invented}"
 
 
-def _parted(score: Score) -> bool:
-    """Whether its trajectory left the reference's, from where on errors of impacts are chance."""
+def _has_diverged(score: Score) -> bool:
+    """Whether the trajectory left the reference's, after which errors of impacts are chance."""
     return Verdict.PARTED in score.verdicts
 
 
 def _time(score: Score, dt_s: float) -> str:
     error_s = score.total.time_s
-    if math.isnan(error_s) or _parted(score):
+    if math.isnan(error_s) or _has_diverged(score):
         return formatting.ABSENT
     if abs(error_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
         return "0"
-    return f"{'+' if error_s > 0.0 else '-'}{formatting.number(abs(error_s) * 1e3, 3)} ms"
+    return f"{'+' if error_s > 0.0 else '-'}{formatting.number(abs(error_s) * 1e3, 3)}"
 
 
 def _energy(score: Score) -> str:
@@ -129,21 +133,21 @@ def _energy(score: Score) -> str:
 
 
 def _percent(score: Score, part: float) -> str:
-    if _parted(score):
+    if _has_diverged(score):
         return formatting.ABSENT
-    return "0" if abs(part) <= THRESHOLDS.rounding_of(score.float_bits) else formatting.percent(part)
+    return "0" if abs(part) <= THRESHOLDS.rounding_of(score.float_bits) else formatting.number(100.0 * part)
 
 
 def _direction(score: Score) -> str:
     turned = score.total.direction_rad
-    if math.isnan(turned) or _parted(score):
+    if math.isnan(turned) or _has_diverged(score):
         return formatting.ABSENT
-    return "0" if turned <= THRESHOLDS.rounding_of(score.float_bits) else f"{formatting.number(math.degrees(turned))}°"
+    return "0" if turned <= THRESHOLDS.rounding_of(score.float_bits) else formatting.number(math.degrees(turned))
 
 
 def _grade(run: _Run) -> str:
-    """Return the grade, and how many times as much as checking once per step costs is paid."""
+    """Return the symbol of the grade, and the error over that of PIT."""
     mark, paid = mark_of(run.row), run.score.price_paid
     if mark in _COUNTED["exact"] or math.isnan(paid) or not run.score.errors:
-        return mark.word
-    return f"{mark.word} {formatting.ratio(paid).replace(' ', '')}"
+        return f"{mark.symbol} float32" if mark is Mark.EXACT_32 else mark.symbol
+    return f"{mark.symbol} {formatting.ratio(paid).replace(' ', '')}"

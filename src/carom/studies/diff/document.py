@@ -59,8 +59,8 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
     around = Text(f"Not the same in both runs: {'; '.join(found.around)}.", EVERYWHERE - TERMINAL)
     in_few = tuple(_in_few(changes))
     sections = (
-        *((Section("In few", in_few, only=TERMINAL),) if in_few else ()),
-        *((Section("What changed, the worst first", tables, only=EVERYWHERE - TERMINAL),) if changes else ()),
+        *((Section("Summary", in_few, only=TERMINAL),) if in_few else ()),
+        *((Section("Changes, worst first", tables, only=EVERYWHERE - TERMINAL),) if changes else ()),
         *((Section("Versions and machine", (around,), only=EVERYWHERE - TERMINAL),) if found.around else ()),
     )
     first, *rest = _lead(found)
@@ -81,10 +81,10 @@ def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
     columns = (
         Column("cells", lambda group: str(len(group)), number=True),
         Column("change", lambda group: Cell(_kind(group[0]), _marks(group[0]))),
-        Column("for example", partial(_example, several=len(methods) > 1)),
+        Column("example", partial(_example, several=len(methods) > 1)),
     )
     if groups:
-        title = "What changed, the worst first" if len(methods) > 1 else f"{methods.pop()}, the worst first"
+        title = "Changes, worst first" if len(methods) > 1 else f"{methods.pop()}, worst first"
         yield Table(columns, groups, title=title, note=note, only=TERMINAL)
 
 
@@ -105,9 +105,9 @@ def _lead(found: Diff) -> list[str]:
     apart = sum(not change.graded for change in found.changes)
     counted += [f"{apart} not graded"] if apart else []
     same = formatting.count(found.unchanged, "cell")
-    lead = [f"{formatting.capitalised(formatting.listed(counted))}; {same} without a change." if counted else ""]
+    lead = [f"{formatting.capitalised(formatting.listed(counted))}; {same} unchanged." if counted else ""]
     if not counted:
-        lead = [f"No change: {same} compared, all as before to rounding."]
+        lead = [f"No change: {same} compared, all equal to rounding."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
         worst = found.changes[0]
         number = f" ({worst.telling})" if worst.telling else ""
@@ -149,4 +149,4 @@ def _example(group: _Group, *, several: bool) -> Cell:
 
 def _marks(change: Change) -> str:
     old, new = change.old.word, change.new.word
-    return f"{old} → {new}" if old != new else f"{new}, as before"
+    return f"{old} → {new}" if old != new else f"{new} (unchanged)"

@@ -39,15 +39,15 @@ class DiffOptions(DeclaredOptions):
             lambda text: text.split("=", 1),
             (5, "x", ["x"], ["x", ""], ["x", 5], ["x", "y", "z"]),
         ),
-        "Compare these alone, engines (pymunk=mujoco) or methods (pymunk/default=pymunk/tuned). By default each with "
-        "its namesake, or one with the other where both runs have one method. Repeatable.",
+        "Compare only these engines (pymunk=mujoco) or methods (pymunk/default=pymunk/tuned), repeatable.",
         "--engine",
         "-e",
         many=True,
+        said="same names",
     )
     fail_on: FailOn = option(
         FailOn.INACCURATE,
         one_of(FailOn),
-        "The best grade at which what got worse is a violation (exit code 1).",
+        "Best grade at which a change for the worse gives exit code 1.",
         "--fail-on",
     )

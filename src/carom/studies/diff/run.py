@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.grid import BROKEN, GRADED, Mark, mark_read
+from carom.report.grid import BROKEN, GRADED, Mark, parse_mark
 from carom.report.record import RowLine, SceneLine, Summary
 from carom.report.records import read_records
 from carom.studies.diff.options import DiffOptions
@@ -265,13 +265,13 @@ def _read(path: Path) -> tuple[Summary, list[_Cell]]:
             cells.append(_cell(summary, line))
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # of the right types, and no cell all the same
         raise InputError(
-            f"{file}, line {number}: this is no cell of a cross-check ({error!r})", hints=["run the cross-check again"]
+            f"{file}, line {number}: not a cell of a cross-check ({error!r})", hints=["run the cross-check again"]
         ) from None
     return summary, cells
 
 
 def _cell(summary: Summary, line: RowLine) -> _Cell:
-    mark = mark_read(line.status, line.grade, line.float_bits)
+    mark = parse_mark(line.status, line.grade, line.float_bits)
     found = {one.verdict: one.reason for one in line.verdicts}
     said = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
     return _Cell(

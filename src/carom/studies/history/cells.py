@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from carom.comparator import Grade, Verdict, compare
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.cache_key import JobKey
-from carom.execution.engine_run import able_adapter, observe_run, sampling_of
+from carom.execution.engine_run import load_supported_adapter, observe_run, run_pit
 from carom.execution.job import Answer, JobTask
-from carom.execution.journal import Entry, Journal
-from carom.execution.reference import begun_scene, reference_of, reference_trace, require_reference
+from carom.execution.journal import Journal, JournalEntry
+from carom.execution.reference import build_reference, require_reference, scene_at_phase, solve_reference
 from carom.model.trace import Outcome, Trace, free_flights
 from carom.studies.history.options import FEWEST_PHASES
 from carom.support.formatting import number
@@ -30,7 +30,7 @@ _KEPT = 64
 #: eighth of a run, or come together again at the end, which the end alone would not show.
 PLACES = 8
 
-_reference, _sampling = lru_cache(maxsize=_KEPT)(reference_trace), lru_cache(maxsize=_KEPT)(sampling_of)
+_reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
 
 
 @dataclass(frozen=True)
@@ -102,10 +102,10 @@ class HistoryTask(JobTask):
             UnsupportedError: There is no reference, or no such start.
         """
         job = self.job
-        adapter = able_adapter(job)
-        scene = begun_scene(job)
+        adapter = load_supported_adapter(job)
+        scene = scene_at_phase(job)
         reference = require_reference(_reference(scene))
-        horizon_s = reference_of(reference, asked=False).horizon_s
+        horizon_s = build_reference(reference, asked=False).horizon_s
         trace = observe_run(adapter, scene, job.profile, job.dt_s, samples=True)
         score = compare(reference, trace, sampling=_sampling(scene, job.dt_s), horizon=horizon_s)
         places, velocities = _off(reference, trace, math.inf if horizon_s is None else horizon_s)
@@ -168,7 +168,7 @@ def _digest(trace: Trace) -> str:
 
 
 #: Opens the journal of a history.
-history_journal = partial(Journal[JobKey, Ran], "releases", Entry[JobKey, Ran])
+history_journal = partial(Journal[JobKey, Ran], "releases", JournalEntry[JobKey, Ran])
 
 
 @dataclass(frozen=True)

@@ -120,7 +120,7 @@ _CALM = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", "
 def _checked(package: str) -> str:
     """Return the name of a package as it may go to a client, which could take another word for an option or a path."""
     if not _NAME.fullmatch(package):
-        raise ClientError(f"{shown(package)} is no name of a package")
+        raise ClientError(f"{shown(package)} is not a package name")
     return package
 
 
@@ -132,7 +132,7 @@ def _read_json(text: str, client: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError):
-        raise ClientError(f"{client} answered with what is no JSON: {shown(text)}") from None
+        raise ClientError(f"{client} did not answer with JSON: {shown(text)}") from None
 
 
 def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) -> str:
@@ -161,7 +161,7 @@ def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) ->
         try:
             code = process.wait(most_s)
         except subprocess.TimeoutExpired:
-            raise ClientError(f"{client} has given no answer within {most_s:g} s") from None
+            raise ClientError(f"{client} did not answer within {most_s:g} s") from None
         finally:
             if process.poll() is None:  # too long, or Ctrl-C: what it has started ends with it
                 with suppress(ProcessLookupError):

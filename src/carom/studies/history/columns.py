@@ -17,7 +17,7 @@ import tomli_w
 from carom.engines.protocol.adapter import ProgramAdapter
 from carom.engines.protocol.manifest import MANIFEST
 from carom.engines.protocol.serve import served_manifest
-from carom.engines.registry import MANIFESTS, adapter_points, distribution_of, engine_named, load_adapter, version_of
+from carom.engines.registry import MANIFESTS, adapter_points, distribution_of, load_adapter, resolve_engine, version_of
 from carom.execution.job import AdapterTask
 
 
@@ -102,7 +102,7 @@ def known_columns(manifests: list[Path]) -> Iterator[list[str]]:
     """Have manifests known as engines, and yield their names; afterwards they are not."""
     before = os.environ.get(MANIFESTS)
     try:
-        yield [engine_named(str(path)) for path in manifests]
+        yield [resolve_engine(str(path)) for path in manifests]
     finally:
         if before is None:
             os.environ.pop(MANIFESTS, None)

@@ -26,11 +26,11 @@ from carom.support.folders import write_files
 _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
-    "A change counts as one of the engine's where the settings read back are equal and, over {phases} phases of the "
-    "step and the scene's own, the motion parts: the ranges of how far velocities are off at the end, or places at "
-    "eight instants, or one coordinate, part by more than rounding and than phases between may add, which is what the "
-    "two outermost of a range differ by. What contacts are told is not asked. Same bits: impacts and final states are "
-    "equal to the bit, at the scene's own phase."
+    "A change is attributed to the engine if the settings read back are equal and the motion differs over {phases} "
+    "phases of the step and the scene's own: the ranges of final velocity errors, of positions at eight instants or of "
+    "one coordinate are separated by more than rounding and by more than the gap between the two outermost values of a "
+    "range. Reported contacts are not compared. Same bits: impacts and final states are bit-identical at the scene's "
+    "own phase."
 )
 
 
@@ -77,7 +77,7 @@ def history_document(found: History) -> Document:
         (
             Section("Release by release", (Table(_release_columns(found), rows), *_notes(found))),
             *((Section("What changed", (Table(_CHANGED, changed),)),) if changed else ()),
-            Section("How it is told", (Text(RULE.format(phases=found.options.phases)),), only=ON_PAPER),
+            Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=ON_PAPER),
             *making(found.environment, found.command, found.elapsed_s),
         ),
     )
@@ -99,26 +99,28 @@ def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
     for version in reversed(versions):
         notes = []
         if origin.oldest and is_older(version, origin.oldest):
-            notes.append(f"older than {origin.oldest}, the oldest that the adapter drives")
+            notes.append(f"older than {origin.oldest}, the oldest supported release")
         # "7.3" speaks of 7.3.1, too.
         tried = release_numbers(origin.newest_tried)
         if tried and release_numbers(version)[: len(tried)] > tried:
-            notes.append(f"newer than {origin.newest_tried}, the newest that the adapter was run on")
+            notes.append(f"newer than {origin.newest_tried}, the newest tested release")
         if version == origin.installed:
-            notes.append("installed here")
+            notes.append("installed")
         yield f"{version:16} {'; '.join(notes)}".rstrip()
 
 
 def bisection_lines(found: Bisection | None) -> Iterator[str]:
     """Yield what a bisection came to."""
     if found is None:
-        yield "The oldest and the newest release do the same in this cell, as far as phases tell."
+        yield "The oldest and the newest release agree in this cell, within the spread over phases."
         return
     oldest = found.asked[0]
-    before = f"{oldest}, the oldest" if found.last == oldest else f"{found.last}, which does as {oldest}, the oldest"
+    before = (
+        f"{oldest}, the oldest" if found.last == oldest else f"{found.last}, which agrees with the oldest, {oldest}"
+    )
     why = f"{found.change.moved.value}: {found.change.why}"
     cell = f"{found.cell.scene} with {found.cell.profile} at {formatting.step(found.cell.dt_s)}"
-    yield f"{cell}: {found.first} does otherwise than {before} ({why})."
+    yield f"{cell}: {found.first} differs from {before} ({why})."
     yield f"Releases run: {', '.join(dict.fromkeys(found.asked))}."
 
 
@@ -127,7 +129,7 @@ def _lead(found: History) -> Iterator[str]:
     moved = [step for step in found.transitions if step.real]
     if len(ran) >= 2 and not moved:
         still = all(step.count(Moved.NOTHING) == step.compared for step in found.transitions)
-        nothing = "not one bit changed" if still else "nothing changed that is the engine's and no chance of phase"
+        nothing = "no bit changed" if still else "no change beyond the spread over phases"
         yield f"{engine} from {ran[0].version} to {ran[-1].version}: {nothing}."
     for step in reversed(moved):
         counts = Counter(change.moved for change in step.real.values())
@@ -135,7 +137,7 @@ def _lead(found: History) -> Iterator[str]:
         yield f"{engine} {step.old.version} → {step.new.version}: {formatting.listed(said)}."
     cells = formatting.count(max((len(one.seen) for one in ran), default=0), "cell")
     releases = formatting.count(len(ran), "release")
-    yield f"{releases} of {engine} ran, of {len(found.releases)} asked for, on {cells} each."
+    yield f"{releases} of {engine} ran (of {len(found.releases)} requested), on {cells} each."
 
 
 def _release_columns(found: History) -> tuple[Column, ...]:
@@ -170,7 +172,7 @@ def _graded(grade: Grade, row: _Row) -> str:
 
 def _note(release: Release) -> str:
     if release.unseen:
-        return "its adapter sees no contact of this release, which says nothing of the engine"
+        return "the adapter reads no contacts of this release, so nothing can be compared"
     return release.not_run
 
 
@@ -201,7 +203,7 @@ _CHANGED = (
     Column("scene", lambda item: item.cell.scene),
     Column("profile", lambda item: item.cell.profile),
     Column("step", lambda item: formatting.step(item.cell.dt_s)),
-    Column("is", lambda item: item.change.moved.value),
+    Column("change", lambda item: item.change.moved.value),
     Column("numbers over phases", lambda item: item.change.why),
 )
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from carom.execution.options import Limited, phase_seed, profile_names, step_lengths
+from carom.execution.options import LimitOptions, phase_seed, profile_names, step_lengths
 from carom.support.limits import MOST_PHASES
 from carom.support.options import flag, megabytes, name, option, whole
 
@@ -18,7 +18,7 @@ FEWEST_PHASES = 8
 
 
 @dataclass(frozen=True)
-class HistoryOptions(Limited):
+class HistoryOptions(LimitOptions):
     """What is asked of a history, apart from its engine and its scenes.
 
     Attributes:
@@ -38,28 +38,26 @@ class HistoryOptions(Limited):
     versions: Sequence[str] | None = option(
         None,
         name(),
-        "Releases: versions and conditions, such as 5.7.0 or '>=6' or 3.0..4.0; repeatable, or with commas between.",
+        "Releases to run, such as 5.7.0, '>=6' or 3.0..4.0; repeatable or comma-separated.",
         "--versions",
         many=True,
-        said="all that the registry lists",
+        said="all",
     )
-    most: int = option(12, whole(1, 1000), "How many releases at most, the newest.", "--most")
-    installed: bool = option(
-        False, flag(), "Run the engine that is installed here, too, after all releases.", "--with-installed"
-    )
+    most: int = option(12, whole(1, 1000), "Maximum number of releases; the newest are kept.", "--most")
+    installed: bool = option(False, flag(), "Run the installed engine too, after all releases.", "--with-installed")
     profiles: Sequence[str] = profile_names("default", "tuned")
-    dts: Sequence[float] | None = step_lengths("each scene's own frame")
+    dts: Sequence[float] | None = step_lengths("one frame of each scene")
     phases: int = option(
         FEWEST_PHASES,
         whole(FEWEST_PHASES, MOST_PHASES),
-        "At how many sub-step phases to run a cell that changed.",
+        "Number of sub-step phases at which changed cells run.",
         "--phases",
     )
     seed: int = phase_seed()
     kept_mb: float = option(
         2000.0,
         megabytes(),
-        "Megabytes of releases to keep for the next time.",
+        "Megabytes of downloaded releases to keep.",
         "--keep",
     )
 

@@ -52,7 +52,7 @@ def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> t
     for word in named:
         if require_version(word) not in listed:
             hints = named_hints(word, listed, f"there are: {_shortly(listed)}")
-            raise UnknownNameError(f"no release {word!r} is listed", hints=hints)
+            raise UnknownNameError(f"there is no release {word!r}", hints=hints)
     conditions = [found for word in words if (found := version_condition(word)) is not None]
     able = [
         one

@@ -14,14 +14,14 @@ from pathlib import Path
 from carom.engines.registry import require_profile
 from carom.errors import AdapterError, CaromError, InputError
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engines import described, methods_of
+from carom.execution.engines import describe_engines, list_methods
 from carom.execution.environment import Environment, environment
-from carom.execution.job import Answer, Job, Method, Progress, UnavailableError, unheard
-from carom.execution.journal import Notes
+from carom.execution.job import Answer, Job, Method, Progress, UnavailableError, no_progress
+from carom.execution.journal import MemoryJournal
 from carom.execution.phases import phase_values
 from carom.execution.pool import Pool
-from carom.execution.scheduler import Ask, answers
-from carom.execution.scoring import by_start, steps_of
+from carom.execution.scheduler import TaskRequest, run_tasks
+from carom.execution.scoring import sort_by_start, steps_of
 from carom.model.scene import Scene
 from carom.studies.history.cells import CellChange, HistoryTask, Moved, Ran, SeenCell, change_of, differs
 from carom.studies.history.clients import CLIENTS, Client, ClientError
@@ -162,14 +162,12 @@ def listing(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, t
 
 
 def _origin(engine: str, pool: Pool) -> Origin:
-    described([engine], pool)  # there is one of this name
-    answer = pool.ask(AskOrigin(engine))
+    describe_engines([engine], pool)  # there is one of this name
+    answer = pool.run(AskOrigin(engine))
     if answer.value is None:
-        raise AdapterError(f"{engine} was asked where it comes from: {answer.said}")
+        raise AdapterError(f"{engine} could not return its origin: {answer.said}")
     if not answer.value.registry:
-        raise InputError(
-            f"{engine} comes from no registry: its adapter names neither a distribution nor an npm package"
-        )
+        raise InputError(f"{engine} has no registry: its adapter names neither a distribution nor an npm package")
     return answer.value
 
 
@@ -194,12 +192,12 @@ class _Study:
         engine: str,
         scenes: Sequence[Scene],
         options: HistoryOptions,
-        notes: Notes[JobKey, Ran] | None,
+        notes: MemoryJournal[JobKey, Ran] | None,
         progress: Progress,
     ) -> None:
         self.engine, self.options = engine, options
         self.scenes = {scene.name: scene for scene in scenes}
-        self.notes = Notes[JobKey, Ran]() if notes is None else notes
+        self.notes = MemoryJournal[JobKey, Ran]() if notes is None else notes
         self._progress, self._done, self._total = progress, 0, 0
 
     @property
@@ -218,13 +216,16 @@ class _Study:
 
     def ask(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[Ran]]:
         """Return what came of jobs."""
-        todo = by_start(jobs)
-        infos = described(sorted({job.engine for job in todo}), pool)
-        methods = methods_of(infos, self.options.profiles, sorted({job.dt_s for job in todo}), pool)
-        asks = [Ask(job, job_key(job), HistoryTask(job), methods.refusal(job), steps_of(job)) for job in todo]
+        todo = sort_by_start(jobs)
+        infos = describe_engines(sorted({job.engine for job in todo}), pool)
+        methods = list_methods(infos, self.options.profiles, sorted({job.dt_s for job in todo}), pool)
+        asks = [
+            TaskRequest(job, job_key(job), HistoryTask(job), methods.find_job_refusal(job), steps_of(job))
+            for job in todo
+        ]
         self._total += len(asks)
         found = {}
-        for job, answer in answers(asks, pool, self.notes):
+        for job, answer in run_tasks(asks, pool, self.notes):
             found[job] = answer
             self.tell(f"{job.scene.name} on {job.engine}")
         return found
@@ -298,9 +299,9 @@ def _columns(
             if origin.manifest:
                 path = laid(Path(origin.manifest), name, version, overlay, folder)
             else:
-                answer = pool.ask(AskServed(study.engine, name, version, str(overlay)))
+                answer = pool.run(AskServed(study.engine, name, version, str(overlay)))
                 if answer.value is None:
-                    raise AdapterError(f"{study.engine} was asked for its manifest: {answer.said}")
+                    raise AdapterError(f"{study.engine} could not return its manifest: {answer.said}")
                 path = folder / "engine.toml"
                 path.write_text(answer.value, encoding="utf-8")
             manifests.append(path)
@@ -315,8 +316,8 @@ def history(
     kept: Kept,
     options: HistoryOptions | None = None,
     *,
-    notes: Notes[JobKey, Ran] | None = None,
-    progress: Progress = unheard,
+    notes: MemoryJournal[JobKey, Ran] | None = None,
+    progress: Progress = no_progress,
     command: str = "",
 ) -> History:
     """Run releases of an engine on scenes, all with today's adapter, and return what changed between them.
@@ -353,7 +354,7 @@ def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> 
     Raises:
         UnknownNameError, InputError, UnavailableError: As of `history`.
     """
-    (info,) = described([engine], pool)
+    (info,) = describe_engines([engine], pool)
     for profile in options.profiles if info.profiles else ():
         require_profile(engine, profile, info.profiles)
     origin = _origin(engine, pool)
@@ -390,7 +391,7 @@ def bisected(
     kept: Kept,
     options: HistoryOptions | None = None,
     *,
-    progress: Progress = unheard,
+    progress: Progress = no_progress,
 ) -> Bisection | None:
     """Return between which two releases a cell changed; None where the oldest and the newest do the same.
 

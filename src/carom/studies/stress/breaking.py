@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 from carom.errors import InputError
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.plan import trace_of
-from carom.execution.pool import Asker
+from carom.execution.plan import observe_job
+from carom.execution.pool import TaskRunner
 from carom.model.scene import Scene, save_scene
 from carom.studies.stress.attack import Attack, Judgement, Trial
 from carom.studies.stress.failure_points import Spot, SpotEnding
@@ -43,7 +43,7 @@ class _Tried(NamedTuple):
         return not self.judgement.broken
 
 
-def breaking_point(attack: Attack, method: Method, asker: Asker, *, scenes: Path, quick: bool) -> Spot:
+def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, scenes: Path, quick: bool) -> Spot:
     """Return the cell of an attack and a method; the scene that shows its number is saved into `scenes`."""
     runs = 0
     stood: _Tried | None = None
@@ -51,7 +51,7 @@ def breaking_point(attack: Attack, method: Method, asker: Asker, *, scenes: Path
 
     def tries(value: float) -> None:
         nonlocal runs, stood, fell
-        tried, spent = _try(attack, value, method, asker, quick=quick)
+        tried, spent = _try(attack, value, method, runner, quick=quick)
         runs += spent
         stood, fell = (tried, fell) if tried.stands else (stood, tried)
 
@@ -95,19 +95,19 @@ def save_as(name: str, scene: Scene, shows: str, folder: Path) -> str:
     return f"{folder.name}/{file}"
 
 
-def _judged(method: Method, trial: Trial, asker: Asker, *, harmless: bool) -> Judgement:
+def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:
     """Run one trial and judge it; whatever an engine does instead of answering is a reason.
 
     Raises:
         NotRunError: The engine is unavailable, or declares that it can't do what even the harmless end asks for.
     """
-    answer = trace_of(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), asker)
+    answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)
     if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
         raise NotRunError(answer)
     return Judgement(math.nan, answer.said, status=answer.status) if answer.value is None else trial.judge(answer.value)
 
 
-def _try(attack: Attack, value: float, method: Method, asker: Asker, *, quick: bool) -> tuple[_Tried, int]:
+def _try(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
     """Run the trials of a value up to the first that breaks; return the worst, and how many runs there were."""
     try:
         trials = attack.trials(value)
@@ -116,7 +116,7 @@ def _try(attack: Attack, value: float, method: Method, asker: Asker, *, quick: b
         raise InputError(message) from error
     stood: list[_Tried] = []
     for trial in trials[::2] if quick else trials:
-        tried = _Tried(value, trial, _judged(method, trial, asker, harmless=value == attack.harmless))
+        tried = _Tried(value, trial, _judged(method, trial, runner, harmless=value == attack.harmless))
         if not tried.stands:
             return tried, len(stood) + 1
         stood.append(tried)

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from carom.catalogue import Complaint, KnownAnswer, Symptom
 from carom.catalogue.entry import deepest_overlap
 from carom.execution.job import Job, Method, Status
-from carom.execution.plan import trace_of
-from carom.execution.pool import Asker
+from carom.execution.plan import observe_job
+from carom.execution.pool import TaskRunner
 from carom.model.scene import Chain, Ring, Scene, Wall, save_scene
 from carom.model.trace import Outcome, Trace, kinetic_energy
 from carom.studies.stress.failure_points import Spot, SpotEnding
@@ -24,10 +24,10 @@ from carom.support.formatting import number
 NOTICED = 0.01
 
 
-def complaint_spot(complaint: Complaint, method: Method, asker: Asker, *, scenes: Path) -> Spot:
+def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner, *, scenes: Path) -> Spot:
     """Return the cell of a complaint and a method; the scene is saved into `scenes`."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
-    answer = trace_of(Job(scene, method, 1.0 / scene.frame_rate_hz), asker)
+    answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
     scenes.mkdir(parents=True, exist_ok=True)
     file = f"{file_name(complaint.name)}.toml"
     save_scene(scene, scenes / file)

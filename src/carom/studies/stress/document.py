@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
 from carom.report.document import (
@@ -42,23 +42,23 @@ WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "report
 
 HEADINGS = {
     "attack": "Where each method fails",
-    "relation": "Invariances, which need no truth",
+    "relation": "Invariances",
     "complaint": "Scenes of reported bugs",
 }
 
 NOTES = {
-    "attack": "The size at which a method first fails, from the harmless end of the axis on; 'to' marks a method "
-    "that passes as far as the axis goes. Below it, the error where it was last seen to pass, and a bar: how much of "
-    "the axis, counted in decades, it was seen to pass, so that all bars have one scale.",
-    "relation": "How far a changed scene is from the changed answer, over the scene's own length or speed, the worse "
-    "of the two; 0 is equal to the bit.",
-    "complaint": "Whether a method today does what was reported; the figure is its deviation from the known answer.",
+    "attack": "The size at which a method first fails, starting from the harmless end of the axis; 'to' marks a "
+    "method that passes the whole axis. Below it: the error at the last size that passed, and a bar for the share of "
+    "the axis that passed, in decades.",
+    "relation": "Difference between the changed scene's result and the changed result, over the scene's length or "
+    "speed, whichever is larger; 0 is bit-identical.",
+    "complaint": "Whether a method still shows the reported bug; the number is its deviation from the known answer.",
 }
 
 #: With at most so many methods each has a sentence; with more they are ranked in one.
 SENTENCES = 4
 
-HEAT = "A sign a test, worst first: = passed; 0 to 9: tenths of its axis; -: not run."
+HEAT = "One sign per test, worst first: = passed; 0 to 9: tenths of its axis; -: not run."
 
 #: More methods than this are counted in a sentence, not named.
 FEW = 3
@@ -77,7 +77,7 @@ _SHOWN = {
     SpotEnding.NOT_RUN: _NOT,
 }
 _MEANINGS = (
-    (_GOOD, "passes", "as far as the axis goes; an invariance holds, a reported bug is not seen"),
+    (_GOOD, "passes", "the whole axis; an invariance holds, a reported bug is not seen"),
     (_WAY, "fails at", "the size shown"),
     (_BAD, "fails", "at the harmless end already; an invariance fails, a reported bug is seen"),
     (_NOT, "not run", "the method is unavailable, or does not support the scene"),
@@ -103,7 +103,7 @@ def stress_document(results: StressResults) -> Document:
         "Carom: stress",
         Headline.of(_summary(results, kinds)),
         (
-            Section("What became of each method", tuple(_methods(results, kinds))),
+            Section("Results by method", tuple(_methods(results, kinds))),
             *(section for kind, lines in kinds.items() if lines for section in _group(results, kind, lines)),
             *making(results.environment, results.command, results.elapsed_s),
         ),
@@ -203,7 +203,7 @@ def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Sec
     ]
     columns += [Column(method.engine, partial(_cell, results, method), method.profile) for method in results.methods]
     table = Table(columns, lines, note=NOTES[kind], css="grid", only=IN_FULL)
-    yield Section(HEADINGS[kind], (table, Text("A cell leads to its evidence: why, the scene, the command.", PAGE)))
+    yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", PAGE)))
     why = tuple(said for line in lines for said in _why(results, line))
     yield Section(f"{HEADINGS[kind]}: why", (Lines(why, DETAIL),), level=3)
     yield Section(f"{HEADINGS[kind]}: the evidence", tuple(_evidence(results, line) for line in lines), level=3)
@@ -219,8 +219,8 @@ def _evidence(results: StressResults, line: Line) -> Table:
     """Return what each cell of a line stands on, the scene that shows it, and the command that runs that."""
     columns = (
         Column("method", lambda cell: Cell(cell[0].name, anchor=_anchor(line, cell[0]))),
-        Column("came of it", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
-        Column("figure", lambda cell: _number(cell[1].value), number=True),
+        Column("result", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
+        Column("value", lambda cell: _number(cell[1].value), number=True),
         Column("passes up to", lambda cell: _number(cell[1].stands_at), number=True),
         Column("error there", lambda cell: _number(cell[1].error), number=True),
         Column("why", lambda cell: Cell(cell[1].reason, css="prose")),
@@ -251,7 +251,7 @@ def _number(value: float | None) -> str:
 def _command(method: Method, spot: Spot) -> str:
     if not spot.scenes or spot.ending is SpotEnding.NOT_RUN:
         return ""
-    return shlex.join(("carom", "run", *spot.scenes, "-e", asked_as(method.engine), "-p", method.profile))
+    return shlex.join(("carom", "run", *spot.scenes, "-e", engine_argument(method.engine), "-p", method.profile))
 
 
 def _spots(results: StressResults, line: Line) -> list[tuple[Method, Spot]]:
@@ -315,9 +315,8 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
             yield f"Of {formatting.count(len(kinds[kind]), WORDS[kind])} {_named(passed[most])} {does} {best}{worst}."
         if partly:
             said = f": {formatting.listed(partly)}" if len(partly) <= FEW else ""
-            yield (
-                f"Not ranked, as not every {WORDS[kind]} could be run: {formatting.count(len(partly), 'method')}{said}."
-            )
+            methods = formatting.count(len(partly), "method")
+            yield f"Not ranked, because not every {WORDS[kind]} could be run: {methods}{said}."
     if kinds["complaint"]:
         yield _complaints(results, kinds["complaint"])
     methods, form = formatting.count(len(results.methods), "method"), "quick" if results.quick else "full"
@@ -337,8 +336,8 @@ def _complaints(results: StressResults, complaints: list[Line]) -> str:
         if any(ending is not SpotEnding.NOT_RUN for ending in own):
             (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
     here, seen = len(still) + len(not_any_more), f": {formatting.listed(still)}" if 0 < len(still) <= FEW else ""
-    of = f"Of {formatting.count(len(complaints), WORDS['complaint'])}, {here} are of an engine that is driven here"
-    return f"{of}; {len(still)} of these are still seen on it{seen}."
+    of = f"Of {formatting.count(len(complaints), WORDS['complaint'])}, {here} concern an engine supported here"
+    return f"{of}; {len(still)} are still seen{seen}."
 
 
 def _json(results: StressResults) -> str:

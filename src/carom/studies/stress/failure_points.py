@@ -71,7 +71,7 @@ class Spot:
     @property
     def cut_off(self) -> bool:
         """Whether the engine, or its adapter, broke off the run that decided."""
-        return self.status.broken
+        return self.status.is_failure
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
-from carom.execution.options import Limited, engine_names, profile_names
+from carom.execution.options import LimitOptions, engine_names, profile_names
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 from carom.support.options import flag, option, seconds
 
@@ -14,7 +14,7 @@ QUICK_TIME_LIMIT_S = 10.0
 
 
 @dataclass(frozen=True)
-class StressOptions(Limited):
+class StressOptions(LimitOptions):
     """What is asked of a campaign, apart from its attacks and engines.
 
     Attributes:
@@ -30,17 +30,15 @@ class StressOptions(Limited):
 
     engines: Sequence[str] | None = engine_names()
     profiles: Sequence[str] = profile_names("default", "tuned")
-    quick: bool = option(
-        False, flag(), "The quick form: under a minute, with fewer rungs and nearer ends.", "--quick", stamped=True
-    )
+    quick: bool = option(False, flag(), "Run in under a minute, with fewer and smaller sizes.", "--quick", stamped=True)
     _: KW_ONLY
     time_limit_s: float = option(
         None,
         seconds(),
-        "Seconds after which an engine that gives no answer has failed.",
+        "Time limit of a run in seconds; exceeding it counts as a failure.",
         "--time-limit",
         stamped=True,
-        said=f"{DEFAULT_TIME_LIMIT_S:g}, or {QUICK_TIME_LIMIT_S:g} with --quick",
+        said=f"{DEFAULT_TIME_LIMIT_S:g}; {QUICK_TIME_LIMIT_S:g} with --quick",
     )
 
     def __post_init__(self) -> None:

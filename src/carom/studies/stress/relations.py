@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from carom.errors import InputError
 from carom.execution.job import Job, Method, Status
-from carom.execution.plan import trace_of
-from carom.execution.pool import Asker
+from carom.execution.plan import observe_job
+from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
 from carom.studies.stress.breaking import NotRunError, save_as
@@ -298,13 +298,13 @@ def relations() -> list[Relation]:
     ]
 
 
-def relation_spot(relation: Relation, method: Method, asker: Asker, *, scenes: Path) -> Spot:
+def relation_spot(relation: Relation, method: Method, runner: TaskRunner, *, scenes: Path) -> Spot:
     """Return the cell of a relation and a method; both scenes are saved into `scenes`."""
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:
         used.append(scene)
-        answer = trace_of(Job(scene, method, 1.0 / scene.frame_rate_hz), asker)
+        answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
         if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
             raise NotRunError(answer)
         if answer.value is None:

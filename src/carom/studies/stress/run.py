@@ -12,13 +12,13 @@ from typing import Any
 
 from carom.catalogue import Complaint, all_scenes
 from carom.errors import UnknownNameError
-from carom.execution.engines import described, methods_of, to_run
+from carom.execution.engines import describe_engines, list_methods, select_engines
 from carom.execution.environment import environment
-from carom.execution.job import Answer, Method, Progress, Status, unheard
-from carom.execution.journal import Entry, Journal
-from carom.execution.plan import profiles_to_plan
-from carom.execution.pool import Asker
-from carom.execution.scheduler import Ask, Talk, answers
+from carom.execution.job import Answer, Method, Progress, Status, no_progress
+from carom.execution.journal import Journal, JournalEntry
+from carom.execution.plan import select_profiles
+from carom.execution.pool import TaskRunner
+from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 from carom.studies.stress.attack import Attack
 from carom.studies.stress.breaking import breaking_point
 from carom.studies.stress.bug_reports import complaint_spot
@@ -46,10 +46,10 @@ DT_S = 1.0 / RATE_HZ
 SpotKey = tuple[str, str, str]
 
 #: Opens the journal of a campaign.
-stress_journal = partial(Journal[SpotKey, Spot], "spots", Entry[SpotKey, Spot])
+stress_journal = partial(Journal[SpotKey, Spot], "spots", JournalEntry[SpotKey, Spot])
 
 #: A line of the table, and what finds its spot for a method.
-StressTask = tuple[Line, Callable[[Method, Asker], Spot]]
+StressTask = tuple[Line, Callable[[Method, TaskRunner], Spot]]
 
 
 #: Groups of attacks, by what a method meets in them.
@@ -86,7 +86,7 @@ def stress(
     out: Path,
     resume: bool = False,
     retry: bool = False,
-    progress: Progress = unheard,
+    progress: Progress = no_progress,
     command: str = "",
 ) -> StressResults:
     """Attack methods, and return where each gives way.
@@ -110,16 +110,16 @@ def stress(
     scenes = out / SCENES
     tasks = _chosen(names, scenes, asked.quick)
     with asked.pool() as pool, ExitStack() as held:
-        infos = to_run(described(asked.engines, pool), asked.engines)
-        methods = methods_of(infos, profiles_to_plan(infos, asked.profiles), [DT_S], pool)
+        infos = select_engines(describe_engines(asked.engines, pool), asked.engines)
+        methods = list_methods(infos, select_profiles(infos, asked.profiles), [DT_S], pool)
         columns = [method for info in infos for method in methods.at[info.name, DT_S]]
         here = environment(infos)
         stamp = asked.stamp | {"carom": here.carom, "versions": here.versions}
-        asks = [_ask(task, method, methods.dead(method, DT_S)) for task in tasks for method in columns]
+        asks = [_ask(task, method, methods.find_refusal(method, DT_S)) for task in tasks for method in columns]
         held.enter_context(claimed(out, PURPOSE))
         journal = held.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
         spots: dict[tuple[str, str], Spot] = {}
-        for subject, answer in answers(asks, pool, journal):
+        for subject, answer in run_tasks(asks, pool, journal):
             assert answer.value is not None  # noqa: S101 - a cell that could not be run has a spot that says so
             spots[subject] = answer.value
             progress(len(spots), len(asks), " on ".join(subject))
@@ -129,10 +129,10 @@ def stress(
 
 
 @dataclass(frozen=True)
-class TableCell(Talk[Spot]):
+class TableCell(DependentTasks[Spot]):
     """Find the spot of a line of the table for a method."""
 
-    carry_out: Callable[[Method, Asker], Spot]
+    carry_out: Callable[[Method, TaskRunner], Spot]
     method: Method
 
     @property
@@ -140,19 +140,19 @@ class TableCell(Talk[Spot]):
         """Name of the adapter."""
         return self.method.engine
 
-    def answer(self, asker: Asker) -> Answer[Spot]:
+    def run(self, runner: TaskRunner) -> Answer[Spot]:
         """Return the spot."""
-        return Answer(Status.RAN, value=self.carry_out(self.method, asker))
+        return Answer(Status.RAN, value=self.carry_out(self.method, runner))
 
 
-def _ask(task: StressTask, method: Method, refused: Answer[Any] | None) -> Ask[tuple[str, str], SpotKey, Spot]:
+def _ask(task: StressTask, method: Method, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], SpotKey, Spot]:
     (line, carry_out), known = task, None
     if refused is not None:
         ended = SpotEnding.NOT_RUN
         spot = Spot(line.kind, line.name, method.name, ended, reason=refused.said, status=refused.status)
         known = Answer(Status.RAN, value=spot)
     subject = (line.name, method.name)
-    return Ask(subject, (line.kind, *subject), TableCell(carry_out, method), known)
+    return TaskRequest(subject, (line.kind, *subject), TableCell(carry_out, method), known)
 
 
 def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:

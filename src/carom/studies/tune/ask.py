@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from carom.catalogue import find_scenes
 from carom.comparator.thresholds import THRESHOLDS
-from carom.engines.registry import engine_named
-from carom.execution.job import Progress, unheard
+from carom.engines.registry import resolve_engine
+from carom.execution.job import Progress, no_progress
 from carom.model.scene import Scene, as_scene
 from carom.report.inline import axes_of, with_picture
 from carom.report.render.terminal import plain_text
@@ -69,7 +69,7 @@ def tune(
     """
     asked = TuneOptions(**options)
     plain = [entry.scene for entry in find_scenes([SCENES])] if scenes is None else [as_scene(one) for one in scenes]
-    found = found_by(engine_named(engine), plain, asked, progress=progress or unheard)
+    found = found_by(resolve_engine(engine), plain, asked, progress=progress or no_progress)
     return ShownTuning(**{field.name: getattr(found, field.name) for field in fields(found)})
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import tomli_w
 
 from carom.comparator import Grade
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.execution.job import Method
 from carom.model.trace import setting_text
 from carom.report import formatting
@@ -26,12 +26,12 @@ from carom.studies.tune.search import Found
 from carom.support.folders import write_files
 
 ERROR_NOTE = (
-    "Error: the largest velocity or spin error over PIT's at worst over the phases of the same step: 1 is what "
-    "checking once per step costs, 0 is rounding."
+    "Error: the largest velocity or spin error, over the largest of PIT over the phases of the same step: 1 is the "
+    "cost of sampling, 0 is rounding."
 )
 MERIT_NOTE = (
-    "Numbers of scenes; between: sampled, inaccurate, parted or not graded. Error: the mean over scenes on a scale of "
-    "ratios, 0 rounding, 50 what checking once per step costs, 100 wrong or not run."
+    "Numbers of scenes; between: sampled, inaccurate, parted or not graded. Error: mean over scenes on a logarithmic "
+    "scale: 0 rounding, 50 the cost of sampling, 100 wrong or not run."
 )
 #: What the profile to paste is called.
 FOUND = "found"
@@ -95,19 +95,19 @@ def _lead(found: Tuning) -> Iterator[str]:
     early = f", {found.given_up} of them given up early" if found.given_up else ""
     tried = f"{formatting.count(found.trials, 'setting', 'different settings')} tried{early}"
     if found.best is found.first:
-        yield f"Nothing better than {found.options.profile} was found on {scenes}: {tried}."
+        yield f"No better settings than {found.options.profile} found on {scenes}: {tried}."
         yield f"With {found.options.profile}: {_tally(found.first)}."
         yield from _ties(found)
         return
     own, grades = found.options.profile, f"{_tally(found.best)}; {found.options.profile} has {_tally(found.first)}"
     changed = formatting.count(len(found.best.tried), "setting")
-    yield f"{found.engine}: {changed} instead of {own}'s, found in trial {found.best.trial}: {grades}."
+    yield f"{found.engine}: {changed} changed from {own}, found in trial {found.best.trial}: {grades}."
     yield from _ties(found)
     yield f"Of {scenes}, each at {_steps(found)}; {tried}."
     if not math.isnan(found.time_ratio):
         cost = formatting.number(found.time_ratio)
-        yield f"Its steps take {cost} times as long as those of {found.options.profile}, the median over scenes."
-    yield "Found on these scenes, at these steps: of others it says nothing."
+        yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
+    yield "Valid for these scenes and steps only."
 
 
 def _ties(found: Tuning) -> Iterator[str]:
@@ -119,7 +119,7 @@ def _ties(found: Tuning) -> Iterator[str]:
     if alike:
         yield f"{formatting.listed([own, *alike])} tie."
     if better:
-        yield f"Better, written by hand: {formatting.listed(better)}."
+        yield f"Better existing profiles: {formatting.listed(better)}."
 
 
 def _tally(found: Found) -> str:
@@ -176,7 +176,7 @@ def _profiles(found: Tuning) -> Section:
     )
     lines = tuple(f"Not run: {formatting.listed(names)} ({reason})." for reason, names in refused.items())
     return Section(
-        "Next to the profiles written by hand", (Table(columns, _rows(found), note=MERIT_NOTE), Lines(lines))
+        "Comparison with the existing profiles", (Table(columns, _rows(found), note=MERIT_NOTE), Lines(lines))
     )
 
 
@@ -189,21 +189,21 @@ def _settings(found: Tuning) -> Section:
     columns = (
         Column("setting", lambda item: item[0]),
         Column("found", lambda item: setting_text(item[1]), number=True),
-        Column(found.options.profile, lambda item: before.get(item[0], "as shipped"), number=True),
-        Column("tried from, to", lambda item: ", ".join(setting_text(found.space.values[item[0]][k]) for k in (0, -1))),
+        Column(found.options.profile, lambda item: before.get(item[0], "engine default"), number=True),
+        Column("tested range", lambda item: ", ".join(setting_text(found.space.values[item[0]][k]) for k in (0, -1))),
     )
-    note = "Each was turned back, with the others as they are: without any of them it is worse."
+    note = "Each is needed: resetting any one of them makes the result worse."
     return Section("Settings found", (Table(columns, found.best.tried), Text(note)))
 
 
 def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
     """Yield the command that tries the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
-    words = ("carom", "run", *asked, "-e", asked_as(found.engine), "-p", found.options.profile, *step)
+    words = ("carom", "run", *asked, "-e", engine_argument(found.engine), "-p", found.options.profile, *step)
     if found.code:
-        said = f"In {found.engine}'s own code, of {found.scenes[0].name}:"
-        yield Section("To paste, in the engine's own code", (Text(said), Code(found.code)))
-    yield Section("To run it", (Code(f"{shlex.join(words)} {set_words(found.best)}"),))
+        said = f"Code for {found.engine}, for {found.scenes[0].name}:"
+        yield Section("As code for the engine", (Text(said), Code(found.code)))
+    yield Section("To run these settings", (Code(f"{shlex.join(words)} {set_words(found.best)}"),))
     method = Method(found.engine, found.options.profile, found.best.tried)
     said = f"Found by carom tune on {formatting.count(len(found.scenes), 'scene')}: {_tally(found.best)}."
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}
@@ -221,5 +221,5 @@ def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
         ]
     )
     toml = tomli_w.dumps({"profiles": {FOUND: {"description": said, "settings": constant}}})
-    yield Section("To paste, in Python", (Code(python, IN_FULL),))
-    yield Section("To paste, in engine.toml", (Code("\n".join([toml.rstrip("\n"), *varying]), IN_FULL),))
+    yield Section("As a profile in Python", (Code(python, IN_FULL),))
+    yield Section("As a profile in engine.toml", (Code("\n".join([toml.rstrip("\n"), *varying]), IN_FULL),))

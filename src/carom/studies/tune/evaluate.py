@@ -9,12 +9,12 @@ from functools import lru_cache, partial
 from carom.comparator import Score, compare
 from carom.engines.registry import load_adapter
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import observe_run, sampling_of
+from carom.execution.engine_run import observe_run, run_pit
 from carom.execution.job import Job, JobTask, Method
-from carom.execution.journal import Entry, Journal, Notes
+from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.reference import reference_trace, require_reference
-from carom.execution.scheduler import Ask, answers
+from carom.execution.reference import require_reference, solve_reference
+from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.timing import time_run
 from carom.model.scene import Scene
 from carom.studies.tune.objective import Judged
@@ -22,7 +22,7 @@ from carom.studies.tune.objective import Judged
 #: References, and runs of PIT, that a worker keeps: more scenes than a search is made over.
 _KEPT = 256
 
-_reference, _sampling = lru_cache(maxsize=_KEPT)(reference_trace), lru_cache(maxsize=_KEPT)(sampling_of)
+_reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
 
 
 def judged_by(score: Score) -> Judged:
@@ -71,7 +71,7 @@ class JudgeTask(JobTask):
 _TIMED = "timed"
 
 #: Opens the journal of a search, which asks the same of the same answers: one that continues finds what it had found.
-tune_journal = partial(Journal[JobKey, Judged], "judgements", Entry[JobKey, Judged])
+tune_journal = partial(Journal[JobKey, Judged], "judgements", JournalEntry[JobKey, Judged])
 
 
 class Jury:
@@ -91,12 +91,12 @@ class Jury:
         steps: Mapping[Scene, float],
         horizons: Mapping[str, float],
         pool: Pool,
-        notes: Notes[JobKey, Judged] | None = None,
+        notes: MemoryJournal[JobKey, Judged] | None = None,
         *,
         timed: bool = False,
     ) -> None:
         self._steps, self._horizons, self._pool, self._timed = steps, horizons, pool, timed
-        self._notes = Notes[JobKey, Judged]() if notes is None else notes
+        self._notes = MemoryJournal[JobKey, Judged]() if notes is None else notes
 
     def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
         """Return what came of each scene, in their order."""
@@ -104,6 +104,6 @@ class Jury:
         for scene in scenes:
             job = Job(scene, method, self._steps[scene])
             task = JudgeTask(job, self._horizons.get(scene.name), self._timed)
-            asks.append(Ask(scene, job_key(job, _TIMED if self._timed else ""), task))
-        found = dict(answers(asks, self._pool, self._notes, alone=self._timed))
+            asks.append(TaskRequest(scene, job_key(job, _TIMED if self._timed else ""), task))
+        found = dict(run_tasks(asks, self._pool, self._notes, alone=self._timed))
         return [found[scene].value or Judged(None, reason=found[scene].said) for scene in scenes]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from carom.execution.options import MOST_SEED, Limited
+from carom.execution.options import MOST_SEED, LimitOptions
 from carom.support.options import flag, name, option, step, whole
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class TuneOptions(Limited):
+class TuneOptions(LimitOptions):
     """What is asked of a search, apart from its engine and its scenes.
 
     Attributes:
@@ -27,14 +27,14 @@ class TuneOptions(Limited):
         InputError: A value makes no sense.
     """
 
-    profile: str = option("default", name(), "The profile to begin with.", "--profile", "-p")
-    dt_s: float | None = option(None, step(), "Step in seconds, such as 1/240.", "--dt", said="each scene's own frame")
-    trials: int = option(
-        100, whole(1, MOST_SEED), "How many settings to try, before the best is gone over once more.", "--trials"
+    profile: str = option("default", name(), "Profile to start from.", "--profile", "-p")
+    dt_s: float | None = option(
+        None, step(), "Time step in seconds, such as 1/240.", "--dt", said="one frame of each scene"
     )
+    trials: int = option(100, whole(1, MOST_SEED), "Number of settings to try before the best is refined.", "--trials")
     seed: int = option(0, whole(0, 2**32 - 1), "Seed of the optimiser.", "--seed")
     timing: bool = option(
-        False, flag(), "Let the time of the steps decide between what is equally right.", "--timing/--no-timing"
+        False, flag(), "Let run time decide between equally accurate settings.", "--timing/--no-timing"
     )
 
     def step_of(self, scene: Scene) -> float:

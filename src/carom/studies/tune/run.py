@@ -12,14 +12,14 @@ from carom.engines.api import unsupported_reason
 from carom.engines.registry import EngineInfo, require_profile
 from carom.errors import AdapterError, InputError
 from carom.execution.cache_key import JobKey
-from carom.execution.engines import SettingsAt, described
+from carom.execution.engines import SettingsTask, describe_engines
 from carom.execution.environment import Environment, environment
-from carom.execution.job import Job, Method, Progress, Tried, UnavailableError, unheard
-from carom.execution.journal import Notes
+from carom.execution.job import Job, Method, Progress, SettingOverrides, UnavailableError, no_progress
+from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.reference import reference_of, reference_trace
-from carom.execution.settings_code import tried_code_of
-from carom.execution.timing import Measure
+from carom.execution.reference import build_reference, solve_reference
+from carom.execution.settings_code import find_changed_code
+from carom.execution.timing import TimeTask
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
 from carom.studies.tune.evaluate import Jury
@@ -87,8 +87,8 @@ def tune(
     scenes: Sequence[Scene],
     options: TuneOptions | None = None,
     *,
-    notes: Notes[JobKey, Judged] | None = None,
-    progress: Progress = unheard,
+    notes: MemoryJournal[JobKey, Judged] | None = None,
+    progress: Progress = no_progress,
     told: Callable[[Found], None] | None = None,
     command: str = "",
 ) -> Tuning:
@@ -111,14 +111,16 @@ def tune(
     """
     started, asked = time.perf_counter(), options or TuneOptions()
     with asked.pool(1 if asked.timing else None) as pool:
-        (info,) = described([engine], pool)
+        (info,) = describe_engines([engine], pool)
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
         require_profile(engine, asked.profile, info.profiles)
         horizons, left_out = _references(scenes, info, asked)
         able = tuple(scene for scene in scenes if scene.name not in left_out)
         if not able:
-            raise InputError(f"{engine} can run none of these scenes: {next(iter(left_out.values()), 'there is none')}")
+            raise InputError(
+                f"{engine} cannot run any of these scenes: {next(iter(left_out.values()), 'there is none')}"
+            )
         steps = {scene: asked.step_of(scene) for scene in able}
         jury = Jury(steps, horizons, pool, notes, timed=asked.timing)
         space = Space({name: values_of(knob) for name, knob in info.knobs.items()})
@@ -127,7 +129,7 @@ def tune(
         own, _ = _settings(pool, engine, asked.profile, (), steps[able[0]])
         settings, varying = _settings(pool, engine, asked.profile, best.tried, steps[able[0]])
         others = {name: _beside(info, name, steps, jury) for name in info.profiles if name != asked.profile}
-        code = tried_code_of(engine, asked.profile, best.tried, able[0], steps[able[0]], pool) if best.tried else ""
+        code = find_changed_code(engine, asked.profile, best.tried, able[0], steps[able[0]], pool) if best.tried else ""
         ratio = _time_ratio(pool, search.method, best.tried, steps)
     return Tuning(
         engine=engine,
@@ -173,34 +175,34 @@ def _references(
     left_out: dict[str, str] = {}
     located = options.profile in info.located
     for scene in scenes:
-        trace = reference_trace(scene)
+        trace = solve_reference(scene)
         able = info.capabilities
         reason = "" if able is None else unsupported_reason(scene, able, options.step_of(scene), located=located)
         if reason or not isinstance(trace, Trace):
             left_out[scene.name] = reason or str(trace)
-        elif (until_s := reference_of(trace, None).horizon_s) is not None:
+        elif (until_s := build_reference(trace, None).horizon_s) is not None:
             horizons[scene.name] = until_s
     return horizons, left_out
 
 
 def _settings(
-    pool: Pool, engine: str, profile: str, tried: Tried, dt_s: float
+    pool: Pool, engine: str, profile: str, tried: SettingOverrides, dt_s: float
 ) -> tuple[dict[str, Setting], frozenset[str]]:
     """Return the settings at a step, except for the step itself, and the names of those that vary with it."""
-    answer = pool.ask(SettingsAt(engine, profile, (dt_s, dt_s / 2), tried))
+    answer = pool.run(SettingsTask(engine, profile, (dt_s, dt_s / 2), tried))
     here, finer = answer.value or (answer.said, "")
     if isinstance(here, str) or isinstance(finer, str):
-        raise AdapterError(f"{engine} was asked for the settings of {profile!r}: {here or finer}")
+        raise AdapterError(f"{engine} failed to return the settings of {profile!r}: {here or finer}")
     varying = frozenset(name for name, value in here.items() if finer.get(name) != value)
     return {name: value for name, value in here.items() if name != "dt_s"}, varying - {"dt_s"}
 
 
-def _time_ratio(pool: Pool, first: Method, tried: Tried, steps: Mapping[Scene, float]) -> float:
+def _time_ratio(pool: Pool, first: Method, tried: SettingOverrides, steps: Mapping[Scene, float]) -> float:
     """Return what the best costs over what the first profile does, scene by scene in turn; NaN where neither ran."""
     ratios = []
     for scene, dt_s in steps.items():
         methods = (first, Method(first.engine, first.profile, tried))
-        before, after = (pool.ask(Measure(Job(scene, method, dt_s))).value for method in methods)
+        before, after = (pool.run(TimeTask(Job(scene, method, dt_s))).value for method in methods)
         if before is not None and after is not None and before.advance_s > 0:
             ratios.append(after.advance_s / before.advance_s)
     return statistics.median(ratios) if ratios else math.nan

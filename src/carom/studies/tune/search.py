@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
-from carom.execution.job import Method, Progress, Tried, unheard
+from carom.execution.job import Method, Progress, SettingOverrides, no_progress
 from carom.model.scene import Scene
 from carom.studies.tune.evaluate import Jury
 from carom.studies.tune.objective import Judged, Merit, merit_of
@@ -58,7 +58,7 @@ class Found:
         trial: Which trial it was; 0 is the first profile itself.
     """
 
-    tried: Tried
+    tried: SettingOverrides
     merit: Merit
     judged: tuple[Judged, ...]
     trial: int
@@ -91,16 +91,16 @@ class KnobSearch:
         space: Space,
         scenes: Sequence[Scene],
         jury: Jury,
-        progress: Progress = unheard,
+        progress: Progress = no_progress,
         told: Callable[[Found], None] | None = None,
     ) -> None:
         if not space.values:
-            raise InputError(f"the adapter of {first.engine} declares no knobs, so there is nothing to turn")
+            raise InputError(f"the adapter of {first.engine} declares no knobs, so there is nothing to tune")
         self.method, self.space, self.scenes, self.jury = first, space, tuple(scenes), jury
         self.trials, self.given_up = 0, 0
         self._progress, self._told = progress, told
         self._whole: list[Found] = []
-        self._seen: dict[Tried, tuple[Merit, bool]] = {}
+        self._seen: dict[SettingOverrides, tuple[Merit, bool]] = {}
         self._order: list[int] = []
         self._most = 0
 
@@ -162,7 +162,7 @@ class KnobSearch:
 
     def _gone_over(self, most: int) -> Found:
         """Turn one knob at a time, back or elsewhere, from the best and from all that is better in some respect."""
-        done: set[Tried] = set()
+        done: set[SettingOverrides] = set()
         while todo := [found for found in self._front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= most:
                 break
@@ -201,7 +201,7 @@ class KnobSearch:
             self._progress(self.trials, max(self._most, self.trials), said)
         return self._seen[tried]
 
-    def _judged(self, tried: Tried) -> tuple[Merit, bool]:
+    def _judged(self, tried: SettingOverrides) -> tuple[Merit, bool]:
         method = Method(self.method.engine, self.method.profile, tried)
         best, first = self.best, self.begun
         found: dict[int, Judged] = {}

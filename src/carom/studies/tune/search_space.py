@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from carom.engines.api import Knob
-from carom.execution.job import Tried
+from carom.execution.job import SettingOverrides
 from carom.model.trace import Setting
 
 #: A range is tried at its two ends and this many values between, evenly spread, on the scale of the knob. The ends are
@@ -43,11 +43,11 @@ class Space:
 
     values: Mapping[str, tuple[Setting, ...]]
 
-    def tried(self, point: Point) -> Tried:
+    def tried(self, point: Point) -> SettingOverrides:
         """Return the settings that a point stands for, in order of name."""
         return tuple(sorted((name, self.values[name][k]) for name, k in point.items()))
 
-    def point(self, tried: Tried) -> dict[str, int]:
+    def point(self, tried: SettingOverrides) -> dict[str, int]:
         """Return the point that stands for some settings."""
         return {name: self.values[name].index(value) for name, value in tried}
 

@@ -45,8 +45,8 @@ def test_a_dump_in_pixels_becomes_metres() -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("{", "it is no dump of Planck's Serializer.toJson"),
-        ("[]", "it is no dump of Planck's Serializer.toJson"),
+        ("{", "it is not a dump of Planck's Serializer.toJson"),
+        ("[]", "it is not a dump of Planck's Serializer.toJson"),
         ('[{"gravity": {"x": 0, "y": 0}, "bodies": [{"refIndex": 7}], "joints": []}]', "a reference to 7"),
         ('[{"gravity": {"x": 0, "y": 0}, "bodies": [], "joints": []}]', "must hold at least one disc"),
         ("[" * 100000, "no dump|nested too deeply"),
@@ -68,5 +68,5 @@ def test_a_dump_with_a_part_that_is_none_is_refused(tmp_path: Path, part: int) -
     entries[part] = 7
     path = tmp_path / "world.json"
     path.write_text(json.dumps(entries))
-    with pytest.raises(InputError, match=r"world\.json: it is no dump"):
+    with pytest.raises(InputError, match=r"world\.json: it is not a dump"):
         import_scene(path)

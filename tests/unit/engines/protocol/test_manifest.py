@@ -16,12 +16,12 @@ from tests.unit.engines.protocol.programs import manifest_of
 import carom
 from carom.engines.api import ContactTimes, Stamp
 from carom.engines.protocol.manifest import load_manifest
-from carom.engines.registry import MANIFESTS, adapter_points, asked_as, engine_named, load_adapter
+from carom.engines.registry import MANIFESTS, adapter_points, engine_argument, load_adapter, resolve_engine
 from carom.errors import AdapterError
-from carom.execution.engine_run import Observe
-from carom.execution.engines import described
+from carom.execution.engine_run import ObserveTask
+from carom.execution.engines import describe_engines
 from carom.execution.job import Job, Method, Status
-from carom.execution.pool import InProcess, Lane
+from carom.execution.pool import InProcessPool, Lane
 from carom.model.scene import Disc, Scene
 
 WHOLE = """
@@ -160,18 +160,18 @@ def _environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_a_manifest_makes_its_engine_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A manifest, or its folder, is its engine's name from then on, for worker processes too; a name stays as it is."""
     path = manifest_of(tmp_path)
-    assert engine_named("pit") == "pit"
-    assert engine_named(str(path)) == "toy"
-    assert engine_named(f"{tmp_path}/") == "toy"
+    assert resolve_engine("pit") == "pit"
+    assert resolve_engine(str(path)) == "toy"
+    assert resolve_engine(f"{tmp_path}/") == "toy"
     monkeypatch.chdir(tmp_path)
-    assert engine_named(".") == "toy"
+    assert resolve_engine(".") == "toy"
     assert os.environ[MANIFESTS] == str(path)
-    assert (asked_as("toy"), asked_as("pit")) == (str(path), "pit")
+    assert (engine_argument("toy"), engine_argument("pit")) == (str(path), "pit")
 
 
 def test_one_program_serves_whoever_loads_its_adapter(tmp_path: Path) -> None:
     """Each run of a worker loads the adapter by its name, and none but the first starts the program."""
-    name = engine_named(str(manifest_of(tmp_path)))
+    name = resolve_engine(str(manifest_of(tmp_path)))
     assert load_adapter(name) is load_adapter(name)
 
 
@@ -183,7 +183,7 @@ def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypat
     (tmp_path / "broken.toml").write_text("name = 5")
     known = [str(tmp_path / name) for name in ("there", "gone", "broken.toml")]
     monkeypatch.setenv(MANIFESTS, os.pathsep.join(known))
-    infos = {info.name: info for info in described(["there", "gone", "broken"], InProcess())}
+    infos = {info.name: info for info in describe_engines(["there", "gone", "broken"], InProcessPool())}
     assert (infos["there"].version, infos["there"].unavailable) == ("3.2", "")
     assert sorted(infos["there"].profiles) == ["default", "tuned"]
     assert infos["gone"].unavailable == f"there is no program {tmp_path / 'gone' / 'gone'}; make it"
@@ -193,9 +193,9 @@ def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypat
 def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A manifest that is not there, one with the name of another engine, and a relative path are each a sentence."""
     with pytest.raises(AdapterError, match=r"none\.toml"):
-        engine_named(str(tmp_path / "none.toml"))
-    with pytest.raises(AdapterError, match="'pit', and so does"):
-        engine_named(str(manifest_of(tmp_path, name="pit")))
+        resolve_engine(str(tmp_path / "none.toml"))
+    with pytest.raises(AdapterError, match="'pit', like"):
+        resolve_engine(str(manifest_of(tmp_path, name="pit")))
     monkeypatch.setenv(MANIFESTS, "here/engine.toml")
     adapter_points.cache_clear()
     with pytest.raises(AdapterError, match="absolute"):
@@ -216,12 +216,12 @@ def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path, monkeypatch: 
     """A run that gives no answer in time is a row, and its program is gone with the worker that started it."""
     pid = tmp_path / "pid"
     hangs = f"if do == 'step': import os, time; print(os.getpid(), file=open({str(pid)!r}, 'w')); time.sleep(3600)"
-    name = engine_named(str(manifest_of(tmp_path, hangs)))
+    name = resolve_engine(str(manifest_of(tmp_path, hangs)))
     scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
     # No time passes until the program hangs: a busy machine may take long to start it.
     monkeypatch.setattr("carom.execution.process.time", Clock(1.0, starts=pid.exists))
     with Lane(1.0) as lane:
-        answer = lane.ask(Observe(Job(scene, Method(name, "tuned"), 0.5)))
+        answer = lane.run(ObserveTask(Job(scene, Method(name, "tuned"), 0.5)))
     assert answer.status is Status.TIMED_OUT
     assert ended(noted(pid))
 

@@ -112,7 +112,7 @@ def test_what_the_protocol_has_no_field_for_is_refused() -> None:
     for _ in range(4):  # the scene's duration
         ask(server, do="step", world=told["world"], steps=1)
         seen.append(ask(server, do="observe", world=told["world"]))
-    message = "its contacts come with velocities around them, for which the protocol has no field"
+    message = "its contacts have velocities before and after, which the protocol does not support"
     assert {"error": {"kind": "failed", "message": message}} in seen
     assert all("error" in one or one["contacts"] == [] for one in seen)
 

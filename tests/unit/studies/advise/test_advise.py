@@ -15,10 +15,10 @@ from tests.unit.report.test_terminal import printed
 
 import carom
 from carom import Scene, resolve_impact, solve_pic, solve_pit
-from carom.comparator.shift import begun_earlier
+from carom.comparator.shift import shift_start
 from carom.errors import InputError
 from carom.execution.job import PIT_METHOD, Job, Method
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.model.walls import Leg
 from carom.studies.advise import run as adviser
 from carom.studies.advise.ask import ShownAdvice
@@ -46,7 +46,7 @@ def pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float
 def direction_errors(scene: Scene, dt_s: float, lateness: float) -> tuple[int, float]:
     """Impacts that PIT finds, and its worst direction error, where a look falls `lateness` after the contact."""
     at = float(solve_pic(scene).impacts["time_s"][0])
-    found = solve_pit(begun_earlier(scene, -(at + lateness) % dt_s), frame_rate_hz=1 / dt_s).impacts
+    found = solve_pit(shift_start(scene, -(at + lateness) % dt_s), frame_rate_hz=1 / dt_s).impacts
     expected = solve_pic(scene).impacts[0]
     worst = 0.0
     for impact in found[:1]:
@@ -143,7 +143,7 @@ def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, mon
     """Tuned pymunk does what PIT does: its steps lie below the closed form, by no more than a step of the grid."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", starts)
-    with InProcess() as pool:
+    with InProcessPool() as pool:
         advice = advise(
             pair(0.4),
             asked(["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2),
@@ -166,7 +166,7 @@ def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_
     for module in ("Box2D", "pybullet"):
         pytest.importorskip(module, reason=f"{module} is not installed")
     scene = pair(speed=150.0, radius=0.5)
-    with InProcess() as pool:
+    with InProcessPool() as pool:
         advice = advise(
             scene,
             asked(["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1),
@@ -186,15 +186,17 @@ def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.Monke
     scene = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), wall_at(-2, 0, 1, 0), duration_s=9.0)
     times = solve_pic(scene).impacts["time_s"]
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: float(times[1]))
-    with InProcess() as pool:
+    with InProcessPool() as pool:
         advice = advise(scene, asked(["pit"], DEGREE, phases=1), pool)
     assert advice.cut is ReferenceCut.CHAOS
     assert times[1] < advice.scene.duration_s < times[2]
     assert advice.impacts == 2
-    assert any("Asked up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
+    assert any("Searched up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
-    with pytest.raises(InputError, match="no step can be advised for 'walled', from its first impact on: rounding"):
-        advise(scene, asked(["pit"], DEGREE), InProcess())
+    with pytest.raises(
+        InputError, match="no step can be recommended for 'walled', because from its first impact on rounding"
+    ):
+        advise(scene, asked(["pit"], DEGREE), InProcessPool())
 
 
 @pytest.mark.long
@@ -203,19 +205,19 @@ def test_a_scene_is_asked_up_to_its_first_tie() -> None:
     discs = [disc_at(0, 0, -1, 0), disc_at(3, 0.55), disc_at(3, -0.55)]
     tie = staged("tie", *discs, wall_at(-2, 0, 1, 0), duration_s=9.0)
     assert solve_pic(tie).ambiguous == (2,)
-    advice = advise(tie, asked(["pit"], DEGREE, phases=1), InProcess())
+    advice = advise(tie, asked(["pit"], DEGREE, phases=1), InProcessPool())
     assert advice.cut is ReferenceCut.TIE
     assert advice.impacts == 1
     at_once = staged("at once", disc_at(0, 0, 1, 0), *discs[1:], duration_s=9.0)
-    with pytest.raises(InputError, match="from its first impact on: a disc meets two others at once"):
-        advise(at_once, asked(["pit"], DEGREE), InProcess())
+    with pytest.raises(InputError, match="from its first impact on a disc meets two others at once"):
+        advise(at_once, asked(["pit"], DEGREE), InProcessPool())
 
 
 @pytest.mark.long
 def test_with_friction_pit_is_tried() -> None:
     """Two discs that rub have no closed form; at the step found PIT is right, run, and at the one said to fail not."""
     rough = Scene(**{**dict(pair(0.3)), "friction": 0.5})
-    advice = advise(rough, asked(["pit"], 5 * DEGREE), InProcess())
+    advice = advise(rough, asked(["pit"], 5 * DEGREE), InProcessPool())
     assert advice.closed_form is None
     assert advice.answers == ()
     answer = sure(advice.sampling).demand
@@ -223,15 +225,15 @@ def test_with_friction_pit_is_tried() -> None:
         found, worst = direction_errors(rough, step, step * 0.999)
         assert (found == 1 and worst <= 5 * DEGREE) is right
     text = " ".join(" ".join(printed(advice_document(advice), 80)).split())
-    assert "were there no friction" in text
-    assert f"and {1 / sure(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} a second, by trying" in text
+    assert "(without friction)" in text
+    assert f"and {1 / sure(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} per second, by search" in text
 
 
 @pytest.mark.long
 def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
     """Discs that spin and do not rub have the closed form of those that do not; where a path bends there is none."""
     spinning = with_discs(pair(), spin_rad_s=2.0)
-    steps = [advise(scene, asked(["pit"], DEGREE), InProcess()).closed_form for scene in (pair(), spinning)]
+    steps = [advise(scene, asked(["pit"], DEGREE), InProcessPool()).closed_form for scene in (pair(), spinning)]
     assert steps[0] is not None
     assert steps[0] == steps[1]
     hung = [pair().discs[0], pair().discs[1].model_copy(update={"mass_kg": math.inf})]
@@ -239,7 +241,7 @@ def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
     legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=1.2, velocity_m_s=(0.1, 0.0)))
     bending = Scene(**{**dict(pair()), "discs": [hung[0], hung[1].model_copy(update={"driven": True, "legs": legs})]})
     for scene in (falling, bending):
-        assert advise(scene, asked(["pit"], 10 * DEGREE, phases=1), InProcess()).closed_form is None
+        assert advise(scene, asked(["pit"], 10 * DEGREE, phases=1), InProcessPool()).closed_form is None
 
 
 def test_an_impact_in_the_last_step_is_asked_for() -> None:
@@ -267,14 +269,14 @@ def advice() -> ShownAdvice:
     """Pymunk's steps for two discs, confirmed at four starts."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("carom.studies.advise.step_search.CONFIRM", 4)
-        return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1, pool=InProcess())
+        return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1, pool=InProcessPool())
 
 
 def test_a_call_gives_an_answer_that_prints_itself(advice: ShownAdvice) -> None:
     """The first line is the answer, as on the command line; the numbers are those of its fields."""
     (answer,) = advice.answers
     assert answer.never_misses.passes is not None
-    first = f"paper/late: to miss no impact, {1.0 / answer.never_misses.passes.dt_s:.4g} steps a second "
+    first = f"paper/late: to miss no impact, {1.0 / answer.never_misses.passes.dt_s:.4g} steps per second "
     assert repr(advice).splitlines()[0].startswith(first)
     assert advice.code[answer.method] in repr(advice)
 

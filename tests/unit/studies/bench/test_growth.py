@@ -15,8 +15,8 @@ from tests.command import carom_command, told
 
 from carom.engines.api import Capabilities, Profile
 from carom.execution.job import Answer, Method, Status, Task, UnsupportedError
-from carom.execution.journal import Entry
-from carom.execution.pool import InProcess
+from carom.execution.journal import JournalEntry
+from carom.execution.pool import InProcessPool
 from carom.studies.bench import growth
 from carom.studies.bench.options import GrowthOptions
 
@@ -41,14 +41,14 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     """Engine and number of discs of each run; the runs are carried out in this process, and take a second each."""
     ran: list[tuple[str, int]] = []
 
-    class Pool(InProcess):
+    class Pool(InProcessPool):
         def __init__(self, *_limits: float | None) -> None:
             super().__init__()
 
-        def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
             grown: list[object] = [*tasks]
             ran.extend((task.engine, task.discs) for task in grown if isinstance(task, growth.GrowthTask))
-            return super().ask_each(tasks)
+            return super().run_each(tasks)
 
     monkeypatch.setattr("carom.execution.pool.LocalPool", Pool)
     for module in ("carom.execution.timing", "carom.studies.bench.growth"):
@@ -73,7 +73,7 @@ def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str
         values = [run.answer.value for run in journal.entries.values() if run.answer.value is not None]
         earlier = [replace(value, sitting="2000-01-01T00:00:00+00:00") for value in values]
         keys = list(journal.entries)
-        journal.add([Entry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
+        journal.add([JournalEntry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
     with growth.growth_journal(path, resume=True) as journal:
         found = growth.growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal)
     assert ran[5:] == [("pymunk", 3), ("pit", 3), ("pymunk", 3), *[("pit", 4), ("pymunk", 4)] * 2]

@@ -24,7 +24,7 @@ from tests.stage import disc_at, staged, sure
 from carom import Scene
 from carom.errors import InputError, UnknownNameError
 from carom.execution.job import Answer, Method, Status
-from carom.execution.pool import InProcess, Lane
+from carom.execution.pool import InProcessPool, Lane
 from carom.execution.scoring import Measures, score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import Convergence
@@ -92,14 +92,14 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
             score_journal(tmp_path / "journal.jsonl", resume=resume) as journal,
             timing_journal(tmp_path / "timings.jsonl", resume=resume) as timings,
         ):
-            return work_precision([scene], plan, InProcess(), notes=journal, timings=timings)
+            return work_precision([scene], plan, InProcessPool(), notes=journal, timings=timings)
 
     first = run(resume=False)
     again = run(resume=True)
     assert first.scenes == again.scenes
     assert len(measured_in(tmp_path / "journal.jsonl")) == 8  # PIC at the coarsest step alone
     with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
-        bench = work_precision([scene], replace(plan, timing=False), InProcess(), notes=journal)
+        bench = work_precision([scene], replace(plan, timing=False), InProcessPool(), notes=journal)
     assert bench.scenes[0].noise is None
     found = {curve.engine: curve for curve in first.scenes[0].curves}
     assert found["pic"].order.verdict is Convergence.EXACT
@@ -121,7 +121,7 @@ def test_what_does_not_fit_into_the_budget_says_so(scene: Scene, monkeypatch: py
     monkeypatch.setattr("carom.studies.bench.timing_pass.time", Clock())
     coarse, fine = (Method("pit", "tuned"), 0.1), (Method("pit", "tuned"), 0.01)
     # Three rounds of ten times the coarse run's 2 s are more than the quarter of a budget that one method may take.
-    found = sure(TimeScene(scene, (coarse, fine), rounds=3, budget_s=200.0).answer(InProcess()).value)
+    found = sure(TimeScene(scene, (coarse, fine), rounds=3, budget_s=200.0).run(InProcessPool()).value)
     assert dict(found.timings)[coarse].rounds == 3
     assert "would take about 60 s of a budget of 200 s" in dict(found.untimed)[fine]
 
@@ -131,7 +131,7 @@ def test_carom_s_own_methods_are_there_whoever_is_asked_for(scene: Scene) -> Non
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), phases=1, timing=False)
 
     def found(plan: BenchPlan) -> dict[tuple[str, str], int]:
-        (result,) = work_precision([scene], plan, InProcess()).scenes
+        (result,) = work_precision([scene], plan, InProcessPool()).scenes
         return {(curve.engine, curve.profile): len(curve.points) for curve in result.curves}
 
     assert found(plan) == {("pic", "tuned"): 1, ("pit", "tuned"): 2}
@@ -144,7 +144,7 @@ def test_the_last_steps_go_to_the_best_profile_of_each_engine(scene: Scene, monk
     plan = BenchPlan(engines=("pic", "pit"), dts=(1 / 60, 1 / 120), phases=1, timing=False)
     # Each look at the clock takes a second: of the finer steps one of two fits into half of the budget.
     monkeypatch.setattr("carom.studies.bench.scoring_pass.time", Clock(1.0))
-    found = work_precision([scene], replace(plan, budget_s=26.0), InProcess()).scenes[0]
+    found = work_precision([scene], replace(plan, budget_s=26.0), InProcessPool()).scenes[0]
     unscored = {(c.engine, c.profile, p.dt_s): p.reason for c in found.curves for p in c.points if p.reason}
     assert unscored == {("pit", "tuned", 1 / 120): "beyond the 13 s for scoring this scene; raise --budget"}
 
@@ -155,7 +155,7 @@ def test_an_engine_that_aborts_is_not_timed_and_harms_nobody(scene: Scene) -> No
     """An abort in the timing pass is a reason of one configuration; the others are timed."""
     aborts, pit = (Method("aborts", "tuned"), 0.1), (Method("pit", "tuned"), 0.1)
     with Lane() as lane:
-        timing = TimeScene(scene, (aborts, pit), rounds=3).answer(lane).value
+        timing = TimeScene(scene, (aborts, pit), rounds=3).run(lane).value
     assert "SIGABRT" in dict(sure(timing).untimed)[aborts]
     assert dict(sure(timing).timings)[pit].rounds == 3
 
@@ -180,7 +180,7 @@ def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
         ([scene], replace(plan, profiles=("best",)), UnknownNameError, "profile 'best'"),
     ):
         with pytest.raises(error, match=words):
-            work_precision(scenes, wrong, InProcess())
+            work_precision(scenes, wrong, InProcessPool())
     for name, value in (("target", 0.0), ("budget_s", math.nan), ("rounds", 0)):
         words = f"{name} must be .*, got {value:g}"
         with pytest.raises(InputError, match=words):
@@ -261,7 +261,7 @@ def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[
     """The names of the documented lines, in a folder with a journal: two jobs, one without an error, one not run."""
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False, own=False)
     with score_journal(tmp_path / "journal.jsonl") as journal:
-        work_precision([scene], plan, InProcess(), notes=journal)
+        work_precision([scene], plan, InProcessPool(), notes=journal)
         ran = next(iter(journal.entries.values()))
         unmeasured = replace(sure(ran.answer.value), total=replace(sure(ran.answer.value).total, velocity=math.nan))
         journal.add(

@@ -19,12 +19,12 @@ from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.execution import reference
-from carom.execution.engine_run import Observe
+from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.options import Options, default_dts
-from carom.execution.plan import plan_of
-from carom.execution.pool import InProcess
-from carom.execution.timing import TIMING_RUNS, Measure
+from carom.execution.plan import build_plan
+from carom.execution.pool import InProcessPool
+from carom.execution.timing import TIMING_RUNS, TimeTask
 from carom.model.trace import Outcome, Trace
 from carom.studies.cross_check import run as execute
 from carom.studies.cross_check.observed import observed_journal
@@ -47,13 +47,13 @@ def tried(scenes: list[Scene], *engines: str) -> carom.Results:
     return cross_checked(scenes, engines, dts=[0.1], profiles=["tuned"])
 
 
-class HangsWhenTimed(InProcess):
+class HangsWhenTimed(InProcessPool):
     """A pool in which no engine but PIT answers when it is timed."""
 
-    def ask_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
-        if any(isinstance(task, Measure) and task.engine != "pit" for task in tasks):
+    def run_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
+        if any(isinstance(task, TimeTask) and task.engine != "pit" for task in tasks):
             return iter([Answer(Status.TIMED_OUT, "no answer within 3 s")] * len(tasks))
-        return super().ask_each(tasks)
+        return super().run_each(tasks)
 
 
 def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> None:
@@ -181,13 +181,13 @@ def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"engine_names": "pit"}, "engines must be a list, also where there is one of them, got 'pit'"),
+        ({"engine_names": "pit"}, "engines must be a list, even of one item, got 'pit'"),
         ({"engine_names": [3]}, "engines[0] must be a name, got 3"),
-        ({"dts": 0.1}, "dts must be a list, also where there is one of them, got 0.1"),
-        ({"profiles": 3}, "profiles must be a list, also where there is one of them, got 3"),
+        ({"dts": 0.1}, "dts must be a list, even of one item, got 0.1"),
+        ({"profiles": 3}, "profiles must be a list, even of one item, got 3"),
         ({"jobs": 0}, "jobs must be a whole number from 1 to 1024, got 0"),
-        ({"scenes": 3}, "scenes must be a list, also where there is one of them, got int"),
-        ({"scenes": [7]}, "scenes[0] must be a Scene, or one of the catalogue or its name, got 7"),
+        ({"scenes": 3}, "scenes must be a list, even of one item, got int"),
+        ({"scenes": [7]}, "scenes[0] must be a Scene, a catalogue scene or its name, got 7"),
         ({"scenes": []}, "no scene"),
         ({"scenes": ["paper/late", "paper/late"]}, "two scenes have the name 'paper/late'"),
         ({"dts": [0.1, math.nan]}, "dts[1]"),
@@ -229,7 +229,7 @@ def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene, monkeypatch: p
         dts=[0.1],
         profiles=["tuned"],
         progress=lambda *call: calls.append(call),
-        pool=InProcess(),
+        pool=InProcessPool(),
     )
     ratios = {row.job.engine: row.time_ratio for row in results.rows}
     times = {row.job.engine: sure(row.timing) for row in results.rows}
@@ -289,26 +289,26 @@ def contents(trace: Trace) -> dict[str, object]:
 def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was observed before a cross-check was ended is not run again, and its rows are the same to the bit."""
     options = Options(["pic", "pit"], [0.1], phases=2, timing=False)
-    plan, path = plan_of([scene], options, InProcess()), tmp_path / "journal.jsonl"
-    whole = execute.execute(plan, InProcess())
+    plan, path = build_plan([scene], options, InProcessPool()), tmp_path / "journal.jsonl"
+    whole = execute.execute(plan, InProcessPool())
 
     def end(done: int, _total: int, _what: str) -> None:
         if done == 3:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt), observed_journal(path, options.stamp) as journal:
-        execute.execute(plan, InProcess(), notes=journal, progress=end)
+        execute.execute(plan, InProcessPool(), notes=journal, progress=end)
     before = len(path.read_bytes().splitlines()) - 1
     ran: list[Job] = []
-    carry_out = Observe.carry_out
+    carry_out = ObserveTask.carry_out
 
-    def noted(task: Observe) -> Trace:
+    def noted(task: ObserveTask) -> Trace:
         ran.append(task.job)
         return carry_out(task)
 
-    monkeypatch.setattr(Observe, "carry_out", noted)
+    monkeypatch.setattr(ObserveTask, "carry_out", noted)
     with observed_journal(path, options.stamp, resume=True) as journal:
-        again = execute.execute(plan, InProcess(), notes=journal)
+        again = execute.execute(plan, InProcessPool(), notes=journal)
     assert before == 3
     assert len(ran) == 9 - before  # two methods and PIC's default, each at the scene's own phase and two more
     for one, other in zip(whole.rows, again.rows, strict=True):
@@ -322,7 +322,9 @@ def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     options = Options(["pit"], [0.1], jobs=1, timing=False)
     with observed_journal(path, options.stamp) as journal:
-        execute.execute(plan_of([catalogue()["paper/late"]], options, InProcess()), InProcess(), notes=journal)
+        execute.execute(
+            build_plan([catalogue()["paper/late"]], options, InProcessPool()), InProcessPool(), notes=journal
+        )
     observed_journal(path, replace(options, jobs=2).stamp, resume=True).close()
     with pytest.raises(InputError, match=r"its dts is \[0.1\], and this one's \[0.2\]"):
         observed_journal(path, replace(options, dts=[0.2]).stamp, resume=True)

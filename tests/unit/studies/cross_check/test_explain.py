@@ -13,12 +13,12 @@ from tests.lengths import each, long_after
 from carom.catalogue import catalogue
 from carom.errors import UnknownNameError
 from carom.execution import reference
-from carom.execution.engine_run import Observe
+from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Status, Task
 from carom.execution.options import Options
-from carom.execution.plan import plan_of
-from carom.execution.pool import InProcess
-from carom.execution.skipped import pic_saved, pit_saved
+from carom.execution.plan import build_plan
+from carom.execution.pool import InProcessPool
+from carom.execution.skipped import measure_pic_saving, measure_pit_saving
 from carom.report.document import Figures, Medium, Table
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.explain import explain
@@ -27,18 +27,18 @@ from carom.studies.cross_check.skipping import skipping_section
 
 
 def plan(name: str, **options: Any) -> str:
-    return "\n".join(explain(plan_of([catalogue()[name]], Options(**options), InProcess())))
+    return "\n".join(explain(build_plan([catalogue()[name]], Options(**options), InProcessPool())))
 
 
 SAID = [
-    ("paper/late", {}, "the closed form, without queue or cells"),
-    ("paper/late", {}, "pit default: skipped: another profile has the very same settings"),
-    ("paper/late", {"samples": False}, "none are kept, as no report is written"),
+    ("paper/late", {}, "closed form for two discs, without queue or cells"),
+    ("paper/late", {}, "pit default: skipped: another profile has the same settings"),
+    ("paper/late", {"samples": False}, "not kept, because no report is written"),
     # after the last impact of two discs an engine is stopped; in a box it is followed to the end
-    ("paper/late", {}, "stopped once their own state shows nothing but free flight"),
-    ("classics/gas", {"dts": [1 / 60]}, "followed through all 60 steps"),
+    ("paper/late", {}, "stopped once the state shows only free flight"),
+    ("classics/gas", {"dts": [1 / 60]}, "run for all 60 steps"),
     ("gravity/falling-pair", {"dts": [1 / 60]}, "PIC: event-driven along parabolas"),
-    ("gravity/falling-pair", {"dts": [1 / 60]}, " of 75 frames are looked at, the others skipped, "),
+    ("gravity/falling-pair", {"dts": [1 / 60]}, " of 75 frames are tested, the others skipped "),
     ("paper/late", {"phases": 5}, "phases: 5 of 5"),
 ]
 
@@ -52,27 +52,27 @@ def test_a_plan_says_what_is_done_and_what_is_left_out(name: str, options: dict[
 def test_two_discs_are_looked_at_in_few_frames() -> None:
     """A bound tells PIT which frames it may skip; with a report states are kept."""
     text = plan("paper/late", engines=["pit"])
-    looked_at = re.search(r"(\d+) of 24 frames are looked at", text)
+    looked_at = re.search(r"(\d+) of 24 frames are tested", text)
     assert looked_at is not None
     assert 0 < int(looked_at[1]) < 24
-    assert "none are kept, as no report is written" not in text
+    assert "not kept, because no report is written" not in text
 
 
 def test_what_skipping_saves_is_measured() -> None:
     """Both forms are timed where the one without skipping ends soon; the times are of runs with the same impacts."""
     scene = catalogue()["classics/gas"].scene
     reference = solve_pic(scene)
-    for saved in (pic_saved(scene, reference), pit_saved(scene, 1 / 60)):
+    for saved in (measure_pic_saving(scene, reference), measure_pit_saving(scene, 1 / 60)):
         assert saved is not None
         assert saved.with_s > 0.0
         assert saved.ratio > 0.0
-    assert pit_saved(scene, 1e-7) is None
+    assert measure_pit_saving(scene, 1e-7) is None
     assert " times that" in plan("classics/gas", engines=["pit"], dts=[1 / 60])
 
 
 def test_a_report_says_what_was_skipped_and_what_that_saved() -> None:
     """A section with a row a scene where runs were timed and somebody draws them; none otherwise."""
-    asked: dict[str, Any] = {"profiles": ["tuned"], "dts": [1 / 60], "pool": InProcess()}
+    asked: dict[str, Any] = {"profiles": ["tuned"], "dts": [1 / 60], "pool": InProcessPool()}
     found = cross_check(["classics/gas"], ["pit"], **asked)
     assert list(found.skipped) == ["classics/gas"]
     section = skipping_section(found)
@@ -93,10 +93,10 @@ def test_the_form_that_runs_is_the_one_that_is_told() -> None:
 
 def test_an_engine_that_is_not_installed_is_told_once_and_planned_nowhere() -> None:
     """What a cross-check leaves out since it is not installed the plan leaves out as well, and says how to get it."""
-    found = plan_of([catalogue()["paper/late"]], Options(profiles=["tuned"]), InProcess())
+    found = build_plan([catalogue()["paper/late"]], Options(profiles=["tuned"]), InProcessPool())
     gone = replace(found.engines[0], name="gone", unavailable="gone is not installed; pip install gone")
     text = "\n".join(explain(replace(found, engines=(*found.engines, gone))))
-    assert "gone is not run: gone is not installed; pip install gone" in text
+    assert "gone is not available: gone is not installed; pip install gone" in text
     assert "gone tuned" not in text
 
 
@@ -106,15 +106,15 @@ def test_an_engine_that_is_not_known_is_refused() -> None:
         plan("paper/late", engines=["nonsense"])
 
 
-class Noting(InProcess):
+class Noting(InProcessPool):
     """Starts no engine: notes which jobs it is asked for."""
 
     def __init__(self) -> None:
         self.jobs: list[Job] = []
 
-    def ask_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
+    def run_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
         for task in tasks:
-            assert isinstance(task, Observe)
+            assert isinstance(task, ObserveTask)
             self.jobs.append(task.job)
             yield Answer(Status.FAILED, "noted")
 
@@ -144,11 +144,11 @@ def test_what_is_explained_is_what_is_run(
     engines = ["pit", "pymunk", "box2d", "only-discs", "missing", "broken", "bad-profile"]
     chosen = Options(engines, timing=False, samples=False, certified=False, **options)
     for entry in catalogue().values():
-        planned, pool = plan_of([entry], chosen, InProcess()), Noting()
+        planned, pool = build_plan([entry], chosen, InProcessPool()), Noting()
         rows = execute(planned, pool).rows
         lines = dict(line.strip().split(": ", maxsplit=1) for line in explain(planned))
-        if "nothing is run" in lines:
-            assert {(row.status, row.reason) for row in rows} == {(Status.UNSUPPORTED, lines["nothing is run"])}
+        if "not run" in lines:
+            assert {(row.status, row.reason) for row in rows} == {(Status.UNSUPPORTED, lines["not run"])}
             assert pool.jobs == []
             continue
         told = {f"pit tuned at {line.removeprefix('PIT at ')}" for line in lines if line.startswith("PIT at ")}
@@ -172,22 +172,22 @@ def test_what_is_explained_is_what_is_run(
             for profile in info.profiles
             if profile in planned.profiles and f"{info.name} {profile}" not in there
         ]
-        assert set(others) <= {"skipped: another profile has the very same settings"}
+        assert set(others) <= {"skipped: another profile has the same settings"}
 
 
 def test_a_plan_of_no_jobs_says_so() -> None:
     """Where no engine has any of the usual profiles nothing is run, and each profile says that it is not there."""
     without = replace(
-        plan_of([catalogue()["paper/late"]], Options(["pymunk"]), InProcess()), jobs=(), profiles=("absent",)
+        build_plan([catalogue()["paper/late"]], Options(["pymunk"]), InProcessPool()), jobs=(), profiles=("absent",)
     )
     lines = list(explain(without))
-    assert lines[-1] == "  pymunk absent: skipped: it has no such profile"
+    assert lines[-1] == "  pymunk absent: skipped: no such profile"
     assert not any(line.startswith("  PIT at") for line in lines)
 
 
 def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where PIC has more impacts than a cross-check follows, the plan says that nothing is run, in the rows' words."""
     monkeypatch.setattr(reference, "MOST_IMPACTS", 3)
-    row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False, pool=InProcess()).rows[0]
+    row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False, pool=InProcessPool()).rows[0]
     assert row.status is Status.UNSUPPORTED
-    assert f"nothing is run: {row.reason}" in plan("classics/gas", engines=["pit"])
+    assert f"not run: {row.reason}" in plan("classics/gas", engines=["pit"])

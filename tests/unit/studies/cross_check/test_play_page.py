@@ -17,7 +17,7 @@ from carom.report.grid import build_grid
 from carom.report.replay import scene_replays
 from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.document import report_of
-from carom.studies.cross_check.play_page import THROWN, drag_link, thrown_page
+from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page, play_link
 from carom.web.page import with_gallery
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)
@@ -27,24 +27,24 @@ MANY = staged("many", disc_at(-1.5, 0, 1), *(disc_at(2 * k, 0) for k in range(10
 
 def test_a_link_names_the_scene_as_an_address_can() -> None:
     """Strokes, spaces and signs of its name are written so that the page reads the name back."""
-    assert drag_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
+    assert play_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
 
 
 def test_a_scene_that_the_page_does_not_show_has_no_link() -> None:
     """Too many discs: no link, and no page of these alone."""
-    assert drag_link(MANY) == ""
-    assert thrown_page([MANY]) == ""
+    assert play_link(MANY) == ""
+    assert build_play_page([MANY]) == ""
 
 
 def test_a_scene_on_a_table_that_slows_discs_has_a_link() -> None:
     """The page shows it."""
-    assert drag_link(PAIR.model_copy(update={"table_deceleration_m_s2": 0.5}))
+    assert play_link(PAIR.model_copy(update={"table_deceleration_m_s2": 0.5}))
 
 
 @pytest.mark.parametrize("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll"])
 def test_a_scene_of_one_disc_and_any_wall_has_a_link(name: str) -> None:
     """Edges, driven walls and contact that lasts are no reason to have none."""
-    assert drag_link(all_scenes()[name].scene)
+    assert play_link(all_scenes()[name].scene)
 
 
 def test_the_page_has_the_scenes_of_the_report_first() -> None:
@@ -59,7 +59,7 @@ def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, l
     """Beside `index.html`, and the replay's data has the link; elsewhere neither."""
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
     report_of(results).write(tmp_path)
-    assert (tmp_path / THROWN).exists() == linked
+    assert (tmp_path / PLAY_PAGE).exists() == linked
     (replay,) = scene_replays(results, build_grid(results), lambda _: "there")
     (bare,) = scene_replays(results, build_grid(results))
     assert replay != bare
@@ -92,7 +92,7 @@ def test_the_demo_opens_a_page_of_an_engine_that_misses(
     assert found.replay.observed.method == "pymunk"
     text = found.page.read_text()
     assert f'id="scenes" data-first="{found.replay.reference.scene.name}">' in text
-    assert "pymunk as shipped misses 1 of 1 impact at 24 steps a second" in repr(found)
+    assert "pymunk with default settings misses 1 of 1 impact at 24 steps a second" in repr(found)
 
 
 @pytest.mark.usefixtures("in_process")
@@ -125,5 +125,5 @@ def test_without_an_engine_carom_shows_its_own_pit(monkeypatch: pytest.MonkeyPat
 
 def test_a_page_of_another_kind_is_refused(tmp_path: Path) -> None:
     """The page ends in .html, and the message says so."""
-    with pytest.raises(carom.CaromError, match=r"ends in \.html"):
+    with pytest.raises(carom.CaromError, match=r"must end in \.html"):
         carom.demo(tmp_path / "demo.gif")

@@ -17,7 +17,7 @@ from carom.execution.results import Results
 from carom.report.grid import mark_of
 from carom.report.records import read_records, records
 from carom.report.render.html import html
-from carom.studies.cross_check.rebuild import redrawn_document
+from carom.studies.cross_check.rebuild import rebuild_document
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def folder(results: Results, tmp_path: Path) -> Path:
 
 def test_the_marks_drawn_again_are_those_of_the_run(results: Results, folder: Path) -> None:
     """The sentence counts the marks of the rows at their coarsest step, and the packed table has all rows' marks."""
-    document = redrawn_document(*read_records(folder / "results.jsonl"))
+    document = rebuild_document(*read_records(folder / "results.jsonl"))
     coarse = Counter(mark_of(row).word for row in results.rows if row.job.refinement == 0)
     counted = document.lead[0].partition("coarsest step: ")[2].removesuffix(".")
     assert sorted(counted.split("; ")) == sorted(f"{n} {word}" for word, n in coarse.items())
@@ -49,5 +49,5 @@ def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> N
     assert "Every scene" in page.read_text(encoding="utf-8")
     again = run.invoke(app, ["report", str(folder), "--page", str(page)])
     assert again.exit_code == 2
-    assert "is there already" in again.output
+    assert "already exists" in again.output
     assert "Every method" in run.invoke(app, ["report", str(folder)]).output

@@ -243,7 +243,7 @@ def test_an_mp4_is_made_of_every_frame(shown: Replay, tmp_path: Path, monkeypatc
 
 def test_what_cant_be_saved_is_said(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another ending is refused by name, an .mp4 without ffmpeg says what is missing, and no file is left."""
-    with pytest.raises(InputError, match=r"\.html, \.gif or \.mp4, not as '\.avi'"):
+    with pytest.raises(InputError, match=r"\.html, \.gif or \.mp4, got '\.avi'"):
         shown.save(tmp_path / "replay.avi")
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda _: False))
     with pytest.raises(MissingExtraError, match="needs the program ffmpeg"):
@@ -270,5 +270,5 @@ def test_an_engine_is_named_in_place_of_its_run() -> None:
 
 def test_a_run_that_is_given_has_a_step_of_its_own(shown: Replay) -> None:
     """A step beside a run that is there already would be of no effect, and is refused."""
-    with pytest.raises(InputError, match="dt is the step of an engine that is named"):
+    with pytest.raises(InputError, match="dt is allowed only with an engine name"):
         carom.replay(shown.reference, shown.observed, dt=0.1)

@@ -31,7 +31,7 @@ from carom.report.render.terminal import terminal
 from carom.studies.cross_check import sampling_cost as price
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.overview import overview
-from carom.studies.cross_check.sampling_cost import price_chart, price_section, prices
+from carom.studies.cross_check.sampling_cost import draw_sampling_costs, measure_engine_costs, sampling_cost_section
 from carom.studies.cross_check.tables import cell_sections, spread_section
 
 
@@ -66,7 +66,7 @@ def table_of(section: Section) -> Table:
 
 
 def price_of(results: Results) -> Section:
-    return price_section(prices(build_grid(results)))
+    return sampling_cost_section(measure_engine_costs(build_grid(results)))
 
 
 def of_toy(results: Results) -> dict[str, str]:
@@ -87,8 +87,8 @@ def in_every_medium(section: Section) -> tuple[str, str, str]:
 
 def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(results: Results) -> None:
     """An engine that equals PIT in every scene is told so, in every format: it pays, and nothing is its own."""
-    (toy,) = prices(build_grid(results))
-    assert (toy.column.engine, len(toy.equal), toy.different) == ("toy", 3, [])
+    (toy,) = measure_engine_costs(build_grid(results))
+    assert (toy.column.engine, len(toy.equal_scores), toy.scenes_unlike_pit) == ("toy", 3, [])
     said = of_toy(results)
     own = said["velocity error of its own, median"]
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
@@ -125,8 +125,8 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
 
 def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
     """With one method in the chart its marks lie within the frame, by more than the radius of the larger."""
-    (toy,) = prices(build_grid(results))
-    svg = price_chart([toy], "chart")
+    (toy,) = measure_engine_costs(build_grid(results))
+    svg = draw_sampling_costs([toy], "chart")
     frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
     left, top, width, height = map(float, sure(frame).groups())
     marks = re.findall(r'<g clip-path[^>]*>\s*<use [^>]*?x="([\d.]+)" y="([\d.]+)"', svg)
@@ -140,10 +140,10 @@ def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
     """One whose velocities are 10 % too fast in one scene has so much of its own there, and is not PIT there."""
     late = "paper/late"
     worse = with_toy(results, {late: 1.1})
-    (toy,) = prices(build_grid(worse))
+    (toy,) = measure_engine_costs(build_grid(worse))
     score = toy.scores[late]
     assert score.own_velocity == min(sure(score.against_pit).velocity, score.total.velocity) > 0.01
-    assert toy.different == [late]
+    assert toy.scenes_unlike_pit == [late]
     assert of_toy(worse)["equals PIT"] == f"2 of 3 not {late}"
 
 
@@ -202,7 +202,11 @@ def test_the_price_is_one_number_wherever_it_stands() -> None:
     rows = (*found.rows, *(row for row, was in zip(toy, found.rows, strict=True) if was.job.engine == "pit"))
     of_all = replace(found, rows=rows)
     grid = build_grid(of_all)
-    tables = [block for block in next(iter(overview(of_all, grid, prices(grid)))).blocks if isinstance(block, Table)]
+    tables = [
+        block
+        for block in next(iter(overview(of_all, grid, measure_engine_costs(grid)))).blocks
+        if isinstance(block, Table)
+    ]
     heads, lines = tables[-1].shown(Medium.MARKDOWN)
     (line,) = (line for line in lines if line[0].line == "toy tuned")
     shown = line[[head.line for head in heads].index("error / PIT's")].text

@@ -33,9 +33,9 @@ from carom.report.render.terminal import terminal
 from carom.report.replay import impact_rows
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.studies.cross_check.divergences import divergences
+from carom.studies.cross_check.divergences import find_divergences
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.sampling_cost import prices
+from carom.studies.cross_check.sampling_cost import measure_engine_costs
 from carom.studies.cross_check.tables import run_time_section, settings_section
 from carom.studies.cross_check.trend import build_trend
 
@@ -243,9 +243,14 @@ def test_verdict_line_with_other_steps_does_not_speak_of_frame_rates(results: Re
 def test_an_engine_that_is_pit_is_found_out(results: Results) -> None:
     """An engine whose impacts are PIT's in every scene is told to be PIT, with the largest difference."""
     grid = build_grid(results)
-    (found,) = prices(grid)
-    assert (found.column.engine, len(found.equal), len(found.scores), found.different) == ("toy", 3, 3, [])
-    assert found.beside_pit == 0.0
+    (found,) = measure_engine_costs(grid)
+    assert (found.column.engine, len(found.equal_scores), len(found.scores), found.scenes_unlike_pit) == (
+        "toy",
+        3,
+        3,
+        [],
+    )
+    assert found.pit_difference == 0.0
     assert "toy tuned in 3 of 3 scenes" in said(results)
 
 
@@ -349,9 +354,9 @@ def test_nothing_run_is_still_a_report(results: Results) -> None:
 def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
     """A picture of very many discs shows nothing and weighs megabytes: such a scene is not among the pictures."""
     grid = build_grid(results)
-    paper, _ = divergences(results, grid)
+    paper, _ = find_divergences(results, grid)
     assert len(paper) == 2
-    assert divergences(results, grid, most_discs=1) == ((), ())
+    assert find_divergences(results, grid, most_discs=1) == ((), ())
 
 
 @each(

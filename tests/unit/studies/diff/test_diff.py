@@ -104,7 +104,7 @@ def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_nam
     assert any(cause.startswith("velocities after an impact are off (by up to 0.001 ") for cause in change.causes)
     done = carom_command("diff", str(old), str(new))
     assert done.exit_code == 1, done.output
-    for words in ("1 worse; 1 cell without a change.", "Worst: row on mine tuned at 1/60 s, exact → ", "0.001"):
+    for words in ("1 worse; 1 cell unchanged.", "Worst: row on mine tuned at 1/60 s, exact → ", "0.001"):
         assert words in told(done)
 
 
@@ -248,7 +248,7 @@ def test_several_pairs_of_engines_are_compared_at_once(write: Write) -> None:
     assert only(found).method == "b tuned → e tuned"
     assert found.unchanged == 1
     done = carom_command("diff", str(old), str(new), "-e", "a=d", "-e", "b=e")
-    assert (done.exit_code, "1 worse; 1 cell without a change." in done.output) == (1, True), done.output
+    assert (done.exit_code, "1 worse; 1 cell unchanged." in done.output) == (1, True), done.output
 
 
 def test_what_vanishes_appears_crashes_and_recovers_is_told(write: Write) -> None:
@@ -305,7 +305,7 @@ def test_every_medium_shows_the_change_and_escapes_names(write: Write) -> None:
     found = diff(write("old", engines), write("new", {name: sideways(1e-3) for name in engines}))
     document = diff_document(found, "old", "new")
     text, page = markdown(document), html(document)
-    assert text.startswith(f"# Carom diff: old → new\n\n{MOST_ROWS + 2} worse; 0 cells without a change.")
+    assert text.startswith(f"# Carom diff: old → new\n\n{MOST_ROWS + 2} worse; 0 cells unchanged.")
     assert "2 more are not shown" in text
     assert "<b>" not in text.replace("\\<", "")
     assert page.count("&lt;b&gt;") >= MOST_ROWS + 2

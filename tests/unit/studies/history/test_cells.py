@@ -164,7 +164,7 @@ def test_conditions_and_names_select(asked: list[str] | None, most: int, found: 
 @each(
     ("word", "told"),
     [
-        ("2.3.2", "no release '2.3.2' is listed; did you mean '2.3.1'"),
+        ("2.3.2", "there is no release '2.3.2'; did you mean '2.3.1'"),
         ("--index-url=x", "a version must begin with a digit"),
         (">=x", "a version must begin with a digit"),
         ("1..--x", "a version must begin with a digit"),

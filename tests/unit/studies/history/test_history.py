@@ -61,7 +61,7 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
     assert [release.version for release in found.releases if release.unseen] == ["1.6"]
     assert registry.installed == ["1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6"]
     text = markdown(history_document(found))
-    assert "its adapter sees no contact of this release" in text
+    assert "the adapter reads no contacts of this release" in text
     assert "1.1 → 1.2: 1 worse." in text
     part = section(found, "By hand.")  # of the page that `make history` writes
     assert part.startswith(f"## {found.origin.engine}\n\nBy hand.\n\n")
@@ -159,7 +159,7 @@ def test_the_command_writes_its_report_and_its_code_says_whether_the_newest_is_w
     assert listed.output.splitlines()[0] == "2.0"
     assert listed.output.splitlines()[-1].split(maxsplit=1) == [
         "0.9",
-        "older than 1.0, the oldest that the adapter drives",
+        "older than 1.0, the oldest supported release",
     ]
     found = carom_command("history", "toy", "--versions", "1.0..1.3", "--bisect", f"{scene}:default:1/20")
-    assert "1.2 does otherwise than 1.1, which does as 1.0, the oldest (worse: error of velocities" in told(found)
+    assert "1.2 differs from 1.1, which agrees with the oldest, 1.0 (worse: error of velocities" in told(found)

@@ -13,9 +13,9 @@ from tests.stage import sure
 
 from carom import Trace, load_scene, solve_pic, solve_pit
 from carom.catalogue import Complaint, Symptom, all_scenes
-from carom.execution.engine_run import Observe
+from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Method, Status, Task
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.model.scene import Need
 from carom.model.trace import Outcome
 from carom.studies.stress.attack import Attack
@@ -32,14 +32,14 @@ def attack() -> Attack:
     return next(attack for _, attack in attacks() if attack.name == "mass-ratio")
 
 
-class Answering(InProcess):
+class Answering(InProcessPool):
     """A method that is PIC up to a mass of `threshold` and does not answer beyond."""
 
     def __init__(self, threshold: float) -> None:
         self.threshold = threshold
 
-    def ask(self, task: Task[Any]) -> Answer[Any]:
-        assert isinstance(task, Observe)
+    def run(self, task: Task[Any]) -> Answer[Any]:
+        assert isinstance(task, ObserveTask)
         if task.job.scene.discs[1].mass_kg > self.threshold:
             return Answer(Status.CRASHED, "signal 11")
         return Answer(Status.RAN, value=solve_pic(task.job.scene))
@@ -70,7 +70,7 @@ def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, endi
 @pytest.mark.usefixtures("hostile")
 def test_an_unavailable_engine_is_a_reason_and_no_number(attack: Attack, tmp_path: Path) -> None:
     """An engine that is not installed has no breaking point, and its cell says why."""
-    spot = breaking_point(attack, Method("missing", "tuned"), InProcess(), scenes=tmp_path / "scenes", quick=True)
+    spot = breaking_point(attack, Method("missing", "tuned"), InProcessPool(), scenes=tmp_path / "scenes", quick=True)
     assert (spot.ending, spot.value) == (SpotEnding.NOT_RUN, None)
     assert "unavailable: surely_not_installed is not installed" in spot.reason
 

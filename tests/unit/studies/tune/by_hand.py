@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from carom.catalogue import find_scenes
 from carom.execution.job import Method
 from carom.execution.pool import LocalPool
-from carom.execution.reference import reference_of, reference_trace
+from carom.execution.reference import build_reference, solve_reference
 from carom.model.trace import Trace
 from carom.studies.tune.evaluate import Jury
 from carom.studies.tune.objective import Merit, merit_of
@@ -18,8 +18,8 @@ from carom.studies.tune.run import tune
 def merits(engine: str, profiles: Sequence[str], trials: int) -> tuple[Merit, list[Merit]]:
     """Return the merit of what is found from the shipped settings, and that of each profile."""
     scenes = [entry.scene for entry in find_scenes(["classics"])]
-    traces = {scene: trace for scene in scenes if isinstance(trace := reference_trace(scene), Trace)}
-    ends = {scene.name: reference_of(trace, None).horizon_s for scene, trace in traces.items()}
+    traces = {scene: trace for scene in scenes if isinstance(trace := solve_reference(scene), Trace)}
+    ends = {scene.name: build_reference(trace, None).horizon_s for scene, trace in traces.items()}
     with LocalPool() as pool:
         steps = {scene: 1 / scene.frame_rate_hz for scene in scenes}
         jury = Jury(steps, {name: end_s for name, end_s in ends.items() if end_s is not None}, pool)

@@ -16,7 +16,7 @@ from carom.comparator import Grade
 from carom.engines.api import Knob
 from carom.errors import InputError
 from carom.execution.job import Method
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.model.trace import Setting
 from carom.studies.tune.evaluate import Jury, tune_journal
 from carom.studies.tune.objective import Judged
@@ -162,7 +162,7 @@ def test_a_search_goes_on_from_its_journal(tmp_path: Path) -> None:
     steps = {scene: 1 / scene.frame_rate_hz for scene in scenes}
     method = Method("pymunk", "default", (("iterations", 3),))
     path = tmp_path / "journal.jsonl"
-    with InProcess() as pool, tune_journal(path) as journal:
+    with InProcessPool() as pool, tune_journal(path) as journal:
         before = Jury(steps, {}, pool, journal).judge(method, scenes)
     assert [one.grade for one in before] == [Grade.UNGRADED, Grade.SAMPLED]  # the first has no impact to be graded by
     with tune_journal(path, resume=True) as journal:
@@ -170,9 +170,9 @@ def test_a_search_goes_on_from_its_journal(tmp_path: Path) -> None:
     assert repr(again) == repr(before)  # NaN of the scene without an impact is unequal to itself
 
 
-class _Idle(InProcess):
+class _Idle(InProcessPool):
     """A pool that must not be asked for anything."""
 
-    def ask_each(self, tasks: Sequence[object]) -> object:  # type: ignore[override] # it only fails
+    def run_each(self, tasks: Sequence[object]) -> object:  # type: ignore[override] # it only fails
         """Fail."""
         raise AssertionError(tasks)
