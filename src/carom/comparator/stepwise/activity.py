@@ -170,7 +170,7 @@ def _find_impacts(
         turned = [body for body in pair if law.movable(body)]
         for body in turned:
             struck[body] += 1
-            flown[body] = (time_s, state.only(body))
+            flown[body] = (time_s, state.only((body,)))
         if at_once > _AT_ONCE and not law.driven and _fastest_closing(block, flown) <= slow:
             return
         for other in {other for body in turned for other in near[body]}:

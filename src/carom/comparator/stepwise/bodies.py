@@ -7,6 +7,7 @@ and closes meets at once. The times of impact and the law are those of the core.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from carom.comparator.stepwise.law import NO_FEATURE, TOUCH, FiniteWall, Law, Pair
@@ -50,10 +51,11 @@ class BodyStates:
         self.velocity |= other.velocity
         self.spin |= other.spin
 
-    def only(self, disc: int) -> BodyStates:
-        """Return the state of one of them."""
-        alone = {disc: self.xy[disc]}, {disc: self.velocity[disc]}, {disc: self.spin[disc]}
-        return BodyStates(self.law, *alone, self.time_s)
+    def only(self, bodies: Iterable[int]) -> BodyStates:
+        """Return the state of the discs among some bodies."""
+        discs = [body for body in bodies if body < self.law.n]
+        xy, velocity = ({disc: of[disc] for disc in discs} for of in (self.xy, self.velocity))
+        return BodyStates(self.law, xy, velocity, {disc: self.spin[disc] for disc in discs}, self.time_s)
 
     def of_body(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the position and velocity of a body: of a wall how far it has moved."""
@@ -167,7 +169,7 @@ class BodyStates:
 
     def _wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
         """Return what `wait` does, from one stop to the next; `leaving` is how fast two part that have just met."""
-        (i, j), law, there, passed = pair, self.law, self.of_pair(pair), 0.0
+        (i, j), law, there, passed = pair, self.law, self.only(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
         # Both stop before. A hundredth is far more than either side is rounded by: whatever is nearer is solved for.
         if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * law.slowing.table_m_s2):
@@ -192,13 +194,6 @@ class BodyStates:
                 return math.inf
             there.fly(stops)
             passed, leaving, last = passed + stops, None, NO_FEATURE
-
-    def of_pair(self, pair: Pair) -> BodyStates:
-        """Return the state of the discs of a pair alone."""
-        alone = self.only(pair[0])
-        if pair[1] < self.law.n:
-            alone.take(self.only(pair[1]))
-        return alone
 
     def undamped_wait(self, pair: Pair, last: int) -> float:
         """Return what `wait` does, without damping, and as if a driven body of the pair went on as it does now."""

@@ -299,7 +299,7 @@ def _turn_on_table_s(window: Window, pair: Pair) -> float:
     """Return the same as `_turn_s` on a table, where both paths bend."""
 
     def apart(time_s: float) -> tuple[Array, Array]:
-        before, after = window.start.of_pair(pair), window.now.of_pair(pair)
+        before, after = window.start.only(pair), window.now.only(pair)
         before.fly(time_s)
         after.fly(time_s - window.lasts)
         (p, u), (q, v) = ((_between(state, pair)) for state in (before, after))

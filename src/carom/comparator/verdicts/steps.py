@@ -61,19 +61,19 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     """Report that steps are straight and at one speed where paths are not: an effect of the integrator."""
     local, dt_s, scene = judged.local_truth, judged.observed.dt_s, judged.reference.scene
-    slowing = Slowing.of(scene)
-    if local is not None and local.polygon and slowing:
-        off_m = 0.5 * slowing.bends(judged.scales.speed_m_s) * dt_s * dt_s
-        bend = "c |v|" if scene.damping_per_s else "a"
-        yield Finding(
+    if local is None or not local.polygon:
+        return
+    verdict, bends, bend, path, where = (Verdict.POLYGON, math.hypot(*scene.gravity_m_s2), "|g|", "parabola", "")
+    if slowing := Slowing.of(scene):
+        verdict, bends, path, where = (
             Verdict.DAMPED_POLYGON,
-            f"each step ends up to half of {bend} dt^2 off its path, {metres(off_m)} at the scene's speed; it adds up",
+            slowing.bends(judged.scales.speed_m_s),
+            "path",
+            " at the scene's speed",
         )
-    elif local is not None and local.polygon:
-        off_m = 0.5 * math.hypot(*scene.gravity_m_s2) * dt_s * dt_s
-        yield Finding(
-            Verdict.POLYGON, f"each step ends up to half of |g| dt^2 off its parabola, {metres(off_m)}; it adds up"
-        )
+        bend = "c |v|" if scene.damping_per_s else "a"
+    off = metres(0.5 * bends * dt_s * dt_s)
+    yield Finding(verdict, f"each step ends up to half of {bend} dt^2 off its {path}, {off}{where}; it adds up")
 
 
 def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Finding]:
