@@ -63,17 +63,16 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     local, dt_s, scene = judged.local_truth, judged.observed.dt_s, judged.reference.scene
     if local is None or not local.polygon:
         return
-    verdict, bends, bend, path, where = (Verdict.POLYGON, math.hypot(*scene.gravity_m_s2), "|g|", "parabola", "")
-    if slowing := Slowing.of(scene):
-        verdict, bends, path, where = (
-            Verdict.DAMPED_POLYGON,
-            slowing.bends(judged.scales.speed_m_s),
-            "path",
-            " at the scene's speed",
-        )
-        bend = "c |v|" if scene.damping_per_s else "a"
+    slowing = Slowing.of(scene)
+    bends = slowing.bends(judged.scales.speed_m_s) if slowing else math.hypot(*scene.gravity_m_s2)
     off = metres(0.5 * bends * dt_s * dt_s)
-    yield Finding(verdict, f"each step ends up to half of {bend} dt^2 off its {path}, {off}{where}; it adds up")
+    if slowing:
+        bend = "c |v|" if scene.damping_per_s else "a"
+        reason = f"each step ends up to half of {bend} dt^2 off its path, {off} at the scene's speed; it adds up"
+        yield Finding(Verdict.DAMPED_POLYGON, reason)
+    else:
+        reason = f"each step ends up to half of |g| dt^2 off its parabola, {off}; it adds up"
+        yield Finding(Verdict.POLYGON, reason)
 
 
 def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Finding]:
