@@ -85,15 +85,11 @@ def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Findi
         yield Finding(Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} impacts due, {local.first_missed}; {pit}")
     if local.invented and (local.invented != len(alignment.spurious) or judged.has_diverged_before_miss):
         yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
-    if local.grade is Grade.INACCURATE and (
-        judged.has_diverged_before_miss or not judged.compared.is_whole_run or not has_findings
-    ):
+    is_shown = judged.compared.is_whole_run and has_findings and not judged.has_diverged_before_miss
+    if local.grade is Grade.INACCURATE and not is_shown:
         yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
-    if (
-        local.grade in (Grade.CLOSE, Grade.SAMPLED)
-        and not has_findings
-        and not (judged.compared.is_whole_run and local.agrees_alone)
-    ):
+    agrees = judged.compared.is_whole_run and local.agrees_alone
+    if local.grade in (Grade.CLOSE, Grade.SAMPLED) and not (has_findings or agrees):
         yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_costs(local)))
 
 
@@ -118,11 +114,8 @@ def _faults(local: LocalScore) -> Iterator[str]:
     if local.worse_than_pit:
         free = math.isinf(local.ratio[1])
         worst = "some where PIT pays nothing" if free else f"up to {number(local.ratio[1], 4)} times as much"
-        off = (
-            f", restitution off by {number(local.restitution[0], 3)} at the median"
-            if local.restitution[0] > 0.0
-            else ""
-        )
+        typical = local.restitution[0]
+        off = f", restitution off by {number(typical, 3)} at the median" if typical > 0.0 else ""
         yield f"{local.worse_than_pit} {judged} pay more than PIT, {worst}{off}"
     if local.early:
         yield f"{local.early} {judged} come early, by up to {number(local.early_steps, 3)} steps"
