@@ -133,16 +133,13 @@ def first_group(reference: Trace) -> Group | None:
         if linked <= discs:
             break
         discs |= linked
-    own = tuple(c for c in contacts if c[0] in discs and (c[1] < 0 or c[1] in discs))
+    own = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
     rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last one stays
-    ended = [(disc, flights[disc]) for disc in sorted(discs)]
-    kept = [flight.damping.kept(time_s - flight.begin_s) for _, flight in ended]
-    motion = np.array(
-        [(*flight.velocity_at(time_s), rim[disc] * left) for (disc, flight), left in zip(ended, kept, strict=True)]
-    )
-    return Group(time_s, tuple(sorted(discs)), own, motion)
+    ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
+    motion = [(*flight.velocity_at(time_s), r * flight.damping.kept(time_s - flight.begin_s)) for flight, r in ended]
+    return Group(time_s, tuple(sorted(discs)), own, np.array(motion))
 
 
 def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
@@ -173,14 +170,9 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
         if not active:
             told = ", then ".join(path[:MOST_TOLD]) or "no impact"
             found.append(AdmissibleOutcome(told + ", and so on" * (len(path) > MOST_TOLD), motion))
-        # Last first, so that the stack gives the lower body numbers first.
-        stack += [
-            (
-                _struck(scene, c, motion, row),
-                (*path, f"{c.first} on {c.second if c.second >= 0 else body_name(c.second)}"),
-            )
-            for c in reversed(active)
-        ]
+        for contact in reversed(active):  # last first, so that the stack gives the lower body numbers first
+            struck = contact.second if contact.second >= 0 else body_name(contact.second)
+            stack.append((_struck(scene, contact, motion, row), (*path, f"{contact.first} on {struck}")))
     at_once = _at_once(scene, group, row, tolerance)
     if at_once is not None and all(np.max(np.abs(at_once - o.motion_m_s)) > cell for o in found):
         found.append(AdmissibleOutcome("all at once", at_once))

@@ -94,6 +94,12 @@ class BodyStates:
             self.spin[disc] *= kept
         self.time_s += seconds
 
+    def later(self, seconds: float, resting: Pair | None = None) -> BodyStates:
+        """Return the state some seconds later, as `fly` moves it."""
+        state = self.copy()
+        state.fly(seconds, resting)
+        return state
+
     def _drive_on(self, disc: int, drive: Drive, seconds: float) -> None:
         begin_s, end_s = self.time_s, self.time_s + seconds
         leg = drive.leg_at(end_s * TOUCH)
@@ -150,8 +156,7 @@ class BodyStates:
     def wait_later(self, pair: Pair) -> float:
         """Return the seconds until they meet on a leg that a driven one of them has yet to begin."""
         for leg in self.law.later_legs(pair, self.time_s):
-            there = self.copy()
-            there.fly(leg.begin_s - self.time_s)
+            there = self.later(leg.begin_s - self.time_s)
             wait = there.undamped_wait(pair, NO_FEATURE)
             if there.time_s + wait < leg.end_s:
                 self.met |= {pair: there.met[pair]} if pair in there.met else {}
