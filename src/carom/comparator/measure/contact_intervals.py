@@ -89,8 +89,7 @@ def measure_contact_quality(reference: Trace, truth: States, seen: States, dt_s:
         if inside[-1]:
             gaps.append(float(np.mean(gap[-LAST:])))
             hops.append(math.sqrt(float(np.mean(speed[-LAST:] ** 2))))
-    farthest = max(gaps, key=lambda gap: -1.0 if math.isnan(gap) else abs(gap))
-    return ContactQuality(farthest, *(float(np.fmax.reduce(of)) for of in (depths, hops, left)))
+    return ContactQuality(_largest_known(gaps), *(float(np.fmax.reduce(of)) for of in (depths, hops, left)))
 
 
 def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: float) -> Ends:
@@ -121,7 +120,12 @@ def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float
             if of.spin_rad_s is not None
         ]
         slips.append(_late(truth.time_s[rows], slip[0], slip[1], pressed * few))
-    return Ends(*(max(of, key=lambda late: -1.0 if math.isnan(late) else abs(late)) for of in (bounces, slips)))
+    return Ends(_largest_known(bounces), _largest_known(slips))
+
+
+def _largest_known(values: list[float]) -> float:
+    """Return the value of the largest magnitude; NaN where all are NaN."""
+    return max(values, key=lambda value: -1.0 if math.isnan(value) else abs(value))
 
 
 def _late(times_s: Array, truth: Array, seen: Array, fast: float) -> float:

@@ -226,14 +226,13 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
         return
     beyond = judged.measured.ends > judged.end_rounding(judged.measured, exactly=True)
     worst = judged.measured.largest
-    for is_off, verdict, error, scale in zip(
-        beyond.any(axis=1).tolist(),
-        (Verdict.MISPLACED, Verdict.WRONG_END, Verdict.WRONG_LAST_SPIN),
-        (worst.final_position, worst.final_velocity, worst.final_spin),
-        ("the largest radius", "the scene's speed", "the scene's speed of rims"),
-        strict=True,
-    ):
-        if is_off:
+    rules = (
+        (Verdict.MISPLACED, worst.final_position, "the largest radius"),
+        (Verdict.WRONG_END, worst.final_velocity, "the scene's speed"),
+        (Verdict.WRONG_LAST_SPIN, worst.final_spin, "the scene's speed of rims"),
+    )
+    for row, (verdict, error, scale) in zip(beyond, rules, strict=True):
+        if np.any(row):
             yield Finding(verdict, f"by up to {number(error, 3)} of {scale}")
 
 
