@@ -42,28 +42,18 @@ def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
     own, rounding = run.consistency, run.rounding
     if own is None:
         return
-    speed, two_discs = "of the scene's speed", "for the centre of mass of the two discs"
-    rims = "of the scene's speed of rims"
-    degrees, rounding_s = math.degrees(own.normal_rad), rounding * run.scales.time_s
-    for verdict, size, allowed, reason in (
-        (
-            Verdict.TURNS,
-            own.velocity.size,
-            rounding,
-            f"{number(own.velocity.size, 3)} {speed}, {_format_since(own.velocity)}",
-        ),
-        (Verdict.SPINS, own.spin.size, rounding, f"{number(own.spin.size, 3)} {rims}, {_format_since(own.spin)}"),
-        (Verdict.MOMENTUM, own.momentum, rounding, f"{number(own.momentum, 3)} {speed}, {two_discs}"),
-        (Verdict.WRONG_STAMP, own.stamp_s, rounding_s, format_seconds_and_steps(own.stamp_s, run)),
-        (
-            Verdict.WRONG_NORMAL,
-            own.across,
-            rounding,
-            f"{number(degrees, 3)} degrees from what the velocities change by",
-        ),
+    speed, rims, degrees = "of the scene's speed", "of the scene's speed of rims", math.degrees(own.normal_rad)
+    for verdict, size, reason in (
+        (Verdict.TURNS, own.velocity.size, f"{speed}, {_format_since(own.velocity)}"),
+        (Verdict.SPINS, own.spin.size, f"{rims}, {_format_since(own.spin)}"),
+        (Verdict.MOMENTUM, own.momentum, f"{speed}, for the centre of mass of the two discs"),
     ):
-        if not size <= allowed:
-            yield Finding(verdict, f"by up to {reason}")
+        if not size <= rounding:
+            yield Finding(verdict, f"by up to {number(size, 3)} {reason}")
+    if not own.stamp_s <= rounding * run.scales.time_s:
+        yield Finding(Verdict.WRONG_STAMP, f"by up to {format_seconds_and_steps(own.stamp_s, run)}")
+    if not own.across <= rounding:
+        yield Finding(Verdict.WRONG_NORMAL, f"by up to {number(degrees, 3)} degrees from what the velocities change by")
     if not own.normal_length <= rounding:
         yield Finding(Verdict.WRONG_NORMAL, f"their length is up to {number(own.normal_length, 3)} off 1")
 
