@@ -36,9 +36,9 @@ from carom_adapters.box2d.limits import (
     require_usable,
 )
 from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
-from carom_adapters.engine_adapter import vectors
-from carom_adapters.legs import Driven, Legs, first_velocity
-from carom_adapters.pieces import thickness_of
+from carom_adapters.shared.engine_adapter import vectors
+from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.walls import thickness_of
 
 #: Collision categories of the shapes that a disc has for other discs, and for walls.
 AMONG_DISCS, BEFORE_WALLS = 0x0001, 0x0002

@@ -23,7 +23,6 @@ from carom.engines.api import (
     pair_of,
     require_supported,
 )
-from carom_adapters.legs import Driven, Legs, first_velocity
 from carom_adapters.mujoco.limits import (
     CAPABILITIES,
     LARGEST_VALUE,
@@ -31,7 +30,8 @@ from carom_adapters.mujoco.limits import (
     require_usable,
 )
 from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bodies, mass_unit, mjcf
-from carom_adapters.pieces import find_walls_in_pieces, sum_contacts
+from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
 
 #: Compiled models that are kept for scenes that differ in their start states alone: one for each profile, and a few
 #: steps of each.

@@ -29,9 +29,6 @@ from carom.engines.api import (
     require_supported,
     wall_body,
 )
-from carom_adapters.engine_adapter import vectors
-from carom_adapters.legs import Driven, Legs, first_velocity
-from carom_adapters.pieces import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 from carom_adapters.pybullet.limits import (
     BODY_SETTINGS,
     CAPABILITIES,
@@ -42,6 +39,9 @@ from carom_adapters.pybullet.limits import (
     SHIPPED_SPIN_CLAMP_RAD_S,
     WORLD_SETTINGS,
 )
+from carom_adapters.shared.engine_adapter import vectors
+from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.walls import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1

@@ -1,4 +1,4 @@
-"""Adapter of Newton, which computes on Warp: three dimensions, 32-bit floats, its XPBD solver on the processor."""
+"""A scene in Newton: a model of spheres in the plane y = 0, run step by step."""
 
 from __future__ import annotations
 
@@ -10,14 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.engines.api import (
-    Accuracy,
-    Capabilities,
     Contact,
-    ContactTimes,
-    Engine,
-    Knob,
     Observation,
-    Profile,
     Scene,
     Setting,
     StepClock,
@@ -26,36 +20,7 @@ from carom.engines.api import (
     require_supported,
     wall_body,
 )
-from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
-from carom_adapters.newton_code import code
-
-#: Arguments of the solver, as it keeps them; ``gap`` is of each shape, and ``speculative_contact_gap_max`` of the
-#: collision, off where it is not asked for. What a profile leaves out stays as it is shipped.
-OF_THE_SOLVER = (
-    "iterations",
-    "rigid_contact_relaxation",
-    "rigid_contact_restitution_iterations",
-    "rigid_contact_con_weighting",
-    "enable_restitution",
-)
-SPECULATIVE = "speculative_contact_gap_max"
-SETTINGS = (*OF_THE_SOLVER, "gap", SPECULATIVE)
-LEAST = {"iterations": 1, "rigid_contact_restitution_iterations": 0, "gap": 0.0, SPECULATIVE: 0.0}
-
-CAPABILITIES = Capabilities(
-    gravity=True,
-    restitution=(0.0, 1.0),
-    # In each step that has contacts, what is slower than 0.1 mm/s stands still, and two close at up to twice that.
-    # Above it a disc at rest may lose the first push of an impact, if that is as slow, and half of it of what parts.
-    restitution_threshold_m_s=2e-4,
-    contact_times=ContactTimes.STEP,
-    float_bits=32,
-    dimensions=3,
-)
-
-
-#: Of a step that begins in contact: bodies move on by its whole length before they are pushed apart.
-LATE = Accuracy(late_steps=1.0)
+from carom_adapters.newton.limits import CAPABILITIES, LEAST, OF_THE_SOLVER, SETTINGS, SPECULATIVE
 
 
 class NewtonWorld:
@@ -192,54 +157,3 @@ class NewtonWorld:
 def _space(vector: tuple[float, float]) -> tuple[float, float, float]:
     """Return a vector of the scene in space."""
     return vector[0], 0.0, vector[1]
-
-
-def _default(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "enable_restitution": True}
-
-
-def _tuned(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "enable_restitution": True, "gap": 0.0, SPECULATIVE: 1.0}
-
-
-def _overlapping(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "enable_restitution": True, "gap": 0.0}
-
-
-adapter = EngineAdapter(
-    name="newton",
-    engine=Engine(
-        "Newton",
-        module="newton",
-        distribution="newton",
-        install="pip install 'carom[newton]'",
-        newest_tried="1.8.0",
-    ),
-    capabilities=CAPABILITIES,
-    knobs={
-        "iterations": Knob(1, 64, log=True),
-        "rigid_contact_relaxation": Knob(0.1, 1.0),
-        "rigid_contact_restitution_iterations": Knob(1, 64, log=True),
-        "rigid_contact_con_weighting": Knob(choices=(False, True)),
-        "gap": Knob(0.0, 0.1),
-        SPECULATIVE: Knob(0.0, 1.0),
-    },
-    profiles={
-        "default": Profile(
-            "What a user of Newton's XPBD solver gets who turns restitution on: all else as shipped, with the scene's "
-            "restitution and without friction.",
-            _default,
-            changed={
-                "restitution": OF_THE_SCENE,
-                "mu": OF_THE_SCENE,
-                "enable_restitution": "on: without it the solver ignores every restitution",
-            },
-        ),
-        "tuned": tuned(
-            "contacts are looked for as far ahead as discs move in the step, up to 1 m, and no farther", _tuned
-        ),
-        "located": located("Newton's own collision", _overlapping, LATE, ", nothing looked for ahead"),
-    },
-    world=NewtonWorld,
-    code=code,
-)

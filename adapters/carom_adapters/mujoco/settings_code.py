@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from xml.etree import ElementTree
 
 from carom.engines.api import AdapterError, Scene, Setting, require_supported, wall_index
-from carom_adapters.code import comment, steps_of
-from carom_adapters.legs import has_legs
 from carom_adapters.mujoco.limits import CAPABILITIES, answers_in_turn, require_usable
 from carom_adapters.mujoco.model import in_order_of_bodies, mass_unit, mjcf
+from carom_adapters.shared.legs import has_legs
+from carom_adapters.shared.settings_code import comment, steps_of
 
 
-def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the model of `mjcf`, laid out to be read, with what all its geoms, or pairs, share said once."""
     require_usable(scene, settings)
     require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Chain, Ring, Scene, Setting, Wall, is_fast
-from carom_adapters.code import arguments, comment, steps_of
-from carom_adapters.legs import Driven, first_velocity, legs_by_step, python_end
-from carom_adapters.pieces import cut_chain, factored_walls, thickness_of
 from carom_adapters.pybullet.limits import WORLD_SETTINGS
 from carom_adapters.pybullet.world import capsule_of, dynamics_of, moments_of, require_usable, resistance_of
+from carom_adapters.shared.legs import Driven, first_velocity, legs_by_step, python_end
+from carom_adapters.shared.settings_code import arguments, comment, steps_of
+from carom_adapters.shared.walls import cut_chain, factored_walls, thickness_of
 
 #: Bullet takes each body's times the other's friction, in metres: discs have none.
 ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, metres\n"
 
 
-def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the client that `PybulletWorld` sets up as a program."""
     require_usable(scene, settings)
     dt_s, turns = float(settings["dt_s"]), scene.arrays.turns

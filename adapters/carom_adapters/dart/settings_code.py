@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting, factored_restitutions, require_sound, require_supported
-from carom_adapters.code import PYTHON_END, arguments, comment, steps_of
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, SETTINGS
+from carom_adapters.shared.settings_code import PYTHON_END, arguments, comment, steps_of
 
 
-def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the world that `DartWorld` sets up as a program.
 
     Raises:

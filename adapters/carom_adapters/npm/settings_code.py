@@ -13,7 +13,7 @@ from pathlib import Path
 from carom.engines.api import Scene, Setting
 from carom.engines.protocol.adapter import ProgramAdapter
 from carom.engines.protocol.manifest import load_manifest
-from carom_adapters.code import comment, steps_of
+from carom_adapters.shared.settings_code import comment, steps_of
 
 _IMPORTED = re.compile(r"^import \{ ([\w, ]+) \} from \"\.\./serve\.mjs\";\n", re.MULTILINE)
 _SERVED = re.compile(r"^await serve\((\w+)\);\n", re.MULTILINE)
@@ -33,7 +33,7 @@ class NpmAdapter(ProgramAdapter):
         Raises:
             OSError: The sources of the adapter's program can't be read.
         """
-        return code(self._source.read_text(encoding="utf-8"), _shared(self._source), scene, settings, heading)
+        return write_code(self._source.read_text(encoding="utf-8"), _shared(self._source), scene, settings, heading)
 
 
 def _shared(source: Path) -> Mapping[str, str]:
@@ -43,7 +43,9 @@ def _shared(source: Path) -> Mapping[str, str]:
     return {name[1]: piece.replace("export ", "") for name, piece in found if name}
 
 
-def code(source: str, shared: Mapping[str, str], scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+def write_code(
+    source: str, shared: Mapping[str, str], scene: Scene, settings: Mapping[str, Setting], heading: str
+) -> str:
     """Return a program's source without its protocol, with all that it takes from others, and a scene."""
     taken, served = _IMPORTED.search(source), _SERVED.search(source)
     if taken is None or served is None:

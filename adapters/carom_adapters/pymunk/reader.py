@@ -56,7 +56,7 @@ class _Unpickler(pickle.Unpickler):
         return super().find_class(known, name)
 
 
-def scene_of(content: bytes, name: str, duration_s: float) -> Imported:
+def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     """Read the discs and walls of a pickled space, and list everything in it that scenes do not support.
 
     Raises:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Generic, TypeVar
 
 from carom.engines.api import Chain, Disc, Ring, Scene, Wall
-from carom_adapters.code import PYTHON_END
+from carom_adapters.shared.settings_code import PYTHON_END
 
 Driven = Disc | Wall | Chain | Ring
 Body = TypeVar("Body")

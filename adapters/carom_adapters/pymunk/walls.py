@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from carom.engines.api import AdapterError, Chain, Ring, Scene, Wall, reach
-from carom_adapters.pieces import points_of, thickness_of
+from carom_adapters.shared.walls import points_of, thickness_of
 
 Point = tuple[float, float]
 
@@ -90,3 +90,9 @@ def shapes_of_walls(scene: Scene, dt_s: float) -> list[WallShape]:
             f"smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
         )
     return shapes
+
+
+def surface_velocity(wall: Wall) -> tuple[float, float]:
+    """Return the `surface_velocity` of a conveyor wall. A positive speed runs to the left of the normal."""
+    nx, ny = wall.normal
+    return (-wall.surface_speed_m_s * ny, wall.surface_speed_m_s * nx)

@@ -9,9 +9,9 @@ from carom.engines.api import Chain, Scene, Setting, Wall, is_fast, reach, requi
 from carom_adapters.box2d.limits import CAPABILITIES, WORLD_SETTINGS, require_usable
 from carom_adapters.box2d.walls import edges_of, rectangle_of
 from carom_adapters.box2d.world import BEFORE_WALLS, shapes_of_disc, sweeps
-from carom_adapters.code import arguments, assignments, comment, steps_of
-from carom_adapters.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
-from carom_adapters.pieces import thickness_of
+from carom_adapters.shared.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
+from carom_adapters.shared.settings_code import arguments, assignments, comment, steps_of
+from carom_adapters.shared.walls import thickness_of
 
 #: What is said of the scale of velocities, in the program.
 SCALED = (
@@ -70,7 +70,7 @@ _MADE = "return world.CreateKinematicBody(position=position, linearVelocity=velo
 _KEPT = f"driven.append({_MADE.removeprefix('return ')})\n    return driven[-1]"
 
 
-def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the world that `Box2dWorld` sets up as a program."""
     require_usable(scene, settings)
     require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))

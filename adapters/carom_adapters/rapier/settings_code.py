@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import AdapterError, Chain, Ring, Scene, Setting, Wall, require_sound, require_supported
-from carom_adapters.code import arguments, assignments, comment, steps_of
-from carom_adapters.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
-from carom_adapters.pieces import cut_chain, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
+from carom_adapters.shared.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
+from carom_adapters.shared.settings_code import arguments, assignments, comment, steps_of
+from carom_adapters.shared.walls import cut_chain, thickness_of
 
 
-def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the world that `RapierWorld` sets up as a program.
 
     Raises:

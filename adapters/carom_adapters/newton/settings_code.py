@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
-from carom_adapters.code import arguments, comment, steps_of
+from carom_adapters.shared.settings_code import arguments, comment, steps_of
 
 SPECULATIVE = "speculative_contact_gap_max"
 
 
-def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the model that `NewtonWorld` sets up as a program; it has checked scene and settings."""
     lines = []
     for disc in scene.discs:

@@ -1,4 +1,4 @@
-"""Adapter of ODE, the Open Dynamics Engine, as Panda3D's wheel brings it: three dimensions, 32-bit floats."""
+"""A scene in ODE: spheres in a hash space, run step by step."""
 
 from __future__ import annotations
 
@@ -8,13 +8,8 @@ from typing import Any
 import numpy as np
 
 from carom.engines.api import (
-    Capabilities,
     Contact,
-    ContactTimes,
-    Engine,
-    Knob,
     Observation,
-    Profile,
     Scene,
     Setting,
     StepClock,
@@ -24,26 +19,7 @@ from carom.engines.api import (
     require_supported,
     wall_body,
 )
-from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
-from carom_adapters.ode_code import code
-
-#: ``cfm`` and ``erp`` are of the world, ``stepper`` is its method that takes a step, and ``quick_step_iterations`` are
-#: of the second of those. What a profile leaves out stays as it is shipped.
-SETTINGS = ("cfm", "erp", "quick_step_iterations", "stepper")
-STEPPERS = ("step", "quickStep")
-
-#: ODE divides velocities by the step, and ends the process where that overflows its 32 bits, at 2**128: a shorter step,
-#: to which a bisection comes where bodies touch at once, is taken as this one.
-LEAST_STEP_S = 2.0**-100
-
-CAPABILITIES = Capabilities(
-    gravity=True,
-    # A surface belongs to a contact, so that each pair has the coefficient that it asks for.
-    restitution=(0.0, 1.0),
-    contact_times=ContactTimes.STEP,
-    float_bits=32,
-    dimensions=3,
-)
+from carom_adapters.ode.limits import CAPABILITIES, LEAST_STEP_S, SETTINGS, STEPPERS
 
 
 class OdeWorld:
@@ -211,46 +187,3 @@ class OdeWorld:
 def _plane(vector: Any) -> tuple[float, float]:
     x, y, _ = vector
     return float(x), float(y)
-
-
-def _default(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "stepper": "step"}
-
-
-def _tuned(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "stepper": "step", "cfm": 0.0, "erp": 0.0}
-
-
-adapter = EngineAdapter(
-    name="ode",
-    engine=Engine(
-        "ODE of Panda3D",
-        module="panda3d.ode",
-        distribution="panda3d",
-        install="pip install 'carom[ode]'",
-        newest_tried="1.10.16",
-    ),
-    capabilities=CAPABILITIES,
-    knobs={
-        "cfm": Knob(0.0, 1e-3),
-        "erp": Knob(0.0, 1.0),
-        "quick_step_iterations": Knob(1, 200, log=True),
-        "stepper": Knob(choices=STEPPERS),
-    },
-    profiles={
-        "default": Profile(
-            "What a user of ODE gets: all as shipped, with the scene's restitution, without friction, and by the "
-            "stepper that solves each step exactly.",
-            _default,
-            changed={
-                "bounce": OF_THE_SCENE,
-                "mu": OF_THE_SCENE,
-                "mode": "contacts that bounce: without the flag ODE has no restitution at all",
-            },
-        ),
-        "tuned": tuned("contacts without softness, and overlaps that are not pushed apart", _tuned),
-        "located": located("ODE's own collision", _tuned),
-    },
-    world=OdeWorld,
-    code=code,
-)

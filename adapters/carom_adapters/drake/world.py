@@ -1,4 +1,4 @@
-"""Adapter of Drake: compliant contact, integrated with error control, three-dimensional, 64-bit floats."""
+"""A scene in Drake: a continuous plant of spheres on planar joints, and its simulator."""
 
 from __future__ import annotations
 
@@ -12,15 +12,9 @@ from typing import Any
 import numpy as np
 
 from carom.engines.api import (
-    Accuracy,
     AdapterError,
-    Capabilities,
     Contact,
-    ContactTimes,
-    Engine,
-    Knob,
     Observation,
-    Profile,
     Scene,
     Setting,
     StepClock,
@@ -29,29 +23,7 @@ from carom.engines.api import (
     require_supported,
     wall_body,
 )
-from carom_adapters.drake_code import code
-from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter
-
-#: ``point_stiffness`` (N/m) is of every body, ``target_accuracy`` and ``integration_scheme`` are of the simulator; all
-#: by Drake's own names. What a profile leaves out stays as Drake ships it.
-SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
-
-#: Below these Drake makes no sense of them.
-LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
-
-#: Within these an overlap, speed * sqrt(mass / stiffness), stays below a radius with the stiffness of `tuned`.
-CAPABILITIES = Capabilities(
-    gravity=True,
-    # There is no coefficient: without dissipation a contact gives back what it takes.
-    restitution=(1.0, 1.0),
-    restitution_combine="one",
-    contact_times=ContactTimes.STEP,
-    max_speed_m_s=100.0,
-    min_radius_m=0.01,
-    min_mass_kg=1e-3,
-    max_mass_kg=1e3,
-    dimensions=3,
-)
+from carom_adapters.drake.limits import CAPABILITIES, LEAST, SETTINGS
 
 
 def _imported() -> Any:  # its modules, by short names
@@ -193,57 +165,3 @@ class DrakeWorld:
 def _scheme(integrator: Any) -> str:
     """Return an integrator's name among `GetIntegrationSchemes`: ``runge_kutta3`` of a `RungeKutta3Integrator`."""
     return re.sub(r"(?<!^)(?=[A-Z])", "_", type(integrator).__name__.removesuffix("Integrator")).lower()
-
-
-def _default(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s}
-
-
-def _tuned(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "point_stiffness": 1e10, "target_accuracy": 1e-7, "integration_scheme": "runge_kutta3"}
-
-
-adapter = EngineAdapter(
-    name="drake",
-    engine=Engine(
-        "Drake",
-        module="pydrake",
-        distribution="drake",
-        install="pip install 'carom[drake]'",
-        oldest="1.31",  # those before end the process with NumPy 2
-        newest_tried="1.51",
-    ),
-    capabilities=CAPABILITIES,
-    knobs={
-        "point_stiffness": Knob(1e5, 1e11, log=True),
-        "target_accuracy": Knob(1e-9, 1e-2, log=True),
-        "integration_scheme": Knob(
-            choices=("runge_kutta2", "runge_kutta3", "runge_kutta5", "implicit_euler", "radau3")
-        ),
-    },
-    profiles={
-        "default": Profile(
-            "What a user of Drake gets from a continuous plant: stiffness, accuracy and integrator as shipped, but "
-            "without dissipation or friction.",
-            _default,
-            # Bodies are in contact for pi * sqrt(mass / stiffness), some milliseconds, in which the normal turns.
-            Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
-            changed={
-                "time_step": "0, a continuous plant: a discrete one, as shipped, has no bounce",
-                "hunt_crossley_dissipation": "undamped: all restitution that there is",
-                "dynamic_friction": OF_THE_SCENE,
-                "static_friction": OF_THE_SCENE,
-                "joint": "a planar one, undamped, which holds a disc in the plane",
-            },
-        ),
-        "tuned": Profile(
-            "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff, and "
-            "steps of the integrator that see the slow ones.",
-            _tuned,
-            # What an accuracy of 1e-7 in each of the integrator's steps comes to, measured.
-            Accuracy(velocity=1e-3, energy=1e-3),
-        ),
-    },
-    world=DrakeWorld,
-    code=code,
-)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
-from carom_adapters.code import arguments, comment, steps_of
+from carom_adapters.shared.settings_code import arguments, comment, steps_of
 
 
-def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the plant that `DrakeWorld` sets up as a program; scene and settings are those that the adapter takes."""
     lines = []
     for disc in scene.discs:
