@@ -51,7 +51,7 @@ INSTEAD = {
     r"let pass": "ignored",
     r"anew": "again",
     r"taken forward": "advanced",
-    r"answers? for": "is responsible",
+    r"(?<!the )(?<!an )(?<!no )answers? for": "is responsible",
     r"gives? way": "fails",
     r"hand(s|ed)? over": "return, pass",
     r"in place of": "instead of",
