@@ -76,7 +76,7 @@ ENTRIES = (
     Entry(
         "mujoco",
         "3.0.0,3.1.0,3.2.0,3.3.0,3.5.0,3.10.0,3.17.0,4.0.0",
-        "Nothing here is worse or better by MuJoCo's own doing: what differs beyond rounding is asked otherwise, shipped "
+        "Nothing here is worse or better by MuJoCo's own doing: what differs beyond rounding are settings, shipped "
         "limits of its collision detection and, from 4.0.0 on, the speculative contacts that `tuned` asks for. Bare, with the contacts of `default`, at 32 "
         "phases, the discs of all scenes end with the same bits in 3.0.0 and 3.3.0, and within 1e-13 of them in 4.0.0 (`tests/engines/test_engine_releases.py`).",
     ),
@@ -146,7 +146,7 @@ HEAD = """# Engines over their releases
 
 `make history` runs releases from the engines' registries with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`.
 [A change counts](../reference/diff.md#releases-of-an-engine) as the engine's if the settings read back are equal and the motion differs over {phases} phases of the step.
-`chance of phase`, `asked otherwise`, `told otherwise` and `half seen` are counted only. [Regressions](../how-to/regressions.md) does the same for your engine.
+`chance of phase`, `other settings`, `other contacts` and `half seen` are counted only. [Regressions](../how-to/regressions.md) does the same for your engine.
 """
 
 THREADS = """## Threads that name a release

@@ -105,7 +105,7 @@ def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
         "its body has 2 shapes",
         "a sensor",
         "its kinematic body moves by itself",
-        "a disc lies behind each of its faces",
+        "a disc is inside it or behind each of its faces",
         "of disc 0: its filter",
     ):
         assert what in told

@@ -161,8 +161,8 @@ SAID: dict[str, tuple[Grade, dict[Verdict, str]]] = {
 
 #: Refused by name: what can't be is the adapter's slip, and no row is graded for it.
 REFUSED = {
-    "stamped-late": "time_s of a contact of bodies 1 and 2 must lie within the step that reports it",
-    "stamped-at-0": "must lie within the step that reports it",
+    "stamped-late": "time_s of a contact of bodies 1 and 2 must be within the step that reports it",
+    "stamped-at-0": "must be within the step that reports it",
     "normal-long": "normal of a contact of bodies 1 and 2 must have the length 1, got 5, 0",
     "nan-normal": "normal of a contact of bodies 1 and 2 must be finite, got nan",
     "nan-impulse": "impulse_n_s of a contact of bodies 1 and 2 must be finite, got nan",

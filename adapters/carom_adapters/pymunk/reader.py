@@ -157,7 +157,7 @@ class _Reading:
             return
         wall = wall_towards([disc for _, disc in self.discs], _faces(shape))
         if wall is None:
-            self.dropped.append(f"{what}: a disc lies behind each of its faces, or in it, and a wall is a half-plane")
+            self.dropped.append(f"{what}: a disc is inside it or behind each of its faces, and a wall is a half-plane")
             return
         self.walls.append((shape, wall))
         self.dropped.append(f"of {what}: its ends; it is the face towards the discs, without end")

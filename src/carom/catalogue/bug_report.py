@@ -20,7 +20,7 @@ class Symptom(StrEnum):
     NEVER_RESTS = "a body moves that should have come to rest"
     ESCAPES = "a body ends inside another or beyond a wall"
     NOT_FINITE = "the state is no longer a number"
-    NEVER_ENDS = "the run does not come to its end"
+    NEVER_ENDS = "the run does not end"
 
 
 #: What goes by another name than its repository.

@@ -101,13 +101,13 @@ Builder = Callable[[], Staged]
 
 @dataclass(frozen=True)
 class CatalogueScene:
-    """A scene of the catalogue. Listing it costs nothing: scene, answer and tags are made when first asked for.
+    """A scene of the catalogue. Listing costs nothing, since scene, answer and tags are built at their first use.
 
     Attributes:
         name: Full name, ``group/name``; the scene's own name.
         shows: What it shows, in one sentence; the scene's own description.
         build: Makes the scene, except for its name, and its answer.
-        marks: Tags that can't be told from the scene and its answer.
+        marks: Tags that cannot be derived from the scene and its answer.
     """
 
     name: str
@@ -142,7 +142,7 @@ class CatalogueScene:
         masses = [disc.mass_kg for disc in scene.discs if not disc.immovable]
         frame_s = 1.0 / scene.frame_rate_hz
         off_line = any(y for disc in scene.discs for y in (disc.position_m[1], disc.velocity_m_s[1]))
-        told = {
+        values = {
             Tag.WALLS: Need.WALLS in scene.needs,
             Tag.IMMOVABLE: Need.IMMOVABLE in scene.needs,
             Tag.INELASTIC: Need.RESTITUTION in scene.needs,
@@ -156,19 +156,19 @@ class CatalogueScene:
             Tag.CONVENTION: bool(known.convention),
             Tag.CONSERVED: known.final_kinetic_energy_j is not None and known.count is None,
         }
-        return frozenset(tag for tag, is_so in told.items() if is_so).union(self.marks)
+        return frozenset(tag for tag, is_so in values.items() if is_so).union(self.marks)
 
 
 def listed(
     group: str, *marks: Tag, kind: type[CatalogueScene] = CatalogueScene, **more: Any
 ) -> Callable[[Builder], CatalogueScene]:
-    """Return a decorator that makes of a builder a scene of the catalogue, under the builder's own name.
+    """Return a decorator that turns a builder into a scene of the catalogue, under the builder's name.
 
     Args:
         group: The group of the scene.
-        marks: Tags that can't be told from the scene and its answer.
-        kind: What kind of entry it is.
-        more: Fields of that kind.
+        marks: Tags that cannot be derived from the scene and its answer.
+        kind: Class of the entry.
+        more: Fields of that class.
     """
 
     def enter(build: Builder) -> CatalogueScene:
@@ -181,10 +181,10 @@ def listed(
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Return the largest deviation of a trace from the known answer; infinite where an impact is missing or wrong.
 
-    Times are divided by the scene's duration, velocities by the greatest speed at the start or in the answer, positions
-    and the deepest overlap at the end by the greatest extent of the start, energies by the known one, so that the
-    figure has no unit. A value that is not a number deviates infinitely. Where the answer rests on a convention, a
-    deviation may mean no more than that another one was followed.
+    The deviation has no unit. Times are divided by the scene's duration, and velocities by the greatest speed at the
+    start or in the answer. Positions and the deepest overlap at the end are divided by the greatest extent of the
+    start, energies by the known one. The deviation of a value that is not a number is infinite. Where the answer
+    depends on a convention, a deviation may only mean another convention.
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf
@@ -203,23 +203,23 @@ def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[floa
     afters = [getattr(impact, name) for impact in known.impacts for name in _VELOCITIES]
     velocities = [*(disc.velocity_m_s for disc in scene.discs), *(after for after in afters if after is not None)]
     speed = max(math.hypot(*velocity) for velocity in velocities) or 1.0
-    told: list[tuple[ArrayLike, ArrayLike | None, float]] = [
+    values: list[tuple[ArrayLike, ArrayLike | None, float]] = [
         (trace.final_velocity_m_s, known.final_velocity_m_s, speed),
         (trace.final_position_m, known.final_position_m, _extent(scene)),
     ]
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
-        told.append((found["time_s"], expected.time_s, scene.duration_s))
-        told += [(found[name], getattr(expected, name), speed) for name in _VELOCITIES]
+        values.append((found["time_s"], expected.time_s, scene.duration_s))
+        values += [(found[name], getattr(expected, name), speed) for name in _VELOCITIES]
     if (energy := known.final_kinetic_energy_j) is not None:
-        told.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
-    told += _told_of_spin(trace, known, scene, speed)
-    return (_apart(found, expected, scale) for found, expected, scale in told if expected is not None)
+        values.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
+    values += _spins_to_compare(trace, known, scene, speed)
+    return (_apart(found, expected, scale) for found, expected, scale in values if expected is not None)
 
 
-def _told_of_spin(
+def _spins_to_compare(
     trace: Trace, known: KnownAnswer, scene: Scene, speed: float
 ) -> Iterator[tuple[ArrayLike, ArrayLike, float]]:
-    """Yield spins told, known, and what they are compared with; infinity where a method does not tell what is known."""
+    """Yield spins found and known, and their scale; infinity where a method does not report a known spin."""
     for k, expected in enumerate(known.impacts):
         for side, disc in (("first", expected.first), ("second", expected.second)):
             spin = getattr(expected, f"spin_{side}_after")

@@ -98,7 +98,7 @@ def _options(
 
 
 def command() -> str | int | None:
-    """Run the command, and return its exit code, whatever becomes of the output.
+    """Run the command, and return its exit code, also if the output cannot be written.
 
     Raises:
         KeyboardInterrupt: A signal came before the command or after it.
@@ -113,15 +113,15 @@ def command() -> str | int | None:
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
-                raise signal from None  # Typer says nothing of it, and takes each for Ctrl-C
-            code = end.code if sys.stdout is out else 0  # Typer puts another in its place where the pipe is closed
+                raise signal from None  # Typer reports no signal, and handles each as Ctrl-C
+            code = end.code if sys.stdout is out else 0  # Typer replaces it where the pipe is closed
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
             if not isinstance(error, CaromError) and not address_space.limit_mb():
                 raise
             common.say_error(address_space.told(error))
             code = common.EXIT_BAD_INPUT
-        out.flush()  # here, where what goes wrong can still be told
-    except BrokenPipeError:  # the reader, `head` say, has seen enough
+        out.flush()  # here, where an error can still be reported
+    except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         code = 0
     except OSError as error:  # a disk that is full
         with suppress(OSError):

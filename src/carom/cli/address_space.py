@@ -1,4 +1,4 @@
-"""Little address space (`ulimit -v`) is told in a sentence, though a library of NumPy ends the process without any."""
+"""Message about too little address space (`ulimit -v`), where a library of NumPy ends the process silently."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ def say_error(error: CaromError) -> None:
 
 
 def say_lines(lines: Iterable[str]) -> None:
-    """Print lines that stay lines: on a terminal cut at its width, and whole where another program reads them."""
+    """Print lines without wrapping: cut at the width of a terminal, and whole if another program reads them."""
     out = console()
     for line in map(visible, lines):
         cut = out.is_terminal and len(line) > out.width
@@ -119,7 +119,7 @@ def say_lines(lines: Iterable[str]) -> None:
 
 
 def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
-    """Return what to say of the signal that ended a command, Ctrl-C unless it is told, and the exit code."""
+    """Return the message for the signal that ended a command, by default Ctrl-C, and the exit code."""
     if hasattr(signal, "setitimer"):  # heard: it need not come again
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
@@ -128,7 +128,7 @@ def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
 
 @contextmanager
 def resumable(journal: Path, *others: Path) -> Iterator[None]:
-    """Say how to go on with what a signal ended; journals that are opened within, and hold nothing yet, are removed."""
+    """Print how to resume after a signal; remove journals that were opened in the block and are still empty."""
     from carom.execution.journal import remove_unused
 
     new = [path for path in (journal, *others) if not path.exists()]

@@ -135,14 +135,14 @@ def _copy(seen: Observation) -> Observation:
 
 @dataclass(frozen=True)
 class Watch(_Probe):
-    """Run a scene to its end and hand over every observation.
+    """Run a scene to its end and return every observation.
 
     Attributes:
-        steps: How many steps.
-        looks: How often to observe after each step; 0 takes all steps in one call and looks at the end alone.
+        steps: Number of steps.
+        looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
         cut_s: Length to which each step is cut, seconds, as for a profile that is located; None for whole steps.
-        disturbed: Whether before each step that is cut one of three times the length is tried and taken back, and after
-            each the world is asked what touches.
+        disturbed: Whether a step of three times the length is tried and undone before each cut step, and contacts are
+            queried after each.
     """
 
     steps: int

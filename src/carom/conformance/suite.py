@@ -44,13 +44,13 @@ class EnginePlan:
 
 @dataclass(frozen=True)
 class Suite:
-    """All that is to be run.
+    """Engines to run, and their known failures.
 
     Attributes:
         engines: The adapters.
         known: Reason of each known failure of these releases on this platform, by the full name of its case.
-        known_file: Where these stand; None where there is no such file.
-        entries: All that the file lists.
+        known_file: File of these; None where there is none.
+        entries: All entries of the file.
     """
 
     engines: tuple[EnginePlan, ...]

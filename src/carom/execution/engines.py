@@ -183,7 +183,7 @@ class Methods:
     """The methods to run at each step, and the reasons why some can't be run.
 
     Attributes:
-        at: Methods by engine and step. Of profiles with the same settings, only the last is kept.
+        at: Methods by engine and step; the last of profiles with the same settings.
         refused: Why a method of an available engine can't be run at a step with any scene.
         infos: Descriptions of the engines, by name.
     """

@@ -24,7 +24,8 @@ _AHEAD_STEPS = 2
 _QUIET_STEPS = 2
 
 #: Allowed rounding error of a position in a step, in units in the last place of the largest coordinate or of the
-#: longest path: up to one unit each for the product, the sum, both instants, the step, and the engine's own origin.
+#: longest path. The product, the sum, the instants, the step and the engine's own origin contribute up to one unit
+#: each.
 _ROUNDINGS = 4
 
 

@@ -166,5 +166,5 @@ def missing_profile_reason(profile: str, capabilities: Capabilities) -> str:
     if capabilities.contact_times is ContactTimes.SOLVED:
         return "it solves for the instant of an impact: there is no step to cut and nothing to sweep"
     if profile == "located":
-        return "its steps are not cut: to look only at their boundaries is what it stands for"
+        return "its steps are not cut: by definition it checks only at their boundaries"
     return "its adapter offers no such profile"

@@ -33,7 +33,7 @@ class Overlap(NamedTuple):
     Attributes:
         disc: Number of the disc; of two discs the higher.
         other: Number of the other disc, or of the wall.
-        message: What is wrong and what to do, to stand behind the name of the disc's position.
+        message: What is wrong and what to do, to be printed after the name of the disc's position.
     """
 
     disc: int

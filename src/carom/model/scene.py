@@ -116,11 +116,11 @@ class Disc(Model):
     inertia_factor: Inertia = 0.5
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse a disc that moves although nothing can stop it, and is not said to be driven.
+        """Refuse a disc that moves although nothing can stop it and it is not driven.
 
         Raises:
-            SceneError: The mass is infinite and velocity or spin is not zero; or the inertia is, and the spin is not;
-                or a driven disc has a finite mass; or legs are no path, or those of a disc that is not driven.
+            SceneError: The mass is infinite and velocity or spin is not zero. The inertia is infinite and the spin is
+                not zero. A driven disc has a finite mass. The legs are no path, or the disc is not driven.
         """
         problems = list(leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
         if self.legs and not self.driven:
@@ -163,21 +163,21 @@ class Scene(Drawn, Model):
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
         wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
-        tangential_restitution: What becomes of the slip of two discs where friction holds them, -1 to 1: 0 ends it, 1
-            turns it round. It says nothing where there is no friction.
+        tangential_restitution: Tangential restitution of two discs where friction holds them, -1 to 1: 0 ends the slip,
+            1 reverses it. Without friction it has no effect.
         wall_tangential_restitution: The same between any disc and any wall.
         gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
         damping_per_s: Rate c of linear damping, 0 or more, a second: between impacts velocities and spins of all discs
-            fall as ``exp(-c t)``. Not together with gravity. See `docs/theory/damping.md`.
+            fall as ``exp(-c t)``. Gravity excludes it. See `docs/theory/damping.md`.
         wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more: a wall
             that a disc presses by P resists its turning by a torque of up to c P R. It is the tangent of the steepest
-            slope on which that holds a disc. Under gravity alone, and without `wall_tangential_restitution`; see
+            slope on which a disc stays at rest. Under gravity alone, and without `wall_tangential_restitution`; see
             `docs/theory/contact.md`.
-        table_deceleration_m_s2: By how much a table that all discs slide on, seen from above, slows each of them down
-            against its motion until it stops, metres a second squared. Not together with gravity, damping, spin,
-            friction or driven bodies; see `docs/theory/contact.md`.
+        table_deceleration_m_s2: Deceleration of all discs by the table on which they slide, seen from above, metres a
+            second squared. It excludes gravity, damping, spin, friction and driven bodies; see
+            `docs/theory/contact.md`.
         duration_s: How long the scene is simulated, seconds, above 0.
-        frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
+        frame_rate_hz: Frames a second of a frame-sampled method, unless a run sets another rate.
     """
 
     left_out = (*_OF_FRICTION, "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
@@ -204,9 +204,9 @@ class Scene(Drawn, Model):
         """Refuse a start in which bodies overlap: such a state has no past, so its future has no unique answer.
 
         Raises:
-            SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain; or sizes span more
-                than `carom.support.limits` allows; or the scene has damping and gravity, or damping and a driven body;
-                or rolling resistance or a table where they are not solved.
+            SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain. Sizes span more than
+                `carom.support.limits` allows. The scene has damping with gravity or a driven body, or rolling
+                resistance or a table where they are not solved.
         """
         start = self.arrays
         problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))
@@ -381,9 +381,9 @@ def as_scene(scene: Scene | str) -> Scene:
 def steps_to_cover(duration_s: float, dt_s: float) -> int:
     """Return the number of steps of length `dt_s` that cover a duration, 0 or more; the last one may reach beyond it.
 
-    The quotient is taken exactly. When both are the nearest float to what was meant (2 and 1/240, say) the exact
-    quotient misses the whole number meant by up to 2 units of its relative rounding (2^-53 for each of the two), which
-    must not cost a step.
+    The quotient is computed exactly. When both numbers are rounded (2 and 1/240, say), the exact quotient differs from
+    the intended whole number by up to 2 units of its relative rounding, 2^-53 for each of the two. This must not cost a
+    step.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`

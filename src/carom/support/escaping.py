@@ -8,11 +8,12 @@ from collections.abc import Iterable
 #: How a line that speaks of an error begins: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 
-#: What ends a program is told within this many lines of its end: the longest stack traces, node's, have half of that.
+#: The last error of a program is searched in this many lines; the longest stack traces, those of node, have half of
+#: that.
 _LAST_LINES = 40
 
-#: What a terminal obeys instead of showing it (all control characters but tab and line feed), what turns the direction
-#: of writing, what some programs end a line at, what is not seen at all, and halves of a surrogate pair.
+#: Characters that are not shown as such. They are control characters except tab and line feed, changes of the direction
+#: of writing, further line ends, invisible characters, and halves of a surrogate pair.
 _HIDDEN = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2064\u2066-\u2069\ufeff\ud800-\udfff]"
 )
@@ -51,7 +52,7 @@ def shown(value: object) -> str:
 
 def near(name: str, known: Iterable[str]) -> str:
     """Return the question whether a name that is not known was meant to be a near one; empty where none is near."""
-    import difflib  # here, as `import carom` loads this module, and few are told of a name
+    import difflib  # here, because `import carom` loads this module, and few messages need it
 
     found = difflib.get_close_matches(name, list(known), n=1)
     return f"did you mean {found[0]!r}?" if found else ""

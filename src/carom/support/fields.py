@@ -49,7 +49,9 @@ def _mass_of_size(mass: float) -> float:
 def _inertia_of_size(factor: float) -> float:
     if not (1.0 / ORDINARY <= factor <= 1.0 or factor == math.inf):
         least = number(1.0 / ORDINARY, 3)
-        raise ValueError(f'must lie between {least} and 1, where all mass is in the rim, or be "inf" for no turning')
+        raise ValueError(
+            f'must be from {least} to 1, where all mass is in the rim, or "inf" for a disc that cannot turn'
+        )
     return factor
 
 
@@ -69,7 +71,7 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
     return (x / length, y / length)
 
 
-# The bounds stand before the validator: behind it they are enforced, but missing from the JSON Schema.
+# The bounds precede the validator. After it they would be enforced, but missing from the JSON Schema.
 _Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
 Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]

@@ -92,7 +92,7 @@ class Option:
 def option(
     default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
 ) -> Any:
-    """Declare a field; None as its default stands for what `said` says, and is taken, too."""
+    """Declare a field. A default of None means what `said` describes, and may also be given."""
     return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
 
 

@@ -104,7 +104,7 @@ def package_script(package: Package, folder: Path) -> str:
 
 
 def _default(package: Package, folder: Path) -> str:
-    """Return what hands over the default of a module, with its WebAssembly where that is a file of its own."""
+    """Return the code that exports the default of a module, with its WebAssembly if that is a separate file."""
     if not package.binary:
         return f"module.exports = {{ default: {package.exported} }};"
     data = base64.b64encode((folder / package.binary).read_bytes()).decode()

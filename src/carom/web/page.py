@@ -25,11 +25,11 @@ MODULES = (
     *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
 )
 MOST_DISCS = 10
-#: Letters of packed blocks: 91 of ASCII, "!" in place of "<", so that no block ends the element that it is in.
+#: Letters of packed blocks: 91 of ASCII, with "!" instead of "<", so that no block ends its element.
 _LETTERS = bytes(range(35, 126)).replace(b"<", b"!").decode()
-#: Of the byte before a literal, as many bits choose its probabilities; `loader.js` has the same number.
+#: Number of bits of the byte before a literal that choose its probabilities; `loader.js` has the same number.
 _LITERAL_BITS = 3
-#: Scenes of the catalogue that a reader is led to, the first of them being shown.
+#: Scenes of the catalogue that the page offers; it shows the first.
 GALLERY = (
     *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
     *("classics/cradle-gaps", "tables/seam", "driven/paddle", "spin/throw-stick"),
@@ -40,14 +40,14 @@ _RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
 
 
 def page_script() -> str:
-    """Return all modules as one script: no two of them give one name to different things."""
+    """Return all modules as one script; no name is defined in two of them."""
     joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
     own = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
     return without_comments(own)
 
 
 def without_comments(script: str) -> str:
-    """Return a script without indents and comments, but for those with a quote; no text of it goes over lines."""
+    """Return a script without indents and comments, except comments with a quote; no string in it spans lines."""
     lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 

@@ -270,7 +270,7 @@ LIES: Mapping[tuple[str, str], str] = {
     ("damps", "greatest-spin"): "a free disc spins otherwise than it did at the start, in step 1",
     ("clockwise", "greatest-spin"): "-100000 rad/s",
     ("clockwise", "friction[least-sliding]"): "leaves with a wrong spin",
-    ("tells-none", "greatest-spin"): "no spins are told",
+    ("tells-none", "greatest-spin"): "no spins are reported",
     ("turns-rubs", "rubbing[tuned]"): "are not what changes the velocity",
     ("doubles-rubs", "rubbing[tuned]"): "are not what changes the velocity",
     ("rough", "rubbing[tuned]"): "is more than there can be",

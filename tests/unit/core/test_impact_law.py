@@ -163,9 +163,9 @@ GOOD: dict[str, Any] = {"v1": [1, 0], "m1": 1.0, "v2": [0, 0], "m2": 1.0, "norma
         ("m1", 0.0, "m1 must be above 0 (infinity is immovable), got 0.0"),
         ("m2", [1.0, -3.0], "m2 must be above 0 (infinity is immovable), got -3.0"),
         ("m2", math.nan, "m2 must be above 0 (infinity is immovable), got nan"),
-        ("restitution", 1.25, "restitution must lie in 0 to 1, got 1.25"),
-        ("restitution", -0.5, "restitution must lie in 0 to 1, got -0.5"),
-        ("restitution", math.nan, "restitution must lie in 0 to 1, got nan"),
+        ("restitution", 1.25, "restitution must be from 0 to 1, got 1.25"),
+        ("restitution", -0.5, "restitution must be from 0 to 1, got -0.5"),
+        ("restitution", math.nan, "restitution must be from 0 to 1, got nan"),
     ],
 )
 def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: str) -> None:

@@ -135,7 +135,7 @@ class Manifest(_Table):
         return data
 
     def command_from(self, folder: Path) -> tuple[str, ...]:
-        """Return the command, with the files that lie next to the manifest by their full names."""
+        """Return the command, with full paths of the files that are next to the manifest."""
         return tuple(_from(folder, word) for word in self.command)
 
     def version_from(self, folder: Path) -> str:

@@ -97,12 +97,12 @@ class BallBodies:
     """Positions and velocities of all discs as balls, at the precision of python-flint's context.
 
     Attributes:
-        obstacles: What discs meet of the walls: see `carom.solvers.certified.obstacles`. As bodies they are numbered as
-            walls are; where all walls are half-planes, they are these.
+        obstacles: Features of the walls: see `carom.solvers.certified.obstacles`. They are numbered as walls are. Where
+            all walls are half-planes, the features are the walls.
         time: Reference instant of each disc, seconds, exact.
         x: Centre at the reference instant; likewise `y`, `vx`, `vy`. Under gravity, in the falling frame.
         falls: Whether the scene has gravity.
-        pulls: Of each obstacle that is straight, the sign of gravity's part along its normal; 0 of the others.
+        pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for the others.
         fastest_drive: A bound on the speeds of what is driven, metres a second.
         turns: Whether spins are kept: see `carom.DiscArrays.turns`.
         spin: Radians a second.
@@ -112,7 +112,7 @@ class BallBodies:
             or 0 for any disc.
         last_met: A float64 no less than any time at which each disc has met anybody; 0 before its first impact.
         partner: Body that each disc met last; None before its first impact.
-        acceleration: Of a disc in contact, whose state is seen from the walls; None of one in flight.
+        acceleration: Contact state of a disc in contact, relative to the walls; None of a disc in flight.
         spin_rate: Radians a second squared, at which contact turns each disc.
         contacts: Which discs are in contact, and how.
     """

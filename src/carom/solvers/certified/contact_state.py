@@ -12,7 +12,7 @@ from carom.solvers.certified.two_frictions import BallFrictions
 
 
 class BallGround(NamedTuple):
-    """What a disc may be in contact with: the line on which its centre is then, of places p along it.
+    """Ground of a disc in contact: the line on which its centre is then, with positions p along it.
 
     Attributes:
         body: Body number of the obstacle.
@@ -20,8 +20,8 @@ class BallGround(NamedTuple):
         level: The line's distance from the origin along the normal.
         presses: Gravity into it.
         along: Gravity along it.
-        span: Of a face, the places of its ends.
-        never_met: Body numbers of what a disc on a face does not meet there.
+        span: Positions of a face's ends.
+        never_met: Body numbers of the obstacles that a disc on a face does not meet there.
     """
 
     body: int

@@ -131,7 +131,7 @@ class BallContacts:
         """Let disc `i`, released and struck just now, go on where it was in contact: it stays, or leaves its wall.
 
         Raises:
-            Undecided: It is driven into its wall, for which there is no one answer, or that can't be told.
+            Undecided: The disc is driven into its wall, which has no unique answer, or this cannot be decided.
         """
         bodies, ground = self._bodies, before.ground
         time, at = meeting.time, meeting.at
@@ -153,7 +153,7 @@ class BallContacts:
         return None if same and now is not None and now.rim_rate.overlaps(before.rim_rate) else settled
 
     def _struck_along(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
-        """Whether an impact changes nothing of the speed of disc `i` along the normal of its ground, exactly."""
+        """Whether an impact leaves the speed of disc `i` along the normal of its ground exactly as it was."""
         bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
         if other < 0:
             rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
@@ -250,7 +250,7 @@ class BallContacts:
         return None
 
     def _over(self, i: int, gliding: Gliding) -> list[End]:
-        """Return when a disc comes to the ends of its face, at those that it comes to."""
+        """Return the times at which a disc reaches ends of its face."""
         (place, speed, _, _), half, span = gliding.begun, gliding.rate / 2, gliding.ground.span
         if span is None:
             return []
@@ -262,7 +262,7 @@ class BallContacts:
         return [End(fall.time, ZERO, over=True) for fall in falls]
 
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
-        """Let disc `i`, which has come to an end of its face, fly off, if it is fast enough."""
+        """Let disc `i`, which has reached an end of its face, fly off if it is fast enough."""
         bodies, ground, end = self._bodies, gliding.ground, gliding.end
         assert end is not None and ground.span is not None  # noqa: S101, PT018 - which is what this is asked of
         obstacle = bodies.obstacles[wall_index(ground.body)]
@@ -344,7 +344,7 @@ _RIM = End(ZERO, ZERO, rim=True)
 
 
 def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
-    """Return what disc `i` would lie on of an obstacle: what is straight, stands, and gravity presses discs to."""
+    """Return the ground that an obstacle is for disc `i`: it must be straight, at rest, and below the disc."""
     obstacle = bodies.obstacles[k]
     shape, belts = obstacle.shape, bodies.scene.arrays.belts_m_s
     if not isinstance(shape, Plane) or bodies.pulls[k] >= 0 or bodies.is_driven(k):

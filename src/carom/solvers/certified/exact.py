@@ -1,7 +1,7 @@
 """Questions about the start of a scene that exact rational arithmetic answers: ties, grazes, and contact.
 
-Times of impact on paths not yet changed are of the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0, whatever
-the bodies: for two discs P = -b, Q = D, A = a; for a wall P = (p - q).n, Q = r^2 n.n, A = -v.n.
+Times of impact on paths not yet changed are of the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0. For two
+discs ``P = -b, Q = D, A = a``; for a wall ``P = (p - q).n, Q = r^2 n.n, A = -v.n``.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy
             gap, speed, pull = offset * abs(offset) - rim2, -toward, bodies.pulls[wall_index(j)]
         if gap <= 0 and speed < 0:
             kind = Degenerate.TOUCHING_START if gap == 0 else Degenerate.OVERLAPPING_START
-        elif gap <= 0 and speed == 0 and pull < 0:  # it lies there
+        elif gap <= 0 and speed == 0 and pull < 0:  # it rests there
             kind = Degenerate.RESTING_CONTACT
         else:
             continue

@@ -1,10 +1,10 @@
-"""When a disc meets a face, a vertex or an arc, as a ball: as `docs/theory/walls.md` derives it.
+"""Times, as balls, at which a disc meets a face, a vertex or an arc: `docs/theory/walls.md` derives them.
 
-A face is met as a half-plane is, a vertex and an arc's outer side as another disc at the earlier root of
-``|d + t u| = R``, an arc's inner side at the later one, or under gravity where a quartic falls through zero; and all of
-them where the contact is on the edge. Where that is not decided, at an end of the edge, the disc meets the edge or what
-goes on from it there, which the outline of the thickened wall makes one smooth curve: time and state after are the
-hulls of both. All is seen from the wall, on one leg of its path where it is driven.
+A face is met like a half-plane. A vertex and an arc's outer side are met like another disc, at the earlier root of ``|d
++ t u| = R``, an arc's inner side at the later root. Under gravity the instant is where a quartic falls through zero. In
+all cases the contact must be on the edge. Near an end of the edge this may be undecided: the disc meets the edge or its
+continuation. The outline of the thickened wall joins both smoothly, so time and state after are the hulls of both.
+Everything is relative to the wall, on one leg of its path if it is driven.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def _lets_by(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
 
 
 def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
-    """Return when a disc that falls touches a circle: of the instants at which it comes to it the first on the edge."""
+    """Return when a falling disc touches a circle: the first of its contacts that is on the edge."""
     law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:
         return None
@@ -230,7 +230,8 @@ def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degenerac
 
     One that has `begun` in contact with that wall is left out.
 
-    Contact is told by balls of many bits. Where these do not tell it from a gap, it is called contact, not proven.
+    Balls of many bits decide about contact. Where they contain both contact and a gap, it is reported as contact, not
+    proven.
     """
     with ctx.workprec(_START_BITS):
         bodies = BallBodies(scene)
@@ -283,6 +284,6 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
             return None
     if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
         return None
-    if speed.is_zero():  # then it glides, or lies there, or what it moves along bends away from it
+    if speed.is_zero():  # then it glides, or rests, or the surface bends away from it
         return (Degenerate.RESTING_CONTACT, gap) if pull < 0 or not (pull >= 0) else None
     return (Degenerate.OVERLAPPING_START if gap < 0 else Degenerate.TOUCHING_START), gap

@@ -1,10 +1,10 @@
-"""When two bodies meet, as a ball: certified to meet, certified never to, or not decided at this precision.
+"""Times, as balls, at which two bodies meet: certified to meet, certified never to meet, or undecided.
 
-The time is solved from a float64 instant that is a proven lower bound of it, and nearly equal to it: with the quadratic
-of `docs/theory/pic.md`, in which D does not change along the paths, and c is nearly 0, so that the root's error is that
-of the distance alone.
+The time is solved from a float64 instant that is a proven lower bound, nearly equal to it, with the quadratic of
+`docs/theory/pic.md`. D does not change along the paths, and c is nearly 0, so the root's error is that of the distance
+alone.
 
-What is driven is met leg by leg of its path: on each as seen from there, and no later than where the next begins.
+A driven body is met leg by leg of its path: relative to each leg, and no later than the start of the next.
 """
 
 from __future__ import annotations

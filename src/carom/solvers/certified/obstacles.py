@@ -35,7 +35,7 @@ class Plane(NamedTuple):
     Attributes:
         point: On its surface, metres.
         normal: Into the free side, of any length.
-        stretch: Of a face, its edge; None of a half-plane.
+        stretch: Edge of a face; None for a half-plane.
     """
 
     point: Exact
@@ -49,9 +49,9 @@ class Round(NamedTuple):
     Attributes:
         centre: Metres.
         radius2: The square of the line's radius, 0 of a vertex, square metres.
-        inside: Whether it is the side that the centre is on.
-        sector: Vectors from the centre to where the arc begins and ends, counterclockwise; None for the whole circle.
-        stops2: Of a point at which an arc stops discs that do not fit inside, the square of its radius; else 0.
+        inside: Whether this is the side of the centre.
+        sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for the whole circle.
+        stops2: Square of an arc's radius, for a point at which the arc stops discs that do not fit inside; else 0.
     """
 
     centre: Exact

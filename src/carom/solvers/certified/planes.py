@@ -85,7 +85,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
 
 
 def _grazes(bodies: BallBodies, i: int, k: int) -> bool:
-    """Whether a disc on its first path turns back exactly where it touches a half-plane that stands: no impact."""
+    """Whether a disc on its first path turns back exactly where it touches a half-plane at rest: no impact."""
     obstacle = bodies.obstacles[k]
     asked = obstacle.kind is None and bodies.untouched(i) and not bodies.is_driven(k)
     return asked and exactly_grazing_wall(bodies, i, k)

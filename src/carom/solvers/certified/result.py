@@ -36,30 +36,28 @@ class Degenerate(Enum):
     TOUCHING_START = "two bodies touch exactly at the start and move towards each other"
     OVERLAPPING_START = "two bodies overlap at the start, by no more than rounding, and move towards each other"
     RESTING_CONTACT = "two bodies already in contact are driven together"
-    GRAZE = "two bodies pass at so nearly their contact distance that touching cannot be told from missing"
+    GRAZE = "two bodies pass at so nearly their contact distance that touching or missing cannot be decided"
     SIMULTANEOUS_NEIGHBOURS = "two impacts fall at one instant so near each other that they may not be independent"
-    AT_A_TURN = (
-        "an impact falls at the very instant at which a driven body turns, and cannot be told to be before or after"
-    )
-    AT_THE_END = "an impact falls at the very end of the scene, and cannot be told to belong to it"
-    MODE = "a disc in contact is so near to where friction just holds it that it cannot be told how it goes on"
-    EDGE = "a disc comes to the end of a straight edge and does not fly off: how it goes on there is not solved"
+    AT_A_TURN = "an impact is so near the instant at which a driven body turns that its side cannot be decided"
+    AT_THE_END = "an impact is so near the end of the scene that it cannot be decided whether it belongs to it"
+    MODE = "a disc in contact is so near the limit of friction that its further motion cannot be decided"
+    EDGE = "a disc reaches the end of a straight edge and does not fly off: its motion from there is not solved"
     COLLAPSE = "impacts without end in a finite time (inelastic collapse)"
     CRUSH = "impacts without end before two bodies that close on a disc, or a row of them, leave no room"
 
 
 @dataclass(frozen=True)
 class Degeneracy:
-    """The event at which a certified run had to stop.
+    """Event at which a certified run stops.
 
     Attributes:
-        kind: What it is.
+        kind: Kind of event.
         bodies: The bodies that take part, in ascending order; walls as `carom.model.trace.wall_body`.
-        earliest_s: It is certainly not before this, seconds.
-        latest_s: It is certainly not after this, seconds; infinity where a graze may not be a contact at all. Of a
-            collapse, the last of the impacts that were counted.
-        proven: Whether exact arithmetic shows that it is what it is called. Where it does not, the event was not
-            decided although the state was known to `bits` bits.
+        earliest_s: Lower bound of its time, seconds.
+        latest_s: Upper bound of its time, seconds; infinity where a graze may not be a contact at all; for a collapse,
+            the last of the counted impacts.
+        proven: Whether exact arithmetic proves its kind. Otherwise the event was not decided although the state was
+            known to `bits` bits.
         bits: Bits to which the state of its bodies was known.
     """
 
@@ -139,7 +137,7 @@ def proven_decimal(value: float, radius: float) -> str:
     """Return a value known to within `radius` with as many digits as are proven.
 
     With k decimals the truth is within ``radius + 10^-k / 2`` of what is shown; k is chosen so that this is at most one
-    unit in the last digit. Where not even the first digit is proven, a bound stands instead.
+    unit in the last digit. Where not even the first digit is proven, a bound is shown instead.
     """
     if radius == 0.0:
         return repr(value)

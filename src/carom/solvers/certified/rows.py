@@ -1,8 +1,8 @@
-"""Discs in a row on one line that two bodies leave no room: they stay on it by symmetry, whichever way it runs.
+"""Discs in a row, on a line of any direction, between two bodies that leave them no room.
 
-The mirror image of a motion in a line is a motion, and what begins alike on both sides of it goes on alike: discs whose
-centres lie exactly on a line, with nothing that moves, pulls or turns them off it, stay there. So their room is what
-lies between the ends of the row, less their widths, which is linear in time.
+The mirror image of a motion is a motion. So discs with centres exactly on a line, and nothing that moves, pulls or
+turns them off it, stay on it by symmetry. Their room is the distance between the ends of the row less their widths, and
+is linear in time.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.recording import Recording
 
-#: Impacts of a disc, to and fro between what closes on it, after which it is called crushed.
+#: Impacts of a disc, to and fro between two closing bodies, after which it counts as crushed.
 CRUSH = 256
 
 
 class _Facing(NamedTuple):
-    """What a disc at one end of a row met last of the body there.
+    """Last contact of a disc at one end of a row with the body there.
 
     Attributes:
         body: The body.
         disc: The disc.
         normal: Unit vector from the body to the disc, to rounding.
-        edge: Of a finite wall, the number of the edge and its kind.
+        edge: Number of a finite wall's edge, and its kind.
     """
 
     body: int
@@ -51,8 +51,8 @@ class _Facing(NamedTuple):
 def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return when discs that strike each other in a row, and a body at each end, have no room left.
 
-    All of it is exact: the centres, velocities and normals of the scene lie on one line, the discs have struck nothing
-    else so far, and nothing else moves. Where both ends move nothing else is there.
+    The result is exact. The centres, velocities and normals of the scene lie on one line, the discs have struck nothing
+    else so far, and nothing else moves. If both ends move, the scene has no other bodies.
     """
     last = [row.values for row in log.rows[-CRUSH:]]
     if not bodies.fastest_drive or len(last) < CRUSH:
@@ -147,7 +147,7 @@ def _facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
 
 
 def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
-    """Return what of a wall a disc at the end of a row meets, as it stands at time 0; None of a disc."""
+    """Return the part of a wall that a disc at the end of a row meets, at time 0; None for a disc."""
     if end.body >= 0:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]

@@ -1,8 +1,7 @@
-"""A certified run: impact after impact at one precision, and again at a higher one where that does not decide.
+"""Certified run: impact after impact at one precision, and again at a higher one where that does not decide.
 
-What was certified at one precision is not selected again at the next: the order of impacts is known, and only the
-dynamics is computed anew. As the balls grow, the working precision is lowered after them, so that no bits are computed
-that mean nothing.
+The order of impacts that is certified at one precision is kept at the next; only the dynamics is computed again. As the
+balls grow, the working precision is lowered with them, so that no meaningless bits are computed.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ _GUARD_BITS = 24
 #: The precision is raised to what the bits lost so far let expect, and an eighth more; but never more than eightfold,
 #: since the first impacts say little about all, and never less than to half as much again.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: The working precision is lowered where a tenth of it has come to mean nothing.
+#: The working precision is lowered when the useful part is less than this.
 _LOWER_AT = 0.9
 #: Outcomes of impacts without end.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
@@ -58,7 +57,7 @@ _GOES_ON = {
 }
 
 
-#: Stands for an event of the start.
+#: Marks an event of the start.
 _START = (-1, -1, 0.0)
 
 
@@ -79,16 +78,16 @@ class Stop(NamedTuple):
 
 
 class CertifiedRun:
-    """A scene taken forward with proven digits, a `carom.solvers.run.Run`.
+    """Run of a scene with proven digits, a `carom.solvers.run.Run`.
 
-    In pieces it has the digits that it has at once. Radii can differ beyond them, since the precision is chosen for how
-    far the run is to go. A run that has ended otherwise than at a time or an impact asked for goes no further.
+    A run in pieces has the same digits as one in a single piece. Radii can differ beyond them, since the precision is
+    chosen for the goal of the run. A run that ended before its requested time or impact goes no further.
 
     Attributes:
         ending: How the last call ended; None before the first.
-        degeneracy: The event that no precision tried has decided, where one was left.
-        replays: How often the run was begun again at a higher precision.
-        precision_bits: Bits that the last attempt was begun with.
+        degeneracy: The event that no tried precision has decided, if there is one.
+        replays: Number of restarts at a higher precision.
+        precision_bits: Initial bits of the last attempt.
     """
 
     def __init__(self, scene: Scene, *, digits: int, max_precision_bits: int, tie_bits: int) -> None:

@@ -1,11 +1,11 @@
-"""Which impact comes next: decided by certified comparison only, or said not to be decided.
+"""Selection of the next impact by certified comparisons; what they do not decide is reported as undecided.
 
-The event with the least lower bound is solved in balls, which raises its bound; when the least bound belongs to an
-event that is solved already, all whose bounds do not exceed its time are its rivals, and they are solved, too. It comes
-next if it is certainly before each rival, or if the two commute.
+The event with the least lower bound is solved in balls, which raises its bound. When the least bound belongs to a
+solved event, all events whose bounds do not exceed its time are its rivals and are also solved. The event is next if it
+is certainly before each rival, or if the two commute.
 
-Where a bound is no later than the start of both paths, it says nothing, and the instant to solve from may be far from
-the impact. So the first solution only makes a bound, from which it is solved again when its turn comes.
+A bound that is no later than the start of both paths carries no information, and may be far from the impact. So the
+first solution only gives a bound, from which the event is solved again when it has the least one.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class Selection:
         raise blocking
 
     def is_at_the_end(self, meeting: Meeting) -> NoReturn:
-        """Say that an impact can't be told to belong to the scene.
+        """Raise that it cannot be decided whether an impact belongs to the scene.
 
         Raises:
             Undecided: Always.

@@ -30,10 +30,10 @@ def kept(damping_per_s: float, undamped_time: arb) -> arb:
 
 
 def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
-    """Let the table act on disc `i`, which goes straight on at a new velocity from a time on.
+    """Let the table act on disc `i`, which moves straight at a new velocity from a time on.
 
     Raises:
-        Undecided: It can't be told whether it moves.
+        Undecided: It cannot be decided whether the disc moves.
     """
     vx, vy = bodies.velocity(i, time, at)
     if vx.is_zero() and vy.is_zero():
@@ -52,7 +52,7 @@ def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
 
 
 def stop(bodies: BallBodies, meeting: Meeting) -> None:
-    """Let a disc lie where it has stopped."""
+    """Leave a disc where it has stopped."""
     i = meeting.first
     bodies.x[i], bodies.y[i] = bodies.place_at(i, meeting.time)
     bodies.vx[i] = bodies.vy[i] = ZERO

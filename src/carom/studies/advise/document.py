@@ -216,7 +216,7 @@ def _rated(answer: Advised, found: StepRange) -> str:
 
 
 def _at_a_frame(advice: Advice, answer: Advised) -> str:
-    """Return what one step a frame comes to."""
+    """Return the result with one step a frame."""
     rate_hz = advice.scene.frame_rate_hz
     trial = next((one for one in answer.trials if in_a_frame(one.dt_s, rate_hz) == 1), None)
     if trial is None:

@@ -1,11 +1,11 @@
 """The largest step at which checking once per step meets a demand, for one impact of two bodies, in closed form.
 
-A method that looks at t = k dt finds the impact of two discs at the first look in [enter, closest approach): touching
-or overlapping, and approaching still. So whatever the phase it finds it if dt is at most the length of that window;
-and it finds it late by less than dt. How late makes how wrong a direction is geometry: while the discs slide into one
-another their line of centres turns, and the velocity of each after the impact moves on a circle. With u the relative
-velocity, k a disc's share (1 + e) mu / m of the push, and n the unit line of centres,
-``k (u . n) n = (k / 2) (u + |u| w)``, where w is the unit vector whose angle is twice that of n less that of u.
+A method that checks at t = k dt finds the impact of two discs at the first check in [enter, closest approach), where
+they overlap and still approach. So it finds the impact at any phase if dt is at most the length of that window, and
+less than dt late. Geometry gives the direction error of a delay. While the discs slide into one another, their line of
+centres turns, and the velocity of each after the impact moves on a circle. With u the relative velocity, ``k = (1 + e)
+mu / m``, and n the unit line of centres, a disc's velocity changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is
+the unit vector whose angle is twice that of n less that of u.
 """
 
 from __future__ import annotations

@@ -18,18 +18,18 @@ CONFIRM = 64
 #: The grid has two steps an octave: 1, 1.5, 2, 3, 4, 6 ... steps a frame, whole numbers of them from half a frame down.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: An answer holds at all steps of the grid down to this many octaves below it, where the error falls in proportion to
-#: the step over them: what falls so goes on falling. Where it does not, one octave more.
+#: An answer must hold at all steps of the grid down to this many octaves below it. This is enough where the error is in
+#: proportion to the step there, since it then keeps falling. Otherwise one octave more is required.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
-#: No answer is given before the steps were tried down to a frame's, which is what people run, and, where looking once a
-#: step needs finer ones, down to those, or to this many octaves below a frame: engines that sweep fast discs alone
-#: sweep none there any more, and may miss what they found at larger steps.
+#: An answer requires that steps were tried down to a frame's, the usual step. Where a check once per step needs finer
+#: ones, they are tried too, down to this many octaves below a frame. Engines that sweep only fast discs sweep none at
+#: such steps, and may miss impacts that they found at larger ones.
 OCTAVES_COVERED = 3
 
-#: An error is in proportion to the step, or does not depend on it, where error over step, or the error itself, is the
-#: same to a quarter over these octaves: its order is then within 0.16 of 1 (over two), or 0.11 of 0 (over three).
+#: An error is in proportion to the step if error over step varies by at most a quarter over these octaves, and does not
+#: depend on it if the error itself does. Its order is then within 0.16 of 1 (over two), or 0.11 of 0 (over three).
 SAME = 1.25
 
 #: No step finer than this fraction of a frame, or of what the hardest impact allows on its own, is tried.
@@ -147,17 +147,18 @@ def in_a_frame(dt_s: float, frame_rate_hz: float) -> int | None:
 
 
 class StepSearch:
-    """The search of one method: it says which step it wants tried next, and takes what came of it.
+    """Search for the step of one method: it requests the next step to try, and takes its result.
 
     Args:
         scene: The scene.
         method: Engine and profile.
-        demand: What is asked for.
-        guess_s: What the hardest impact allows a method that checks for overlap once per step.
+        demand: Required accuracy.
+        guess_s: Largest step that the hardest impact allows a method that checks for overlap once per step.
         phases: Even starts at which each step is tried.
-        aimed: How many aimed starts come to those.
-        budget_steps: Engine steps that it may take; a step is tried if those of the step before say that it will do.
-        refusal: Why the method does not take a step; empty where it does.
+        aimed: Number of aimed starts in addition.
+        budget_steps: Budget of engine steps; a step is tried if the cost of the step before predicts that the budget
+            suffices.
+        refusal: Returns why the method does not take a step; empty where it does.
     """
 
     def __init__(
@@ -191,7 +192,7 @@ class StepSearch:
         return all(self._refusal(dt_s) for dt_s in self._grid)
 
     def take(self, trial: StepTrial | str) -> None:
-        """Take what came of the step that was wanted, or why it could not be tried."""
+        """Take the result of the requested step, or the reason why it could not be tried."""
         try:
             self.wanted = self._walk.send(trial)
         except StopIteration:

@@ -36,11 +36,11 @@ REFERENCES_KEPT = 128
 
 @dataclass(frozen=True)
 class Started:
-    """What one start gave.
+    """Result of one start.
 
     Attributes:
         lost: Impacts missed or invented.
-        completed: Whether the run came to its end.
+        completed: Whether the run reached its end.
         direction_error_rad: Largest direction error of the impacts found; NaN where none was.
         steps: Engine steps taken.
     """
@@ -53,10 +53,10 @@ class Started:
 
 @dataclass(frozen=True)
 class StartTask(JobTask):
-    """Run a job in a worker process, and hold its impacts up to the scene's end against PIC's."""
+    """Run a job in a worker process, and compare its impacts up to the scene's end with PIC's."""
 
     def carry_out(self) -> Started:
-        """Return what it gave.
+        """Return its result.
 
         Raises:
             UnsupportedError: There is no such start, or no reference of it.
@@ -64,7 +64,7 @@ class StartTask(JobTask):
         job = self.job
         adapter = load_supported_adapter(job)
         begun = scene_at_phase(job)
-        # An impact in the last steps of a run can't be told from one that is missed.
+        # Without further steps, an impact in the last steps of the scene could not be distinguished from a missed one.
         scene = Scene(**{**dict(begun), "duration_s": begun.duration_s + BEYOND_STEPS * job.dt_s})
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
@@ -90,13 +90,13 @@ class StepTrial:
 
     Attributes:
         dt_s: The step, seconds.
-        even: How many starts were spread evenly over it, as far as they could be had.
-        starts: How many starts were run, aimed ones among them.
-        lost_even: How many of the even starts missed or invented an impact, or did not come to their end.
+        even: Number of starts that are evenly spread over the step, without those that failed.
+        starts: Number of all starts, with aimed ones.
+        lost_even: Number of even starts that missed or invented an impact, or did not reach their end.
         lost: The same of all starts.
         direction_error_rad: Largest direction error at any start; NaN where no impact was found.
         steps: Engine steps taken.
-        reason: What the engine or its adapter broke off with, empty where it did not: then the step fails.
+        reason: Error of the engine or its adapter, with which the step fails; empty if there is none.
     """
 
     dt_s: float

@@ -24,13 +24,13 @@ from carom.studies.bench.convergence import CONFIDENCE, student_quantile
 from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import error_text, point_name
 
-#: What counts as a change: an interval that lies beyond this part of 1 as a whole. Rounds of one run lie closer to each
-#: other than those of two runs, which differ in where the program lies in memory and in what else the machine does.
+#: A ratio counts as a change if its whole interval differs from 1 by more than this. Rounds of one run are closer to
+#: each other than those of two runs, which differ in the program's place in memory and in the machine's other work.
 LEAST_CHANGE = 0.05
 
 
 class BaselineChange(Enum):
-    """What became of a point; the value is the word shown."""
+    """Change of a point; the value is the word shown."""
 
     REGRESSED = "regressed"
     IMPROVED = "improved"
@@ -143,7 +143,7 @@ def compared(bench: Bench, before: dict[tuple[str, str, str, float], Before]) ->
 
 
 def _ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[float, float, float]:
-    """Return the ratio of two means of logarithms with its interval, by Welch's t at a level for so many points."""
+    """Return the ratio of two geometric means with its interval, by Welch's t at a level for the number of points."""
     one, other = ([math.log(value) for value in values if value > 0.0] for values in (now, then))
     if len(one) < 2 or len(other) < 2:
         return math.nan, math.nan, math.nan

@@ -13,13 +13,13 @@ from carom.comparator.thresholds import THRESHOLDS
 
 CONFIDENCE = 0.95
 
-#: Sampling alone has order 1. An order that is surely below half of that needs more than four times the steps to halve
-#: an error, and more than a thousand times the steps to win a factor of 32: nobody will get there by a smaller step.
+#: Sampling alone has order 1. With an order surely below half of that, halving an error takes more than four times the
+#: steps, and a factor of 32 more than a thousand times the steps. Smaller steps are then no remedy.
 LEAST_ORDER = 0.5
 
 
 class Convergence(Enum):
-    """What an order says; the value is the phrase shown."""
+    """Meaning of an order; the value is the phrase shown."""
 
     EXACT = "exact at every step"
     CONVERGES = "converges"

@@ -33,10 +33,10 @@ DT_S = 1 / 240
 #: A simulated second: in less, few of some hundred discs meet.
 STEPS = 240
 
-#: Below this many discs what is fixed (a call, a box, the walls) hides how cost grows with their number.
+#: Below this many discs, fixed costs (a call, a box, the walls) hide the growth with their number.
 FIT_FROM = 100
 
-#: A run is repeated until so many seconds are full, or so many runs are made; the median is taken.
+#: A run is repeated until it has taken this many seconds in all, or this often; the median counts.
 SHORT_S = 0.5
 REPEATS = 15
 
@@ -157,7 +157,7 @@ class GrowthCurve:
         engine: Name of the adapter.
         profile: Name of the profile.
         points: From few discs to many.
-        time_exponent: Of run time against the number of discs, with its interval: (exponent, low, high).
+        time_exponent: Exponent of run time against the number of discs, with its interval: (exponent, low, high).
         memory_exponent: The same of memory.
         gravity: Whether the discs fall.
     """

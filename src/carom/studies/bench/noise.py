@@ -30,13 +30,13 @@ def spread(values: list[float]) -> Spread:
 
 @dataclass(frozen=True)
 class Noise:
-    """What a machine made of fixed work.
+    """Spread of a machine's run times of fixed work.
 
     Attributes:
-        work_s: Seconds that it took, the median.
-        interquartile: The middle half of all probes lies within this fraction of the median.
-        worst: The slowest, over the median.
-        probes: How many there were.
+        work_s: Median time, seconds.
+        interquartile: Range of the middle half of all probes, over the median.
+        worst: Time of the slowest probe, over the median.
+        probes: Number of probes.
     """
 
     work_s: float

@@ -10,8 +10,8 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Steps of a scene's series where none are asked for: from its own frame to one as much finer as 1/10000 s is than
-#: 1/60 s, in as many steps as a fitted order needs to have a confidence interval worth reading.
+#: Default series of steps: from the scene's frame to one finer by the ratio of 1/60 s to 1/10000 s. The number of steps
+#: is what a fitted order needs for a useful confidence interval.
 FINEST = 60 / 10_000
 STEPS = 6
 

@@ -35,7 +35,7 @@ EXACT = "exact"
 #: A smaller error is written as a number: nobody reads 0.0009 %.
 LEAST_PERCENT = 1e-4
 
-#: So many targets, the finest, have room on a terminal.
+#: Number of targets, the finest, for which a terminal has room.
 TARGETS_SHOWN = 3
 
 #: The column that heads every table of a bench.

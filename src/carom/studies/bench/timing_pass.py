@@ -1,7 +1,7 @@
-"""The timing pass: nothing observed, nothing else running, several rounds in random order, ratios within a round only.
+"""Timing pass: unobserved runs, one at a time, in several rounds of random order; ratios are within a round.
 
-Two clocks: all steps in as few calls as the adapter allows, and the whole, with the world's preparation. Next to them
-stands what is paid without any collision: Python's call into the world, and as many steps of an empty world.
+One time is of all steps in as few calls as the adapter allows, the other includes the world's preparation. Two more
+measure the cost without any collision: Python's call into the world, and as many steps of an empty world.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class Visit:
     """One visit of a method at a step in one round, medians of its repeats, seconds.
 
     Attributes:
-        prepare_s: To build the world.
-        advance_s: For all steps.
+        prepare_s: Time to build the world.
+        advance_s: Time of all steps.
         call_s: For a call of no steps; NaN where the adapter does not take one.
         empty_s: For as many steps of an empty world, without the call.
     """
@@ -104,13 +104,13 @@ class CellTiming:
 
     Attributes:
         steps: Steps of the run.
-        rounds: How many rounds there were.
-        advance_s: For all steps.
-        prepare_s: To build the world.
-        whole_s: Both.
-        call_s: Of `advance_s`, Python's call into the world; NaN where the adapter takes no call of no steps.
-        empty_s: Of `advance_s`, what as many steps of an empty world cost.
-        net_s: Of `advance_s`, what is left for this scene's own work.
+        rounds: Number of rounds.
+        advance_s: Time of all steps.
+        prepare_s: Time to build the world.
+        whole_s: Sum of both.
+        call_s: Part of `advance_s` for Python's call into the world; NaN where the adapter takes no call of no steps.
+        empty_s: Part of `advance_s` for as many steps of an empty world.
+        net_s: Part of `advance_s` for this scene's own work.
         ratio: `advance_s` over that of PIT at the same step in the same round; None where PIT was not timed there.
         whole_ratio: The same of `whole_s`.
         ratios: `advance_s` over that of PIT, of each round; empty in a file of an earlier Carom.
@@ -136,15 +136,15 @@ class CellTiming:
 
 @dataclass(frozen=True)
 class TimingKey:
-    """What tells a timing from all others: only on this machine, with these versions and this order, is it the same.
+    """Identity of a timing: only equal keys mean the same machine, versions and order of visits.
 
     Attributes:
         scene: Name of the scene, for readers.
         scene_sha256: Hash of the scene.
-        asked: What was timed, in order.
-        versions: Of each engine, all that its numbers depend on.
+        asked: Timed methods and steps, in order.
+        versions: Versions of each engine and of all that its numbers depend on.
         machine: See `carom.execution.environment.Environment.machine`.
-        seed: Of the order of visits.
+        seed: Seed of the order of visits.
     """
 
     scene: str
@@ -157,13 +157,13 @@ class TimingKey:
 
 @dataclass(frozen=True)
 class SceneTiming:
-    """What a scene's timing pass found. Its rounds belong together, and ratios are taken within them.
+    """Result of a scene's timing pass. Ratios are within its rounds.
 
     Attributes:
         date: When, UTC.
         timings: What was timed, and what that took.
         untimed: What was not, and why.
-        rounds: How many rounds there were.
+        rounds: Number of rounds.
         noise: What the machine made of fixed work meanwhile.
     """
 
@@ -202,7 +202,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         scene: The scene.
         asked: What is timed.
         rounds: How many rounds; fewer, but three, where the budget is short.
-        seed: Of the order of visits.
+        seed: Seed of the order of visits.
         budget_s: Seconds that the pass may take; what does not fit is left out, and says so.
         progress: Called with (done, all, what).
     """

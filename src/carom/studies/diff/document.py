@@ -24,10 +24,10 @@ from carom.studies.diff.run import Change, Diff, Kind
 
 #: As many rows as a comment on a pull request holds, whose length is limited.
 MOST_ROWS = 50
-#: Groups that a terminal shows in 25 lines of what got worse or is mixed, of all else, and of what is not graded: of
-#: one method a group takes two lines, of several three.
+#: Number of groups that a terminal shows in 25 lines: worse or mixed, all others, and not graded. A group takes two
+#: lines with one method, and three with several.
 MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
-#: Settings whose values are told on a terminal, and characters of each.
+#: Number of settings whose values a terminal shows, and characters of each.
 MOST_SETTINGS, MOST_LETTERS = 4, 40
 
 _COLUMNS = (

@@ -150,11 +150,11 @@ class Change:
 
     @property
     def telling(self) -> BeforeAfter | None:
-        """The number that says most of what became of it, None where none changed.
+        """The most important changed number, None where none changed.
 
-        Of those that moved in the direction of the change: impacts missed or spurious, then errors over the scene's
-        scales, then errors with a unit, then what is there or not; among equals the first, as an impact's error leads
-        to the end's.
+        It is one that moved in the direction of the change. Missed or spurious impacts come first, then errors over the
+        scene's scales, errors with a unit, and facts. Among equals it is the first, because an impact's error causes
+        the end's.
         """
         way = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -388,7 +388,7 @@ def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -
 
 def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
     grew = _badness(now) - _badness(was) if _graded(was, now) else 0
-    # Hit or miss first: errors of impacts that only one of the two runs has found say nothing of the other.
+    # Hit or miss first: errors of impacts that only one run has found cannot be compared.
     impacts = sum(measure.growth for measure in measures if measure.counts)
     growths = [impacts] if impacts else [measure.growth for measure in measures]
     rose, fell = any(growth > 0 for growth in growths), any(growth < 0 for growth in growths)

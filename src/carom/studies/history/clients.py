@@ -1,7 +1,7 @@
-"""The ordinary clients of the registries: what they list of a package, and how they lay a release into a folder.
+"""Clients of the registries (pip and npm): list the releases of a package, and install one into a folder.
 
-No package of a release runs anything while it is laid there: pip takes wheels alone, and npm runs no package's scripts.
-A client is bounded in time and in what it prints, and ends with this process, however that ends.
+The installation runs no code of a package: pip takes only wheels, and npm runs no package's scripts. A client has
+limits of time and output, and ends with this process in any case.
 """
 
 from __future__ import annotations

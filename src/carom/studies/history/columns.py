@@ -81,9 +81,9 @@ def column_name(engine: str, version: str) -> str:
 
 
 def laid(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -> Path:
-    """Lay the program of an engine from npm next to a release of it; return its manifest there.
+    """Copy the program of an engine from npm next to a release of the engine; return its manifest there.
 
-    The manifest's folder and the files next to it are copied: a module is looked for from where it really lies.
+    The manifest's folder and the files next to it are copied, because node resolves a module from its real path.
     """
     here, there = manifest.parent, folder / manifest.parent.name
     shutil.copytree(here, there, ignore=shutil.ignore_patterns("node_modules"))

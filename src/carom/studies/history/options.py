@@ -13,7 +13,7 @@ from carom.support.options import flag, megabytes, name, option, whole
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Ranges over fewer phases say nothing of a change: one phase makes a step look lucky or unlucky.
+#: Ranges over fewer phases cannot show a change, because the phase alone can make a step look good or bad.
 FEWEST_PHASES = 8
 
 

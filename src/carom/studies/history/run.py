@@ -68,7 +68,7 @@ class Release:
 
     @property
     def not_run(self) -> str:
-        """Why nothing of it ran, as most of its cells say; empty where something did."""
+        """Most frequent reason why the release ran in no cell; empty where it ran in one."""
         if self.reason or any(one.ran for one in self.seen.values()):
             return self.reason
         said = [one.own.said for one in self.seen.values()]
@@ -236,7 +236,7 @@ class _Study:
         self._progress(self._done, max(self._total, self._done), what)
 
     def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
-        """Return what each engine, in this order, came to in each cell, at all phases where neighbours differ."""
+        """Return the results of each engine, in this order, in each cell; at all phases where neighbours differ."""
         own = self.ask((self.job(name, cell) for name in names for cell in cells), pool)
         seen = {name: {cell: SeenCell(own[self.job(name, cell)]) for cell in cells} for name in names}
         todo = {

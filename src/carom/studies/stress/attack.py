@@ -1,4 +1,4 @@
-"""What an attack is: one axis from harmless to absurd, scenes along it, and how a trace is judged."""
+"""Attacks: an axis from harmless to absurd, scenes along it, and a judge of their traces."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from carom.model.trace import Outcome, Trace, Vector, kinetic_energy
 from carom.studies.stress.truth import TrueMotion
 from carom.support.formatting import number
 
-#: What counts as giving way: a tenth. A method that is wrong by a tenth of what the impacts do is wrong for any
-#: purpose, and every engine's everyday error at a sensible step lies below it, so that what is found is where a method
-#: fails and not how exact it is; how exact it is while it stands is shown next to it.
+#: Error at which a method fails: a tenth of what the impacts change is too much for any purpose. Every engine's usual
+#: error at a sensible step is below it. So the attack finds where a method fails, and not its accuracy; the accuracy
+#: before the failure is shown separately.
 TOLERANCE = 0.1
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a trace is worth.
+    """Judgement of a trace.
 
     Attributes:
         error: Its error, in the measure of the attack; NaN where there is nothing to measure.
-        broken: Why it counts as broken; empty where the method stands.
-        note: What else is to be said of it.
+        broken: Why the method fails; empty where it passes.
+        note: Further remark on the trace.
         status: Whether there was a trace.
     """
 
@@ -39,13 +39,13 @@ class Judgement:
     status: Status = Status.RAN
 
 
-#: Says what a trace is worth.
+#: Judges a trace.
 Judge = Callable[[Trace], Judgement]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One scene of an attack and how a trace of it is judged. It is run at the scene's own frame rate."""
+    """One scene of an attack, run at its own frame rate, and the judge of its traces."""
 
     scene: Scene
     judge: Judge
@@ -58,16 +58,16 @@ class Attack:
     Attributes:
         name: Short name, the one given on the command line.
         axis: What varies, in words, with its unit.
-        harmless: Value at the harmless end, where every sound method should stand.
+        harmless: Value at the harmless end, where every sound method should pass.
         absurd: Value at the absurd end, above or below.
-        trials: Makes the scenes of a value; several differ in where in a step their impact falls, and a method stands
-            at a value if it stands in all of them.
+        trials: Makes the scenes of a value. Several scenes differ in the phase of their impact, and a method must pass
+            all of them.
         truth: Where the right answer comes from.
-        gives_way: What counts as giving way, and why.
+        gives_way: Criterion of failure, with its reason.
         quick_absurd: Value at the absurd end in the quick form, where it is nearer.
         whole: Whether the axis has whole numbers only.
-        rungs: Values a decade that are tried on the way to the first break. More of them where a method can break and
-            stand again by luck.
+        rungs: Values a decade that are tried up to the first failure. There are more where a method can fail and then
+            pass by luck.
         full_only: Whether its runs are too long for the quick form.
         last: A value beyond the absurd end that no logarithm reaches, such as a gap of 0; it is tried, not bisected.
     """
@@ -153,15 +153,15 @@ def closed_form_judge(
     note: str = "",
     changes: str = "an impact changes",
 ) -> Judge:
-    """Judge by final velocities that are known, each against the change that impacts make to its disc.
+    """Judge by known final velocities, relative to the change that impacts make to the disc.
 
     Args:
         scene: The scene.
-        final_velocity_m_s: What they must be, metres a second.
-        impacts: How many impacts there are, for the reason given; 0 where nobody can count them.
-        change_m_s: What impacts change of each disc's velocity, metres a second; 0 for a disc that is never hit.
-        note: What else is to be said of a trace that stands.
-        changes: What makes these changes, for the reason given.
+        final_velocity_m_s: The known velocities, metres a second.
+        impacts: Number of impacts, for the message; 0 where it is unknown.
+        change_m_s: Change of each disc's velocity by impacts, metres a second; 0 for a disc that is never hit.
+        note: Remark on a trace that passes.
+        changes: Cause of these changes, for the message.
     """
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)
     greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
@@ -181,7 +181,7 @@ def closed_form_judge(
 
 
 def energy_judge(scene: Scene) -> Judge:
-    """Judge by what every elastic scene keeps: kinetic energy to a tenth, and discs out of each other and the walls."""
+    """Judge by invariants of elastic scenes: kinetic energy to a tenth, and discs outside each other and the walls."""
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
 
     def judge(trace: Trace) -> Judgement:

@@ -1,4 +1,4 @@
-"""Finding where a method fails under an attack: up the ladder to the first break, then bisection."""
+"""Search for the value at which a method fails under an attack: up the ladder to the first failure, then bisection."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from carom.studies.stress.attack import Attack, Judgement, Trial
 from carom.studies.stress.failure_points import Spot, SpotEnding
 from carom.support.folders import file_name
 
-#: The breaking point is bisected until the value that stands and the one that does not are this near, as a ratio.
+#: Ratio of a failing value to a passing one at which the bisection ends.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 
 class NotRunError(Exception):
-    """The method can't be attacked at all: it is unavailable, or does not support the scene.
+    """The method cannot be attacked: it is unavailable, or does not support the scene.
 
     Attributes:
         status: Which of the two.
@@ -32,7 +32,7 @@ class NotRunError(Exception):
 
 
 class _Tried(NamedTuple):
-    """What came of one value: the worst judgement of its trials, and the scene that shows it."""
+    """Result of one value: the worst judgement of its trials, and its scene."""
 
     value: float
     trial: Trial

@@ -21,12 +21,13 @@ from carom.support.formatting import number
 
 _RADIUS_M, _G, _K = 0.25, 10.0, 0.5
 _DT_S = 1.0 / RATE_HZ
-#: How long a disc is in contact: what gravity or friction makes of it is far above what an integrator is off by.
+#: Duration of a contact, in which gravity or friction change the motion by far more than an integrator's error.
 _LASTS_S = 0.5
 _SPEED_M_S = 1.2
 
-#: Friction of every slope, and of the floor that rolling resistance is on; tangents of the steepest slopes that hold a
-#: block, hold rolling, hold a disc that resists rolling, and hold the slip of one that bounces with e = 1/2.
+#: Friction of every slope, and of the floor that rolling resistance is on; the tangents of the steepest slopes. These
+#: hold a block, prevent slipping while rolling, hold a disc with rolling resistance, and stop the slip of a disc that
+#: bounces with e = 1/2.
 _FRICTION = 0.3
 _STEEPEST = {
     "sliding-slope": _FRICTION,
@@ -91,7 +92,7 @@ def _lively(value: float, phase: float) -> Trial:
     rungs=3,
 )
 def _rests(value: float, phase: float) -> Trial:
-    """Stage a ball that is dropped and bounces until it rests; half a second later it lies still."""
+    """Stage a ball that is dropped and bounces until it rests, half a second before the end."""
     e, fall_s = 1.0 - value, (24 + phase) * _DT_S
     shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces until it rests."
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # with a step
@@ -160,7 +161,7 @@ def _slide_friction(value: float) -> Sequence[Trial]:
     "rolling resistance of a disc that rolls, and one over it",
     (1.0, 1e-6),
     _LAW,
-    f"{_MOTION}; whatever is beyond what friction can take changes nothing of its speed",
+    f"{_MOTION}; rolling resistance beyond the limit of friction does not change its speed",
     last=0.0,
 )
 def _rolling_resistance(value: float) -> Sequence[Trial]:

@@ -55,7 +55,7 @@ NOTES = {
     "complaint": "Whether a method still shows the reported bug; the number is its deviation from the known answer.",
 }
 
-#: With at most so many methods each has a sentence; with more they are ranked in one.
+#: Up to this number of methods each has a sentence; more are ranked in one sentence.
 SENTENCES = 4
 
 HEAT = "One sign per test, worst first: = passed; 0 to 9: tenths of its axis; -: not run."
@@ -142,7 +142,7 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     yield Table(columns, results.methods, css="methods")
     if attacks:
         yield Text(HEAT, TERMINAL | DETAIL)
-        if len(results.methods) > SENTENCES:  # of fewer they stand first
+        if len(results.methods) > SENTENCES:  # with fewer methods they come first
             yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
     yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
 
@@ -196,7 +196,7 @@ def _weakest(results: StressResults, lines: list[Line], method: Method) -> Cell:
 
 
 def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Section]:
-    """Yield every cell of a kind of lines, and what each stands on."""
+    """Yield the table of a kind of lines, and the evidence of its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
         Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # a page has it where the evidence is opened
@@ -210,13 +210,13 @@ def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Sec
 
 
 def _why(results: StressResults, line: Line) -> Iterator[str]:
-    """Say why cells of a line are as they are: each reason with the methods that it holds for."""
+    """Return the reasons of a line's results, each with its methods."""
     found = formatting.together((spot.reason, method.name) for method, spot in _spots(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
 def _evidence(results: StressResults, line: Line) -> Table:
-    """Return what each cell of a line stands on, the scene that shows it, and the command that runs that."""
+    """Return the evidence of each cell of a line: the result, its scene, and the command that runs it."""
     columns = (
         Column("method", lambda cell: Cell(cell[0].name, anchor=_anchor(line, cell[0]))),
         Column("result", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
@@ -328,7 +328,7 @@ def _named(methods: list[str]) -> str:
 
 
 def _complaints(results: StressResults, complaints: list[Line]) -> str:
-    """Say how many bugs reported of an engine that is driven here are still seen on that engine."""
+    """Return how many of the reported bugs of engines with an adapter are still seen on that engine."""
     still: list[str] = []
     not_any_more: list[str] = []
     for line in complaints:
@@ -336,7 +336,7 @@ def _complaints(results: StressResults, complaints: list[Line]) -> str:
         if any(ending is not SpotEnding.NOT_RUN for ending in own):
             (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
     here, seen = len(still) + len(not_any_more), f": {formatting.listed(still)}" if 0 < len(still) <= FEW else ""
-    of = f"Of {formatting.count(len(complaints), WORDS['complaint'])}, {here} concern an engine supported here"
+    of = f"{formatting.count(len(complaints), WORDS['complaint'])}: {here} concern an engine supported here"
     return f"{of}; {len(still)} are still seen{seen}."
 
 

@@ -21,7 +21,7 @@ _DT_S = 1.0 / RATE_HZ
 _RADIUS_M = 0.25
 #: A hundredth of a diameter a step, as in `carom.studies.stress.pairs`.
 _SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
-#: Half the length of a wall: no disc here comes to an end of it but where the end is what it meets.
+#: Half the length of a wall; discs reach its ends only in attacks on the ends.
 _HALF_LENGTH_M = 4.0
 #: How far from a corner a disc begins, and its speed: it is out again after 30 of the steps, and moves an eighth of its
 #: radius in each.
@@ -184,7 +184,7 @@ def _corner(value: float, phase: float) -> Trial:
     whole=True,
 )
 def _legs(value: float, phase: float) -> Trial:
-    """Stage a wall that comes to and fro, three steps on and one back, and strikes a disc at rest on its last leg.
+    """Stage a wall that moves to and fro, three steps on and one back, and strikes a disc at rest on its last leg.
 
     Half of the last leg leads beyond where the wall has been before.
     """

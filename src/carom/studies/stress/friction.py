@@ -57,7 +57,7 @@ def spin_judge(
         if found.broken:
             return found
         if trace.final_spin_rad_s is None:
-            return Judgement(math.nan, "no spin is told")
+            return Judgement(math.nan, "no spin is reported")
         error = float(np.max(np.abs(radius * trace.final_spin_rad_s - rims) / np.array(change_m_s)))
         if error <= TOLERANCE:
             return Judgement(max(error, found.error), note=found.note)

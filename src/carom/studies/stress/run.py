@@ -60,13 +60,13 @@ GROUPS = {
     "walls": wall_attacks,
     "contact": contact_attacks,
 }
-#: Of the attacks at walls, those at walls that move.
+#: Attacks with moving walls.
 DRIVEN = ("paddle", "legs")
 
 
 def attacks() -> list[tuple[str, Attack]]:
     """Return all attacks with their groups, in the order of the table."""
-    # Every method is tried at much the same values, and the true answer costs more than a run.
+    # All methods are tried at similar values, and the true answer costs more than a run.
     return [
         ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
         for group, of_group in GROUPS.items()
@@ -89,21 +89,21 @@ def stress(
     progress: Progress = no_progress,
     command: str = "",
 ) -> StressResults:
-    """Attack methods, and return where each gives way.
+    """Attack methods, and return where each fails.
 
     Args:
         names: Attacks, relations and complaints by name, or the words "attacks", "relations" and "complaints"; all by
             default.
-        asked: What is asked for.
+        asked: Options of the campaign.
         out: Folder for the journal and for the scenes that reproduce the numbers.
         resume: Continue from what a journal in `out` says is finished.
-        retry: Run again what an engine broke off.
+        retry: Repeat runs that an engine broke off.
         progress: Called with (done, all, what) as cells finish.
         command: The command that makes this again, for the results.
 
     Raises:
         UnknownNameError: There is no such attack, engine or profile.
-        InputError: `out` holds files of others, or a journal and `resume` is not set, or its journal is of another
+        InputError: `out` holds files of others, or a journal and `resume` is not set, or its journal belongs to another
             campaign.
     """
     started = time.perf_counter()

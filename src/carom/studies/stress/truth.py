@@ -32,7 +32,7 @@ AGREEMENT = Decimal("1e-30")
 
 
 class UndecidedError(InputError):
-    """The true motion can't be told: more impacts than allowed, or an order that no number of digits decides."""
+    """The true motion cannot be computed: more impacts than allowed, or an order that no number of digits decides."""
 
 
 class TrueImpact(NamedTuple):

@@ -94,7 +94,7 @@ def _draw(found: Tuning, axes: Axes) -> None:
 
 
 def _shown(judged: Judged) -> float:
-    """Return where an error is drawn: what is exact lies at rounding, and NaN is drawn nowhere."""
+    """Return the position of an error on the axis: an exact result is at rounding, and NaN is not drawn."""
     if math.isnan(judged.price):
         return math.nan
     return min(max(judged.price, THRESHOLDS.rounding), 1.0 / THRESHOLDS.rounding)

@@ -103,7 +103,7 @@ def _lead(found: Tuning) -> Iterator[str]:
     changed = formatting.count(len(found.best.tried), "setting")
     yield f"{found.engine}: {changed} changed from {own}, found in trial {found.best.trial}: {grades}."
     yield from _ties(found)
-    yield f"Of {scenes}, each at {_steps(found)}; {tried}."
+    yield f"Scenes: {scenes}, each at {_steps(found)}; {tried}."
     if not math.isnan(found.time_ratio):
         cost = formatting.number(found.time_ratio)
         yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
@@ -147,14 +147,14 @@ def _error(judged: Judged) -> str:
 
 
 class _Row(NamedTuple):
-    """A profile, or what was found, with what came of it."""
+    """A profile, or the settings found, with the results."""
 
     name: str
     found: Found
 
 
 def _rows(found: Tuning) -> list[_Row]:
-    """Return what was found and every profile, the best first; steps that Carom cuts are no setting, and stand last."""
+    """Return the settings found and every profile, the best first; profiles whose steps Carom cuts are last."""
     rows = [_Row(FOUND, found.best)] if found.best is not found.first else []
     rows += [_Row(found.options.profile, found.first), *(_Row(*item) for item in found.others.items())]
     return sorted(rows, key=lambda row: (row.name in found.located, row.found.merit.respects))

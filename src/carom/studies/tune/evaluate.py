@@ -26,10 +26,10 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 
 
 def judged_by(score: Score) -> Judged:
-    """Return what a search reads of a score.
+    """Return the parts of a score that a search needs.
 
-    Of a trajectory that parted from the reference's, which impacts it has is chance, and so is what it pays for them:
-    there the error over PIT's, and what is missed and invented, is that of the steps from the run's own states.
+    After a trajectory has diverged from the reference's, its impacts and their errors are chance. Then the error over
+    PIT's, and the missed and invented impacts, are those of the steps from the run's own states.
     """
     local = score.local_truth
     if score.parted_s is not None and local is not None:
@@ -43,20 +43,20 @@ class JudgeTask(JobTask):
 
     Attributes:
         horizon_s: Time up to which the reference is reliable; None for all of it.
-        timed: Whether its steps are timed too.
+        timed: Whether its steps are also timed.
     """
 
     horizon_s: float | None = None
     timed: bool = False
 
     def carry_out(self) -> Judged:
-        """Return what came of it.
+        """Return the result.
 
         Raises:
             UnsupportedError: There is no reference.
         """
         job, tried = self.job, self.job.method.tried
-        # Also where the first profile says that it can't: it is compared with settings that say nothing of themselves.
+        # The first profile runs even if it declares not to support the scene: the tried settings declare nothing.
         adapter = load_adapter(job.engine)
         reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)

@@ -1,10 +1,12 @@
-"""The search: from an engine's shipped settings to those of the most merit that are found in a number of trials.
+"""Search from an engine's shipped settings for the best ones within a number of trials.
 
-First each knob alone, at its ends; then trials that an optimiser asks for (Optuna's tree-structured Parzen estimator,
-Bergstra et al., NeurIPS 2011), each knob as shipped or turned; then, from the best, one knob at a time again: taken
-back, or turned elsewhere, until nothing is gained by it. So what is found holds no setting that does nothing. The same
-is done from whatever else nothing tried is better than in every respect: two settings may only help together, and
-either alone bring fewer scenes that are wrong or fewer that are sampled, and more of the other.
+1. Each knob alone is tried at its ends.
+2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials, with each
+   knob as shipped or turned.
+3. From the best trial, one knob at a time is turned back or elsewhere, until nothing improves. So every setting found
+   has an effect.
+4. The third step is repeated from all other trials that no trial beats in every respect. Two settings may help only
+   together, while each alone has fewer wrong scenes and more sampled ones, or the other way round.
 """
 
 from __future__ import annotations
@@ -52,10 +54,10 @@ class Found:
     """Settings that were tried on all scenes.
 
     Attributes:
-        tried: In place of the first profile's own.
-        merit: How good they are.
-        judged: What came of each scene, in the order of the scenes asked for.
-        trial: Which trial it was; 0 is the first profile itself.
+        tried: Settings that replace the first profile's own.
+        merit: Their rank.
+        judged: Results of the scenes, in the requested order.
+        trial: Number of the trial; 0 is the first profile itself.
     """
 
     tried: SettingOverrides
@@ -138,7 +140,7 @@ class KnobSearch:
         for point in ({}, *ends):
             study.enqueue_trial(_parameters(point, self.space))
         asked = 0
-        # A point that is asked for again costs nothing; an optimiser that asks for nothing else has come to its end.
+        # A repeated request costs nothing; an optimiser that only repeats itself is finished.
         while self.trials < trials and asked < 10 * trials:
             asked += 1
             self._tell(study)

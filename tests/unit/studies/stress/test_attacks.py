@@ -255,6 +255,6 @@ def test_a_wrong_spin_breaks_every_attack(name: str) -> None:
     turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * sure(trace.final_spin_rad_s))
     assert "a rim's speed wrong by" in trial.judge(turned).broken
     none = dataclasses.replace(trace, final_spin_rad_s=None, spins=None)
-    assert trial.judge(none).broken == "no spin is told"
+    assert trial.judge(none).broken == "no spin is reported"
     no_number = dataclasses.replace(trace, final_spin_rad_s=np.full(len(trial.scene.discs), np.nan))
     assert trial.judge(no_number).broken
