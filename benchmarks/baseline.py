@@ -1,4 +1,4 @@
-"""Another environment's Carom beside this one: the same measurement in both, in turn, so that only ratios count."""
+"""Baseline of another environment's Carom: the same measurement in both, in turn, so that only ratios count."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What whoever clones this waits for, beside another commit: ``python -m benchmarks.clones --since COMMIT``.
+"""Time of the first commands in a fresh clone: ``python -m benchmarks.clones --since COMMIT``, against another commit.
 
-Both are cloned into a folder that is removed at the end, and take turns. `make report` there finds nothing installed;
-then `make test` has installed what it needs, and all are timed again. That takes a quarter of an hour and the network.
+Both are cloned into a temporary folder, and take turns. `make report` starts with nothing installed. After `make test`
+has installed its packages, all commands are timed again. This takes a quarter of an hour and the network.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""PIT with skipping and without, and beside another environment's: ``python -m benchmarks.pit [discs ...]``.
+"""PIT with skipping, without it, and in another environment: ``python -m benchmarks.pit [discs ...]``.
 
 A gas at packing .3, 60 frames a second; processor time, medians of alternating runs.
 """

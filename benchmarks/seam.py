@@ -22,7 +22,7 @@ from carom.engines.registry import load_adapter, unavailable_reason
 ROUNDS = 31
 DISCS = (2, 100)
 
-#: Long enough that the two readings of the clock are nothing beside it.
+#: Long enough that the two readings of the clock are negligible.
 LEAST_ROUND_S = 0.02
 
 

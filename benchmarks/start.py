@@ -81,7 +81,7 @@ def process_rows(baseline: str, repeats: int) -> None:
 
 
 def check_rows(tasks: list[tuple[str, str, int]], baseline: str, repeats: int) -> None:
-    """Print processor time and memory of checks: what is done, how the discs lie, and how many there are."""
+    """Print processor time and memory of checks, by task, arrangement and number of discs."""
     print(f"{'task':7} {'arrangement':21} {'discs':>8} {'s':>8} {'MiB':>6} {'baseline s':>11} {'MiB':>6}  outcome")
     for task in tasks:
         ours, theirs = [], []

@@ -58,9 +58,9 @@ for line in sys.stdin:
 
 
 def compare(discs: int, walls: int, kind: tuple[bool, bool], python: str | None, impacts: int, rounds: int) -> str:
-    """Return the time of a gas with walls more over that of the gas in its box: median and quartiles.
+    """Return the time of a gas with additional walls over that of the gas in its box: median and quartiles.
 
-    Of the kind of walls: whether they are segments, and whether they stand around the gas.
+    `kind` is whether the walls are segments, and whether they are around the gas.
     """
     segments, around = kind
     with ExitStack() as stack:

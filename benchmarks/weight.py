@@ -1,7 +1,6 @@
 """Lines of code of the harness: without blanks, comments and docstrings; ``python -m benchmarks.weight [REVISION]``.
 
-Counted is what stands in ``src/carom`` beside the numerics and local truth. With a revision of git, what stood there
-then is counted beside it.
+The harness is ``src/carom`` without the numerics and local truth. With a revision of git, its lines are also counted.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ def code_lines(text: str) -> int:
 
 
 def weight(texts: dict[str, str]) -> Counter[str]:
-    """Return the lines of code of each room of the harness, from the texts of modules by their path."""
+    """Return the lines of code of each package of the harness, from the texts of modules by their path."""
     found: Counter[str] = Counter()
     for path, text in texts.items():
         inside = path.removeprefix(PACKAGE)
@@ -51,12 +50,12 @@ def weight(texts: dict[str, str]) -> Counter[str]:
 
 
 def now() -> dict[str, str]:
-    """Return the modules as they stand."""
+    """Return the modules of the work tree."""
     return {path.relative_to(ROOT).as_posix(): path.read_text("utf-8") for path in (ROOT / PACKAGE).rglob("*.py")}
 
 
 def then(revision: str) -> dict[str, str]:
-    """Return the modules as they stood at a revision."""
+    """Return the modules of a revision."""
 
     def git(*words: str) -> str:
         return subprocess.run(  # noqa: S603 - git, with a revision that the caller names

@@ -322,7 +322,7 @@ def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(pybullet: 
             found[profile, speed] = world.observe()
             world.close()
         assert found["default", 90.0].velocity_m_s[1, 0] == 100
-        assert "velocity to 100 m/s, and disc 1 has come to that" in found["default", 90.0].warning
+        assert "velocity to 100 m/s, and disc 1 has reached that" in found["default", 90.0].warning
         assert found["default", 40.0].velocity_m_s[1, 0] > 70
         assert found["default", 40.0].warning == found["tuned", 90.0].warning == ""
         # Twice the speed of the centre of mass.

@@ -47,10 +47,10 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 
 def _resting(dt_s: float) -> dict[str, Setting]:
-    # Box2D bounces off the speed at the end of a step, with that step's fall in it: a ball that gets e of it back hops
-    # for ever at about ``g dt / (1 - e)``, unless a contact as slow as that is inelastic. This limit is the least power
-    # of two that is 2.5 steps' fall under 10 m/s^2 or more: a ball with e up to 0.6 comes to rest, one with more where
-    # steps are so long that the limit is well above.
+    # Box2D applies restitution to the speed at the end of a step, which includes that step's fall. So a ball hops for
+    # ever at about ``g dt / (1 - e)``, unless contacts as slow as that are inelastic. This limit is the least power of
+    # two that is at least 2.5 steps' fall under 10 m/s^2. A ball with e up to 0.6 comes to rest. With a greater e it
+    # does so where steps are so long that the limit is well above that speed.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
     return {**_tuned(dt_s), "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}

@@ -65,7 +65,7 @@ world.contactListener = belts = Belts()
 TABLE = """        force = {slower} * mass * scale * scale  # of the table, which slows the disc down
         world.CreateFrictionJoint(bodyA=table, bodyB=body, localAnchorA=position, maxForce=force)
 """
-#: How a driven body is made, and how where it is told of legs.
+#: Code that makes a driven body: without legs, and with legs.
 _MADE = "return world.CreateKinematicBody(position=position, linearVelocity=velocity, angularVelocity=spin * scale)"
 _KEPT = f"driven.append({_MADE.removeprefix('return ')})\n    return driven[-1]"
 
@@ -147,7 +147,7 @@ circles = [{circles}]
 discs = []
 {"driven = []" + chr(10) if has_legs(scene) else ""}{"table = world.CreateStaticBody()" + chr(10) if slower else ""}
 
-def held_body(position, velocity, spin=0.0):  # which no impact moves: it stands, or moves by itself
+def held_body(position, velocity, spin=0.0):  # which no impact moves: it is at rest or driven
     if velocity is None:
         return world.CreateStaticBody(position=position)
     velocity = tuple(v * scale for v in velocity)

@@ -54,7 +54,7 @@ adapter = EngineAdapter(
             "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff, and "
             "steps of the integrator that see the slow ones.",
             _tuned,
-            # What an accuracy of 1e-7 in each of the integrator's steps comes to, measured.
+            # Measured with an accuracy of 1e-7 in each of the integrator's steps.
             Accuracy(velocity=1e-3, energy=1e-3),
         ),
     },

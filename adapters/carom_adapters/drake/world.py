@@ -72,7 +72,7 @@ class DrakeWorld:
                 joint.set_translation(self._context, disc.position_m)
                 joint.set_translational_velocity(self._context, disc.velocity_m_s)
         self._simulator.Initialize()
-        #: Of the last step's contacts, the greatest push and the normal then.
+        #: Greatest push of each contact of the last step, and the normal then.
         self._pushed: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
         self._watched = False
 
@@ -105,7 +105,7 @@ class DrakeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from Drake; the stiffness is what it gives a body that was told none."""
+        """The settings, read back from Drake; the stiffness is that of a body without one of its own."""
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
@@ -126,8 +126,8 @@ class DrakeWorld:
     def observe(self) -> Observation:
         """Read every body, and the contacts that a monitor saw in the integrator's steps.
 
-        A contact may begin and end within a step, and nothing of it is left at its end. The first look sets the monitor
-        up: a world that is only timed has none.
+        A contact may begin and end within a step, and has then no trace at its end. The first observation sets the
+        monitor up, so a world that is only timed has none.
         """
         if not self._watched:
             self._watched = True

@@ -36,9 +36,9 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "in_turn": True,
         # The solver ends when it can do no better.
         "tolerance": 0.0,
-        # A state far out is gone on with, rather than put back to the start.
+        # A run with a huge state continues, instead of being reset to the start.
         "autoreset": False,
-        # Of a disc that moves so far in a step that it may pass through another, MuJoCo makes a contact ahead of time.
+        # MuJoCo makes a contact ahead of time for a disc that moves so far in a step that it may pass through another.
         "speculative": True,
     }
 

@@ -194,7 +194,7 @@ def _driven(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = Fals
 
 
 def _option(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    # Of one pass without a warm start, each contact's push comes first, and friction within its bounds then.
+    # In one pass without a warm start, the solver computes each contact's push before its friction.
     one_pass: dict[str, Setting] = {"cone": "elliptic", "solver": "PGS", "iterations": 1, "warmstart": False}
     asked = (one_pass if answers_in_turn(scene, settings) else {}) | dict(settings)
     option = _attributes(

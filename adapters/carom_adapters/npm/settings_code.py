@@ -49,7 +49,7 @@ def write_code(
     """Return a program's source without its protocol, with all that it takes from others, and a scene."""
     taken, served = _IMPORTED.search(source), _SERVED.search(source)
     if taken is None or served is None:
-        raise ValueError("the program imports nothing of serve.mjs, or serves no world")
+        raise ValueError("the program does not import from serve.mjs, or serves no world")
     wanted = [name for name in taken[1].split(", ") if name != "serve"]
     for name in wanted:  # and what these need, which is found as it is added
         wanted += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in wanted]

@@ -80,8 +80,8 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     for i, disc in enumerate(scene.discs):
         if disc.driven and disc.spin_rad_s and not disc.drive.stands:
             raise AdapterError(
-                f"PyBullet: discs[{i}] is driven and spins at {disc.spin_rad_s:g} rad/s, and Bullet turns the velocity "
-                "of a multibody by its spin; without the one or the other it goes as it is told"
+                f"PyBullet: discs[{i}] is driven and spins at {disc.spin_rad_s:g} rad/s, and Bullet turns the "
+                f"velocity of a multibody by its spin; only one of the two is supported"
             )
 
 
@@ -133,11 +133,11 @@ def resistance_of(scene: Scene, disc_friction: float) -> float:
 
 
 def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
-    """Return all of a scene but the start states of its movable discs; None for one that must be built anew.
+    """Return a scene without the start states of its movable discs; None for one that must be rebuilt.
 
-    Of three bodies or more, Bullet keeps the order in which pairs came near to each other, and solves shared contacts
-    in that order, which changes the last bits. Of cylinders and of planes it keeps contact points: where a disc has
-    rolled in the run before, one a little aside makes it turn round in the next. None of these can be reset.
+    Bullet stores state that cannot be reset. With three bodies or more it keeps the order in which pairs came near, and
+    solves shared contacts in that order, which changes the last bits. It also keeps contact points of cylinders and
+    planes. After a run in which a disc rolled, a contact point slightly off its line turns it in the next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
     if len(scene.discs) > 2 or scene.walls or not plain:
@@ -205,7 +205,7 @@ class PybulletWorld:
             raise
 
     def _start(self, scene: Scene) -> None:
-        """Put every disc where the scene has it. Bullet looks for contacts anew in every step."""
+        """Reset every disc to its start. Bullet finds contacts again in every step."""
         bullet, client = self._bullet, self._client
         for i, (body, disc) in enumerate(zip(self._discs, scene.discs, strict=True)):
             if not scene.discs[i].immovable:
@@ -279,7 +279,7 @@ class PybulletWorld:
             self._bullet.changeDynamics(
                 body,
                 -1,
-                mass=disc.mass_kg,  # which must be told again with it
+                mass=disc.mass_kg,  # which must be set again with it
                 localInertiaDiagonal=moments,
                 physicsClientId=self._client,
             )
@@ -301,7 +301,7 @@ class PybulletWorld:
             shape,
             basePosition=[*position, 0.0],
             baseOrientation=turn,
-            # With maximal coordinates a body without a mass does not move. A multibody without one does as it is told.
+            # With maximal coordinates a body without a mass cannot move. A multibody without a mass can.
             useMaximalCoordinates=bool(asked.get("useMaximalCoordinates", False)) and not driven,
             physicsClientId=client,
         )
@@ -325,7 +325,7 @@ class PybulletWorld:
         }
 
     def advance(self, steps: int) -> None:
-        """Call `stepSimulation` this many times; between steps driven bodies are told of their legs."""
+        """Call `stepSimulation` this many times; between steps driven bodies start their legs."""
         step, client = self._bullet.stepSimulation, self._client
         for count in self._legs.step_counts(steps):
             for (body, spin), velocity in self._legs.start_due(self._clock.now_s):
@@ -338,7 +338,7 @@ class PybulletWorld:
     def observe(self) -> Observation:
         """Read every body and the contact points.
 
-        Bullet looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
+        Bullet finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
         bullet, client = self._bullet, self._client
         position = vectors(bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs)
@@ -356,14 +356,14 @@ class PybulletWorld:
         if np.count_nonzero(clamped):  # an `any` that takes a fifth of the time, after every step
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
-                f"disc {int(clamped.any(axis=1).argmax())} has come to that"
+                f"disc {int(clamped.any(axis=1).argmax())} has reached that"
             )
         if spin is None:
             return ""
         clamped = self._spins_below_clamp & (np.abs(spin) >= SHIPPED_SPIN_CLAMP_RAD_S)
         if clamped.any():
             limit = f"{SHIPPED_SPIN_CLAMP_RAD_S:g} rad/s"
-            return f"PyBullet clamps a multibody's spin to {limit}, and disc {int(clamped.argmax())} has come to that"
+            return f"PyBullet clamps a multibody's spin to {limit}, and disc {int(clamped.argmax())} has reached that"
         return ""
 
     def _contacts_of_step(self) -> tuple[Contact, ...]:

@@ -125,7 +125,7 @@ def add(body, shape, elasticity, friction):
     space.add(body, shape)
 
 
-def held_body(velocity, spin=0.0):  # which no impact moves: it stands, or moves by itself
+def held_body(velocity, spin=0.0):  # which no impact moves: it is at rest or driven
     body = pymunk.Body(body_type=pymunk.Body.STATIC if velocity is None else pymunk.Body.KINEMATIC)
     if velocity is not None:
         body.velocity, body.angular_velocity = velocity, spin

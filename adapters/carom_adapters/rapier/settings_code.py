@@ -59,7 +59,7 @@ parameters.dt = dt
 {assignments("parameters", settings, PARAMETERS)}{soft}handles = []
 {"driven = []" + chr(10) if kept else ""}
 
-def held(velocity):  # a body that no impact moves: it stands, or moves by itself
+def held(velocity):  # a body that no impact moves: it is at rest or driven
     if velocity is None:
         return rapier3d.RigidBody.fixed()
     return rapier3d.RigidBody.kinematic_velocity_based().linvel((*velocity, 0.0))
