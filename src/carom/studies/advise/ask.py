@@ -62,8 +62,8 @@ def advise(
         scene: The scene, or its name in the catalogue.
         engine_names: Names of adapters; every one that is installed by default.
         progress: Called with (done, all, what).
-        pool: Where steps are tried; it stays open. By default processes of this machine, which are ended.
-        options: ``direction_error_rad``, ``profiles`` and the other fields of
+        pool: Where steps are tried; it stays open. By default a new pool, which is closed.
+        options: ``direction_error_rad``, ``profiles``, ``scheduler`` and the other fields of
             `carom.studies.advise.options.AdviceOptions`.
 
     Raises:
