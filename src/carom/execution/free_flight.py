@@ -68,8 +68,13 @@ class FreeFlight:
             for wall in scene.walls
         ]
 
+    @property
+    def needed_from_s(self) -> float:
+        """Time from which on `begins` needs every step. Before, it needs only those with contacts."""
+        return self._look_from_s - (_QUIET_STEPS + 0.5) * self._dt_s
+
     def begins(self, time_s: float, now: Observation) -> bool:
-        """Whether the rest of the run is free flight. Call this after every step."""
+        """Whether the rest of the run is free flight. Call this after every step that is needed."""
         self._seen.append((time_s, now))
         if now.contacts:
             self._look_from_s, self._pause_s = 0.0, self._dt_s

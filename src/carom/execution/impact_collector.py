@@ -124,12 +124,18 @@ class ImpactCollector:
         self.states = np.zeros(0, STATE_DTYPE)
         self.spins: NDArray[np.void] | None = None
 
+    @property
+    def has_open_contacts(self) -> bool:
+        """Whether a contact may continue in the next step."""
+        return bool(self._open)
+
+    def pass_to(self, time_s: float, now: Observation) -> None:
+        """Pass steps without contacts while no contact is open; the last of them ended at `time_s`."""
+        self._last, self._last_s = now, time_s
+
     def add(self, time_s: float, now: Observation) -> None:
         """Add the validated state and contacts of the step that ended at `time_s`."""
         before = self._last
-        if not (now.contacts or self._open):  # as after most steps
-            self._last, self._last_s = now, time_s
-            return
         active: dict[_Pair, Contact] = {}
         struck: set[int] = set()
         for contact in now.contacts:
