@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import ComparisonRange, group_by_pair
+from carom.comparator.impact_matching import group_by_pair
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
 from carom.model.scene import Disc, Scene, as_scene
@@ -171,41 +171,6 @@ def _belongs_to_landing(certified: Trace, trace: Trace, alike_s: float) -> NDArr
         more = np.flatnonzero(theirs)[int(ours.sum()) :]
         parts[more] = trace.impacts["time_s"][more] >= mode["time_s"] - alike_s
     return parts
-
-
-def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange:
-    """Return the range of a reference within a horizon, given as in `carom.compare`.
-
-    Raises:
-        InputError: It is negative or not a number.
-    """
-    count = len(reference.impacts)
-    if horizon is None:
-        return ComparisonRange(count, math.inf)
-    if isinstance(horizon, bool) or not horizon >= 0:
-        raise InputError(f"horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
-    times = reference.impacts["time_s"]
-    if isinstance(horizon, int):
-        if horizon >= count:
-            return ComparisonRange(count, math.inf)
-        # The range ends just before the first unreliable impact.
-        return ComparisonRange(horizon, float(np.nextafter(times[horizon], -math.inf)))
-    if horizon >= reference.scene.duration_s:
-        return ComparisonRange(count, math.inf)
-    return ComparisonRange(int(np.searchsorted(times, horizon, side="right")), float(horizon))
-
-
-def clip_before_tie(reference: Trace) -> ComparisonRange | None:
-    """Return the range before the first instant that has no unique answer; None where no impact comes before it.
-
-    Impacts within the reliable error of that instant do not count as before it.
-    """
-    if not reference.ambiguous:
-        return None
-    times = reference.impacts["time_s"]
-    tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
-    count = int(np.searchsorted(times, tie_s, side="left"))
-    return ComparisonRange(count, tie_s) if count else None
 
 
 def estimate_horizon(reference: Trace) -> float | None:

@@ -13,7 +13,7 @@ from tests.stage import altered, disc_at, staged, wall_at
 
 from carom import Scene, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Score, Verdict
-from carom.comparator.align import align
+from carom.comparator.impact_matching import match_impacts
 from carom.errors import InputError
 from carom.model.trace import Outcome, Trace
 
@@ -114,7 +114,7 @@ def test_an_impact_is_none_that_comes_after_the_next_of_either_disc() -> None:
     discs = disc_at(0, 0, 0.6, 0.8), disc_at(1.2, 1.6), disc_at(3, 4)
     scene = staged("aslant", *discs, duration_s=10.0, frame_rate_hz=60.0)
     late = altered(solve_pit(scene), 0, time_s=5.0)
-    found = align(solve_pic(scene), dataclasses.replace(late, impacts=late.impacts[::-1].copy()))
+    found = match_impacts(solve_pic(scene), dataclasses.replace(late, impacts=late.impacts[::-1].copy()))
     assert (found.matched, found.missed, found.spurious) == (((1, 0),), (0,), (1,))
 
 

@@ -11,7 +11,7 @@ from tests.planted.doctored import DT, GAS, Run, judged, sampled
 from tests.stage import disc_at, staged, wall_at
 
 from carom.comparator import Grade, Score, Verdict
-from carom.comparator.stepwise.reports import compare_reports_with_states
+from carom.comparator.measure.reports import compare_reports_with_states
 from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
 from carom.model.trace import IMPACT_DTYPE, pair_name
 from carom.solvers.pic import solve_pic

@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import Alignment, ComparisonRange, align
 from carom.comparator.finite import finite_impacts
+from carom.comparator.impact_matching import Alignment
 from carom.comparator.scales import OwnScales, Scales, compute_own_scales, largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.scene import Need
@@ -114,7 +114,7 @@ _OF_IMPACTS = ("time_s", "reported_time_s", "velocity", "spin", "along_normal", 
 
 @dataclass(frozen=True)
 class Measured:
-    """Alignment and errors of a trace against a reference.
+    """Errors of a trace against a reference.
 
     The error of a number that is itself NaN or infinite is infinite.
 
@@ -135,18 +135,14 @@ class Measured:
         return compute_own_scales(self.reference)
 
 
-def measure(reference: Trace, observed: Trace, scales: Scales, compared: ComparisonRange) -> Measured:
-    """Align a trace with the reference and measure every error within a range."""
-    alignment = align(reference, observed).within(compared, observed.impacts["time_s"])
+def measure(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Measured:
+    """Measure every error of an aligned trace; of final states, where the whole run was aligned."""
     # Final states can be compared where both runs end at the same time, to rounding.
     end_difference_s = abs(observed.end_time_s - reference.end_time_s)
-    ends_together = compared.is_whole_run and not end_difference_s > THRESHOLDS.rounding * scales.time_s
-    momentum = position = velocity = spin = math.nan
-    ends = np.full((3, len(reference.scene.discs)), math.nan)
+    ends_together = alignment.is_whole_run and not end_difference_s > THRESHOLDS.rounding * scales.time_s
+    momentum, ends = math.nan, np.full((3, len(reference.scene.discs)), math.nan)
     if ends_together:
         momentum, ends = _momentum_error(reference, observed, scales), _end_errors(reference, observed)
-        position, velocity = float(np.max(ends[0])) / scales.length_m, float(np.max(ends[1])) / scales.speed_m_s
-        spin = float(np.max(ends[2])) / scales.rim_m_s
     # Elastic, smooth impacts conserve energy, even where the reference's final state is not reliable.
     is_energy_known = ends_together or not reference.scene.needs & _NOT_CONSERVED
     errors = tuple(_impact_errors(reference, observed, alignment, scales))
@@ -159,9 +155,9 @@ def measure(reference: Trace, observed: Trace, scales: Scales, compared: Compari
             restitution=largest(e.restitution_error for e in errors if not math.isnan(e.restitution_error)),
             energy=_energy_error(reference, observed, scales) if is_energy_known else 0.0,
             momentum=momentum,
-            final_position=position,
-            final_velocity=velocity,
-            final_spin=spin,
+            final_position=float(np.max(ends[0])) / scales.length_m,
+            final_velocity=float(np.max(ends[1])) / scales.speed_m_s,
+            final_spin=float(np.max(ends[2])) / scales.rim_m_s,
         ),
         ends=ends,
     )

@@ -9,7 +9,6 @@ differ by what gravity and friction change in a step, ``g dt (1 + f)``. An impac
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -17,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.contact_intervals import (
+from carom.comparator.grades import Grade, worst_grade
+from carom.comparator.measure.contact_intervals import (
     LAST,
     ContactQuality,
     Ends,
@@ -25,7 +25,6 @@ from carom.comparator.contact_intervals import (
     measure_contact_quality,
     measure_late_ends,
 )
-from carom.comparator.grades import Grade
 from carom.comparator.scales import Scales
 from carom.comparator.stepwise.rest import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
@@ -34,7 +33,6 @@ from carom.model.step_windows import States
 from carom.model.trace import Outcome, Trace, free_flights, wall_index
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
-from carom.support.formatting import instant, metres, number, seconds
 
 Array = NDArray[np.float64]
 
@@ -157,7 +155,7 @@ def score_contact(reference: Trace, observed: Trace, scales: Scales) -> ContactS
         grade=Grade.WRONG if wrong else _grade(own, exact, allowed),
     )
     in_time = score.ends_in_time or not dt_s
-    return score if in_time else replace(score, grade=max(score.grade, Grade.INACCURATE, key=list(Grade).index))
+    return score if in_time else replace(score, grade=worst_grade(score.grade, Grade.INACCURATE))
 
 
 def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
@@ -191,23 +189,6 @@ def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impac
     rims = (rubs + fall * min(1.0, scene.wall_rolling_resistance)) / float(np.min(arrays.inertia))
     place = (speed + fall) * dt_s * (1 + impacts)
     return ContactErrors(max(pit.place_m, place), pit.velocity_m_s + fall + rubs, pit.rim_m_s + max(rubs, rims))
-
-
-def drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
-    """Return the spurious impacts of a run that are not the beginning of a contact that the reference has.
-
-    An engine reports what touches, and may stamp it with the start of its step.
-    """
-    if reference.modes is None:
-        return tuple(invented)
-    begin_s = {(int(row["disc"]), int(row["wall"])): float(row["time_s"]) for row in reference.modes[::-1]}
-    rows = observed.impacts
-    pairs = [(int(rows["first"][k]), int(rows["second"][k])) for k in invented]
-    return tuple(
-        k
-        for k, pair in zip(invented, pairs, strict=True)
-        if not rows["time_s"][k] >= begin_s.get(pair, math.inf) - observed.dt_s
-    )
 
 
 def motion_at(trace: Trace, times_s: Array) -> States:
@@ -320,30 +301,3 @@ def _grade(own: ContactErrors, exact: ContactErrors, allowed: ContactErrors) -> 
     if within(THRESHOLDS.close):
         return Grade.CLOSE
     return Grade.SAMPLED if within(1.0) else Grade.INACCURATE
-
-
-def format_contact(score: ContactScore) -> str:
-    """Return how far a run is off in contact, as the reason of a verdict."""
-
-    def describe(errors: ContactErrors) -> str:
-        rim = f" and {number(errors.rim_m_s, 3)} m/s of the rim" if errors.rim_m_s else ""
-        return f"{metres(errors.place_m)}, {number(errors.velocity_m_s, 3)} m/s{rim}"
-
-    pit = f"; PIT by {describe(score.pit)}" if score.pit is not None else ""
-    wrong = "; stands still where it moves" if score.frozen else ""
-    if score.beyond_m < 0.5 * score.own.place_m:
-        wrong += f"; all but {metres(score.beyond_m)} is half a step of an integrator's, v dt / 2"
-    place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])
-    if abs(score.kept.gap_m) > place:
-        wrong += f"; held {metres(abs(score.kept.gap_m))} {'off' if score.kept.gap_m > 0.0 else 'inside'} its wall"
-    if score.rest_m_s > speed:
-        wrong += f"; still at {number(score.rest_m_s, 3)} m/s on average where it rests"
-    if score.kept.hop_m_s > speed:
-        part = f", taking off in {number(100.0 * score.kept.take_offs)} % of the states" if score.kept.take_offs else ""
-        wrong += f"; hops at {number(score.kept.hop_m_s, 3)} m/s in contact{part}"
-    for what, late_s, most_s in zip(("bounces", "slips"), score.late, score.late_allowed, strict=True):
-        if abs(late_s) > most_s:
-            wrong += f"; its {what} end {seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
-    if score.momentum_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
-        wrong += f"; angular momentum about the wall, which no friction changes, by {number(score.momentum_m_s, 3)} m/s"
-    return f"from {instant(score.begin_s)} on by up to {describe(score.own)}{wrong}{pit}"

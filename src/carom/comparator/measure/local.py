@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.finite import finite_impacts
 from carom.comparator.finite_walls import NO_FEATURE, FiniteWall
-from carom.comparator.measure import compute_restitutions, larger_error
+from carom.comparator.measure.errors import compute_restitutions, larger_error
 from carom.comparator.scales import Scales, median
 from carom.comparator.slowing import Slowing
 from carom.core.features import Mover

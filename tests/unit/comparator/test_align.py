@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from carom.comparator.order import MOST_EDITS, edit_distance
+from carom.comparator.align import MOST_EDITS, edit_distance
 
 Pairs = list[tuple[int, int]]
 EVENTS = st.lists(st.sampled_from([(0, 1), (1, 2), (0, 2), (0, -1)]), max_size=14)

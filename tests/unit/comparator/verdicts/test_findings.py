@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from tests.lengths import each
@@ -13,16 +15,14 @@ from tests.stage import disc_at, staged, wall_at
 
 from carom import Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
+from carom.comparator.verdicts.steps import report_polygons
 from carom.model.trace import Outcome, kinetic_energy
 from carom.report.grid import mark_of_grade
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
+COMPARATOR = ROOT / "src" / "carom" / "comparator"
 PAGE = (ROOT / "docs" / "theory" / "scoring.md").read_text()
-RULES = "".join(
-    path.read_text()
-    for pattern in ("*findings.py", "self_consistency.py")
-    for path in (ROOT / "src" / "carom" / "comparator").glob(pattern)
-)
+RULES = "".join(path.read_text() for path in (COMPARATOR / "grade.py", *COMPARATOR.glob("verdicts/*.py")))
 
 
 def reason(score: Score, verdict: Verdict) -> str:
@@ -114,3 +114,11 @@ def test_a_grade_claims_no_more_than_it_rests_on() -> None:
     score = compare(reference, observed, sampling=late)
     assert max(error.time_s for error in score.errors) > max(abs(score.sampling.time_s), 0.0)  # type: ignore[union-attr] # given
     assert "may come out" in Grade.SAMPLED.value
+
+
+def test_how_far_straight_steps_are_off_a_parabola_is_half_of_what_is_fallen_in_one() -> None:
+    """At 2 m/s^2 and a step of a quarter of a second, half of an eighth of a metre."""
+    evidence: Any = SimpleNamespace(local_truth=SimpleNamespace(polygon=True), observed=SimpleNamespace(dt_s=0.25))
+    evidence.reference = solve_pic(staged("falls", disc_at(0.0, 0.0), gravity_m_s2=(0.0, -2.0), duration_s=1.0))
+    (finding,) = report_polygons(evidence)
+    assert ", 0.0625 m;" in finding.reason

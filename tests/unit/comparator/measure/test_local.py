@@ -14,7 +14,7 @@ from tests.unit.core.features import in_core
 import carom
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
-from carom.comparator.local import measure_local_errors
+from carom.comparator.measure.local import measure_local_errors
 from carom.comparator.scales import compute_scales
 from carom.core.features import Arc, Face, Feature, Mover
 from carom.engines.registry import load_adapter
@@ -49,7 +49,7 @@ def test_a_fault_deep_in_chaos_is_found_at_its_size() -> None:
     trace = solve_pic(long_gas(30.0))
     at = len(trace.impacts) - 100
     row = trace.impacts[at]
-    from carom.comparator.local import find_own_states
+    from carom.comparator.measure.local import find_own_states
 
     impacts = trace.impacts.copy()
     centre = 0.5 * (row["velocity_first_before"] + row["velocity_second_before"]) if row["second"] >= 0 else 0.0

@@ -113,26 +113,6 @@ def _format_first(found: Sequence[tuple[float, _Bodies]]) -> str:
     return f"at {instant(time_s)} between {body_name(first)} and {body_name(second)}"
 
 
-def find_shown_by_states(reference: Trace, missed: Sequence[int], truth: LocalTruth, dt_s: float) -> frozenset[int]:
-    """Find unreported impacts that the states show among others of the same steps.
-
-    For several impacts of a disc in one step, an engine may report the outcome only.
-    """
-    windows = truth.windows[truth.meetings["window"]]
-    kept = np.flatnonzero(windows["entangled"] & ~truth.meetings["missed"] & ~np.isnan(truth.meetings["due_s"]))
-    shown: dict[_Bodies, list[int]] = {}
-    for row, bodies in zip(kept.tolist(), _bodies(truth.meetings[kept]), strict=True):
-        shown.setdefault(bodies, []).append(row)
-    impacts = reference.impacts[list(missed)]
-    return frozenset(
-        number
-        for number, time_s, bodies in zip(missed, impacts["time_s"].tolist(), _bodies(impacts), strict=True)
-        if any(
-            windows["begin_s"][row] - dt_s <= time_s <= windows["end_s"][row] + dt_s for row in shown.get(bodies, ())
-        )
-    )
-
-
 def _bodies(rows: NDArray[np.void]) -> list[_Bodies]:
     pairs = zip(rows["first"].tolist(), rows["second"].tolist(), strict=True)
     return [(min(pair), max(pair)) for pair in pairs]

@@ -13,7 +13,7 @@ from tests.stage import disc_at, staged, sure, wall_at
 from carom import Scene, Trace, compare, solve_pic
 from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
-from carom.comparator.consistency import Consistency
+from carom.comparator.measure.consistency import Consistency
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from carom.comparator.consistency import Deviation
-from carom.comparator.evidence import Evidence
+from carom.comparator.measure.consistency import Deviation
+from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding, Verdict
 from carom.support.formatting import instant, number, seconds, steps
 
@@ -15,35 +15,36 @@ from carom.support.formatting import instant, number, seconds, steps
 _NEAR_THE_RIM = 5e-4
 
 
-def report_own_trajectory(evidence: Evidence) -> Iterator[Finding]:
-    """Report contradictions within a run, beginning with states that do not follow from its velocities."""
-    own = evidence.consistency
-    if own is not None and own.strayed > evidence.place_rounding:
+def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
+    """Report places and angular momenta that do not follow from a run's own impacts."""
+    own = run.consistency
+    if own is None:
+        return
+    if own.strayed > run.place_rounding:
         reason = f"by up to {number(own.position.size, 3)} of the largest radius, {_format_since(own.position)}"
-        if own.strayed_excess > evidence.place_rounding:
+        if own.strayed_excess > run.place_rounding:
             reason += f"; {number(own.excess.size, 3)} more than bodies close in a step"
         yield Finding(Verdict.DRIFTS, reason)
-    if own is not None and own.angular > evidence.rounding:
+    if own.angular > run.rounding:
         reason = f"by up to {number(own.angular, 3)} of the scene's speed of rims"
         if math.isfinite(own.arm):
             at, off = f"{number(own.arm, 4)} times its radius", own.arm - 1.0
             if abs(off) < _NEAR_THE_RIM:
                 at = f"{number(abs(off), 3)} of its radius {'outside' if off > 0.0 else 'inside'} its rim"
             reason += f"; friction turns a disc as if at {at}"
-        if own.angular_excess > evidence.rounding:
+        if own.angular_excess > run.rounding:
             reason += f"; {number(own.angular_excess, 3)} more than bodies close in a step"
         yield Finding(Verdict.ANGULAR, reason)
-    yield from report_contradictions(evidence)
 
 
-def report_contradictions(evidence: Evidence) -> Iterator[Finding]:
+def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
     """Report contradictions of a run's states, velocities, stamps and normals."""
-    own, rounding = evidence.consistency, evidence.rounding
+    own, rounding = run.consistency, run.rounding
     if own is None:
         return
     speed, two_discs = "of the scene's speed", "for the centre of mass of the two discs"
     rims = "of the scene's speed of rims"
-    degrees, rounding_s = math.degrees(own.normal_rad), rounding * evidence.scales.time_s
+    degrees, rounding_s = math.degrees(own.normal_rad), rounding * run.scales.time_s
     for verdict, size, allowed, reason in (
         (
             Verdict.TURNS,
@@ -53,7 +54,7 @@ def report_contradictions(evidence: Evidence) -> Iterator[Finding]:
         ),
         (Verdict.SPINS, own.spin.size, rounding, f"{number(own.spin.size, 3)} {rims}, {_format_since(own.spin)}"),
         (Verdict.MOMENTUM, own.momentum, rounding, f"{number(own.momentum, 3)} {speed}, {two_discs}"),
-        (Verdict.WRONG_STAMP, own.stamp_s, rounding_s, format_seconds_and_steps(own.stamp_s, evidence)),
+        (Verdict.WRONG_STAMP, own.stamp_s, rounding_s, format_seconds_and_steps(own.stamp_s, run)),
         (
             Verdict.WRONG_NORMAL,
             own.across,
@@ -71,7 +72,7 @@ def _format_since(slip: Deviation) -> str:
     return f"disc {slip.disc} after {instant(slip.since_s)}"
 
 
-def format_seconds_and_steps(time_s: float, evidence: Evidence) -> str:
+def format_seconds_and_steps(time_s: float, run: MeasuredRun) -> str:
     """Format a time in seconds and, if the run has steps, in steps."""
-    dt_s = evidence.observed.dt_s
+    dt_s = run.observed.dt_s
     return seconds(time_s) + (f", {steps(time_s, dt_s)}" if dt_s else "")

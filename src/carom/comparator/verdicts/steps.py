@@ -5,82 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
-from carom.comparator.evidence import Evidence
 from carom.comparator.grades import Grade
-from carom.comparator.self_consistency import report_own_trajectory
+from carom.comparator.measure.steps import LocalScore
 from carom.comparator.slowing import Slowing
-from carom.comparator.stepwise.score import LocalScore
 from carom.comparator.verdict import Finding, Verdict
+from carom.comparator.verdicts.judged_run import JudgedRun
 from carom.support.formatting import instant, metres, number
 
 
-def has_exact_steps(evidence: Evidence) -> bool:
-    """Whether every step and the final state agree with PIC to rounding.
-
-    Velocities between several impacts of a disc in one step may be unknown; then only the state after the step counts.
-    """
-    local, largest = evidence.local_truth, evidence.measured.largest
-    if local is None or local.grade is not Grade.EXACT or evidence.convention is not None:
-        return False
-    if evidence.reports is not None and not evidence.reports.agree:
-        return False
-    if (
-        evidence.has_other_ending
-        or evidence.non_finite
-        or largest.final_spin > evidence.rounding
-        or any(report_own_trajectory(evidence))
-    ):
-        return False
-    if evidence.compared.is_whole_run:
-        return bool(np.all(evidence.measured.ends[:2] <= evidence.end_rounding(evidence.measured, exactly=True)[:2]))
-    # Up to a horizon the last impact of each disc is compared instead, because errors propagate.
-    latest: dict[int, float] = {}
-    for error in evidence.measured.errors:
-        row = evidence.reference.impacts[error.reference]
-        latest |= dict.fromkeys((int(row["first"]), int(row["second"])), error.velocity)
-    return bool(latest) and all(error <= evidence.rounding for disc, error in latest.items() if disc >= 0)
-
-
-def has_diverged(evidence: Evidence) -> bool:
-    """Whether the trajectory has left the reference's, although no step and no report is wrong by itself."""
-    local, reports = evidence.local_truth, evidence.reports
-    if local is None or local.missed_own or local.invented or (reports is not None and not reports.agree):
-        return False
-    return has_diverged_before_miss(evidence) and not evidence.has_other_ending
-
-
-def has_diverged_before_miss(evidence: Evidence) -> bool:
-    """Whether the trajectory left the reference's before any step missed or invented an impact.
-
-    False where wrong reports explain all differences, or where the scene has no unique answer.
-    """
-    local, reports, parted_s = evidence.local_truth, evidence.reports, evidence.parted_s
-    if local is None or reports is None or parted_s is None or evidence.non_finite or evidence.convention is not None:
-        return False
-    if local.missed_own and not local.first_missed_s > parted_s:
-        return False
-    if local.invented and (local.first_invented_s is None or local.first_invented_s <= parted_s):
-        return False
-    alignment = evidence.measured.alignment
-    if not reports.agree and len(alignment.spurious) <= reports.unshown and len(alignment.missed) <= reports.unreported:
-        return False
-    return not has_exact_steps(evidence)
-
-
-def report_divergence(evidence: Evidence) -> Iterator[Finding]:
+def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
     """Report when the trajectory left the reference's, and when PIT's did."""
-    local = evidence.local_truth
-    if local is None or evidence.parted_s is None:
+    local = judged.local_truth
+    if local is None or judged.parted_s is None:
         return
     pit = ""
-    if evidence.sampling is not None:
-        pit = " (PIT's not)" if evidence.pit_parted_s is None else f" (PIT's at {instant(evidence.pit_parted_s)})"
-    alignment = evidence.measured.alignment
+    if judged.sampling is not None:
+        pit = " (PIT's not)" if judged.pit_parted_s is None else f" (PIT's at {instant(judged.pit_parted_s)})"
+    alignment = judged.alignment
     yield Finding(
         Verdict.PARTED,
-        f"at {instant(evidence.parted_s)}{pit}; of {evidence.compared.impacts} impacts it does not have "
+        f"at {instant(judged.parted_s)}{pit}; of {judged.compared.impacts} impacts it does not have "
         f"{len(alignment.missed)}, and has {len(alignment.spurious)} others; {_describe_steps(local)}",
     )
 
@@ -93,10 +37,10 @@ def _describe_steps(local: LocalScore) -> str:
     return f"each step by itself is {how}"
 
 
-def report_misreports(evidence: Evidence) -> Iterator[Finding]:
+def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
     """Report differences of reports and states of a run that has diverged; else its impacts show them."""
-    reports = evidence.reports
-    if reports is None or reports.agree or not has_diverged_before_miss(evidence):
+    reports = judged.reports
+    if reports is None or reports.agree or not judged.has_diverged_before_miss:
         return
     parts = []
     if reports.unshown:
@@ -106,20 +50,20 @@ def report_misreports(evidence: Evidence) -> Iterator[Finding]:
     yield Finding(Verdict.MISREPORTED, "; ".join(parts))
 
 
-def report_sinking(evidence: Evidence) -> Iterator[Finding]:
+def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
     """Report how deep discs sink into what they rest on."""
-    local = evidence.local_truth
-    if local is not None and (local.sinks or local.sunk_radii > evidence.rounding):
+    local = judged.local_truth
+    if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
         held = "faster than by falling for each step anew" if local.sinks else "by what it falls in each step"
         yield Finding(Verdict.SINKS, f"by up to {number(local.sunk_radii, 3)} of the distance of contact, {held}")
 
 
-def report_polygons(evidence: Evidence) -> Iterator[Finding]:
+def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     """Report that steps are straight and at one speed where paths are not: an effect of the integrator."""
-    local, dt_s, scene = evidence.local_truth, evidence.observed.dt_s, evidence.reference.scene
+    local, dt_s, scene = judged.local_truth, judged.observed.dt_s, judged.reference.scene
     slowing = Slowing.of(scene)
     if local is not None and local.polygon and slowing:
-        off_m = 0.5 * slowing.bends(evidence.scales.speed_m_s) * dt_s * dt_s
+        off_m = 0.5 * slowing.bends(judged.scales.speed_m_s) * dt_s * dt_s
         bend = "c |v|" if scene.damping_per_s else "a"
         yield Finding(
             Verdict.DAMPED_POLYGON,
@@ -132,24 +76,24 @@ def report_polygons(evidence: Evidence) -> Iterator[Finding]:
         )
 
 
-def report_bad_steps(evidence: Evidence, *, has_findings: bool) -> Iterator[Finding]:
+def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Finding]:
     """Report faults of steps that the trajectory does not show: beyond the horizon, and after rest."""
-    local, alignment = evidence.local_truth, evidence.measured.alignment
-    if local is None or evidence.non_finite:
+    local, alignment = judged.local_truth, judged.alignment
+    if local is None or judged.non_finite:
         return
-    if local.missed and (local.missed != len(alignment.missed) or has_diverged_before_miss(evidence)):
+    if local.missed and (local.missed != len(alignment.missed) or judged.has_diverged_before_miss):
         pit = f"PIT misses {local.missed_by_pit} of these, too, from the same states"
         yield Finding(Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} impacts due, {local.first_missed}; {pit}")
-    if local.invented and (local.invented != len(alignment.spurious) or has_diverged_before_miss(evidence)):
+    if local.invented and (local.invented != len(alignment.spurious) or judged.has_diverged_before_miss):
         yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
     if local.grade is Grade.INACCURATE and (
-        has_diverged_before_miss(evidence) or not evidence.compared.is_whole_run or not has_findings
+        judged.has_diverged_before_miss or not judged.compared.is_whole_run or not has_findings
     ):
         yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
     if (
         local.grade in (Grade.CLOSE, Grade.SAMPLED)
         and not has_findings
-        and not (evidence.compared.is_whole_run and local.agrees_alone)
+        and not (judged.compared.is_whole_run and local.agrees_alone)
     ):
         yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_costs(local)))
 

@@ -12,7 +12,7 @@ from tests.stage import altered, disc_at, staged, sure, wall_at
 from carom import Scene, compare, solve_pic
 from carom.catalogue import catalogue, find_scenes
 from carom.comparator import Verdict
-from carom.comparator.simultaneous_impacts import admissible_outcomes, first_group
+from carom.comparator.measure.simultaneous_impacts import admissible_outcomes, first_group
 from carom.model.walls import Leg
 
 
