@@ -14,7 +14,7 @@ from tests.stage import disc_at, staged, wall_at
 from carom import Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
 from carom.model.trace import Outcome, kinetic_energy
-from carom.report.grid import mark_of_grade
+from carom.report.mark import mark_of_grade
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = (ROOT / "docs" / "theory" / "scoring.md").read_text()
