@@ -12,7 +12,7 @@ from playwright.sync_api import Page
 from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.browser.test_replay import MISSED, opened
 
-from carom.report.grid import parse_mark
+from carom.report.mark import parse_mark
 from carom.report.records import read_records
 from carom.support.escaping import visible
 

@@ -122,7 +122,6 @@ class Table:
         css: Class of its layout on a page.
         only: The media that show it.
         packed: Whether a page holds its rows compressed until it is opened: they are many, and say little each.
-        cards: Whether a narrow page shows each row as a card, each cell with its heading, and nothing next to it.
     """
 
     columns: Sequence[Column]
@@ -133,7 +132,6 @@ class Table:
     css: str = ""
     only: Media = EVERYWHERE
     packed: bool = False
-    cards: bool = False
 
     def shown(self, medium: Medium) -> tuple[list[Column], list[list[Cell]]]:
         """Return columns and rows as a medium shows them."""
@@ -143,10 +141,17 @@ class Table:
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph."""
+    """A paragraph.
+
+    Attributes:
+        text: What it says.
+        only: The media that show it.
+        folded: Whether it is the answer to *How is this computed?*, which a page shows when it is asked for.
+    """
 
     text: str
     only: Media = EVERYWHERE
+    folded: bool = False
 
 
 @dataclass(frozen=True)
@@ -193,12 +198,12 @@ class Figure:
     """A drawing, made as SVG when a page needs it.
 
     Attributes:
-        draw: Makes it.
+        draw: Makes it, or with the argument True its form for a phone.
         caption: Sentences below it.
         title: What stands above it, where neither the drawing nor the section says so.
     """
 
-    draw: Callable[[], str]
+    draw: Callable[[bool], str]
     caption: str
     title: str = ""
 
@@ -246,6 +251,9 @@ class Replays:
     pack: Callable[[], Iterable[tuple[str, str]]]
     only: Media = PAGE
 
+
+#: What leads to a folded text.
+QUESTION = "How is this computed?"
 
 Block = Table | Text | Lines | Facts | Legend | Code | Figures | Pairs | Replays
 

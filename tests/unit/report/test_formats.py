@@ -29,8 +29,9 @@ from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Status
 from carom.execution.results import Results, violates
 from carom.report.document import Column, Document, Headline, Medium, Section, Table
+from carom.report.junit import junit
 from carom.report.record import text_of
-from carom.report.records import junit, raw_records, read_records
+from carom.report.records import raw_records, read_records
 from carom.report.render.html import html as html_of
 from carom.report.render.markdown import markdown as markdown_of
 from carom.report.render.terminal import terminal
@@ -147,7 +148,7 @@ def test_html_pictures_have_names_and_tables_have_headings(page: _Page) -> None:
 def test_html_shows_the_papers_cases(source: str) -> None:
     """The paper's cases are drawn under PIT, with both numbers of impacts, and the missed impact's frames dashed."""
     section = source[source.index("What goes wrong</h2>") :]
-    assert "dashed: those just before and just after what is missed" in section
+    assert "Dashed: frames just before and just after a missed impact" in section
     section = section[section.index("The source paper") :]
     assert "paper/missed" in section
     assert "PIT tuned: 0 impacts" in section

@@ -5,18 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from tests.stage import cross_checked
+from tests.stage import cross_checked, sure
 
 from carom.catalogue import find_scenes
 from carom.comparator import Grade
 from carom.execution.job import Status
-from carom.execution.results import Results
+from carom.execution.results import Results, Row
 from carom.report.document import Cell, Medium, Table
-from carom.report.grid import Mark, build_grid
-from carom.studies.cross_check.overview import overview
-from carom.studies.cross_check.ranking import compute_standing
-from carom.studies.cross_check.sampling_cost import measure_engine_costs
-from carom.studies.cross_check.tables import grid_sections
+from carom.report.mark import Mark
+from carom.studies.cross_check.grid import build_grid, compute_standing
+from carom.studies.cross_check.methods import methods_section
+from carom.studies.cross_check.scenes import scenes_section
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +28,7 @@ def results() -> Results:
 
 def tables(results: Results, medium: Medium) -> list[tuple[list[str], list[list[Cell]]]]:
     """Return headings and rows of the first section's tables."""
-    grid = build_grid(results)
-    section, *_ = overview(results, grid, measure_engine_costs(grid))
+    section = methods_section(build_grid(results))
     found = [block.shown(medium) for block in section.shown(medium) if isinstance(block, Table)]
     return [([column.line for column in columns], rows) for columns, rows in found]
 
@@ -135,18 +133,24 @@ def test_among_equals_the_better_grade_and_the_lower_price_stand_first(several: 
     exact, close = (replace(row, score=replace(row.score, grade=grade)) for grade in (Grade.EXACT, Grade.CLOSE))
     cheap, dear = (replace(row, score=replace(row.score, price_paid=paid)) for paid in (0.25, 0.5))
     none = replace(row, status=Status.CRASHED, score=None, trace=None)
+
+    def standing(*rows: Row) -> tuple[float, float]:
+        return compute_standing(build_grid(replace(several, rows=rows)).runs)
+
     order = [exact, close, cheap, dear, none]
     mixed = [none, dear, close, cheap, exact]
-    assert sorted(mixed, key=lambda one: compute_standing([one])) == order
+    assert sorted(mixed, key=standing) == order
+    narrow = replace(exact, score=replace(sure(exact.score), float_bits=32))
+    assert standing(exact) == standing(narrow)
     wrong = replace(row, score=replace(row.score, grade=Grade.WRONG))
-    assert compute_standing([row, row, row]) < compute_standing([close, wrong, row])
+    assert standing(row, row, row) < standing(close, wrong, row)
 
 
 def test_pic_stands_once_in_the_table_of_every_scene(several: Results) -> None:
     """PIC's two profiles say the same of every scene, so there is one column of PIC; an engine keeps all."""
     grid = build_grid(several)
     assert [column.name for column in grid.columns.values()][:2] == ["PIC default", "PIC tuned"]
-    section = next(iter(grid_sections(several, grid)))
+    section = scenes_section(grid)
     (table,) = (block for block in section.shown(Medium.PAGE) if isinstance(block, Table))
     heads = [column.line for column in table.shown(Medium.PAGE)[0]]
     assert heads == ["scene", "PIC", "PIT tuned", "pymunk default", "pymunk tuned", "pymunk located"]
