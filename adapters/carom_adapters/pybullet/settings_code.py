@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Chain, Ring, Scene, Setting, Wall, is_fast
-from carom_adapters.pybullet.limits import WORLD_SETTINGS
-from carom_adapters.pybullet.world import capsule_of, dynamics_of, moments_of, require_usable, resistance_of
+from carom_adapters.pybullet.limits import WORLD_SETTINGS, require_usable
+from carom_adapters.pybullet.model import capsule_of, dynamics_of, moments_of, resistance_of
 from carom_adapters.shared.legs import Driven, first_velocity, legs_by_step, python_end
 from carom_adapters.shared.settings_code import arguments, comment, steps_of
 from carom_adapters.shared.walls import cut_chain, factored_walls, thickness_of
