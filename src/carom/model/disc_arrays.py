@@ -1,4 +1,4 @@
-"""Discs and walls as arrays: what every solver of straight paths starts from, and the way in for a million discs.
+"""Discs and walls as arrays, the input of solvers, also for a million discs.
 
 A scene of a million discs is a million validated objects; as arrays the same state takes milliseconds.
 """
@@ -55,7 +55,7 @@ class DiscArrays:
         tangential_restitution: Of every pair of discs where friction holds them, -1 to 1.
         wall_tangential_restitution: Of every disc and wall, -1 to 1.
         wall_materials: Of each wall, where one has not `wall_restitution` and `wall_friction`; else None.
-        wall_drives: The path of each wall, where one is driven; else None. `walls` says where they are at time 0.
+        wall_drives: The path of each wall, if one is driven; else None. `walls` has their places at time 0.
         belts_m_s: How fast the surface of each wall runs to the left of the normal into the free side, metres a second,
             where one does; else None.
         driven_discs: Numbers of the discs of infinite mass that move, ascending.
