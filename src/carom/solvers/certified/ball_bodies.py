@@ -106,7 +106,7 @@ class BallBodies:
         fastest_drive: A bound on the speeds of driven bodies, metres a second.
         turns: Whether spins are kept: see `carom.DiscArrays.turns`.
         spin: Radians a second.
-        inverse_inertia_ratio: How easily each disc turns: 1/k, 0 for one that does not.
+        inverse_inertia_ratio: Inverse inertia factor of each disc, 1/k; 0 for one that does not turn.
         inverse_mass: 0 for a disc that no impact moves.
         met: For each disc, when it last met each kind of partner, oldest first: the key is the obstacle's body number,
             or 0 for any disc.
@@ -114,7 +114,7 @@ class BallBodies:
         partner: Body that each disc met last; None before its first impact.
         acceleration: Contact state of a disc in contact, relative to the walls; None of a disc in flight.
         spin_rate: Radians a second squared, at which contact turns each disc.
-        contacts: Which discs are in contact, and how.
+        contacts: Contact states of the discs.
     """
 
     def __init__(self, scene: Scene) -> None:

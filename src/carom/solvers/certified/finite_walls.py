@@ -100,7 +100,7 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
 
 
 def _flown(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
-    """Return where disc `i` is after a wait."""
+    """Return the position of disc `i` after a wait."""
     if not bodies.falls and bodies.acceleration[i] is None:
         return x + vx * wait, y + vy * wait
     (gx, gy), half = bodies.pull(i), wait / 2

@@ -67,7 +67,7 @@ class Obstacle:
 
     Attributes:
         wall: Number of the wall.
-        shape: What it is.
+        shape: Its shape.
         half_width: The wall is all points within this of the line, metres.
         kind: Kind of the feature of an edge; None of a half-plane.
         edges: Numbers of its edges; of a vertex that of the lower.

@@ -1,4 +1,4 @@
-"""How quiet a machine is: the same fixed work, timed again and again between the measurements."""
+"""Noise of a machine: the same fixed work, timed repeatedly between the measurements."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: How long one piece of fixed work is to take on a quiet machine, seconds: long against the clock's own grain, short
-#: against what it is put between.
+#: Intended time of one piece of fixed work on a quiet machine, seconds: long against the clock's resolution, short
+#: against the measurements.
 PROBE_S = 1e-3
 
 

@@ -57,12 +57,12 @@ class Attack:
 
     Attributes:
         name: Short name, the one given on the command line.
-        axis: What varies, in words, with its unit.
+        axis: Varied quantity, in words, with its unit.
         harmless: Value at the harmless end, where every sound method should pass.
         absurd: Value at the absurd end, above or below.
         trials: Makes the scenes of a value. Several scenes differ in the phase of their impact, and a method must pass
             all of them.
-        truth: Where the right answer comes from.
+        truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
         quick_absurd: Value at the absurd end in the quick form, where it is nearer.
         whole: Whether the axis has whole numbers only.

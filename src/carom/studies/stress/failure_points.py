@@ -82,7 +82,7 @@ class Line:
         kind: "attack", "relation" or "complaint".
         name: Its name.
         axis: Varied quantity, required relation, or reported bug.
-        truth: Where the right answer comes from.
+        truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
         ladder: Values of the axis that are tried, from the harmless end on; empty where there is none.
         link: Address of the thread of a complaint.
