@@ -20,7 +20,7 @@ from benchmarks.arguments import count, parser, run
 from carom.errors import CaromError
 
 ROOT = Path(__file__).parents[1]
-#: Where an environment of its own is found by make; one that is active is another's.
+#: Environment without variables of an active virtual environment, so that make uses its own.
 _ENVIRONMENT = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "MAKEFLAGS"}}
 _CELL = (".venv/bin/carom", "run", "paper/missed", "-e", "pymunk", "-p", "tuned", "--dt", "1/24", "--fail-on", "never")
 #: With its report, as `make report`; in one lane, so that no processor time is lost to waiting for another.

@@ -49,7 +49,7 @@ def _gas(discs: int, packing: float, recorded: bool) -> tuple[Callable[[int], fl
 
 
 def _solve(discs: int, impacts: int) -> Callable[[int], float]:
-    """Return what times solves of a small scene, from `solve_pic` to the trace; two discs are a scene without walls."""
+    """Return a function that times solutions of a small scene by `solve_pic`; two discs have no walls."""
     scene = gas_scene(discs, 0.3)
     if discs == 2:
         pair = [Disc(position_m=(x, 0.1 * x), velocity_m_s=(1.0 - x, 0.0), radius_m=0.5) for x in (0.0, 3.0)]

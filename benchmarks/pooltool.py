@@ -2,8 +2,8 @@
 
 The scenes have equal elastic balls without walls, and the least friction that pooltool takes. The output is the number
 of impacts of each, the number of first impacts in the same order, the differences of their times, and the ratio of
-processor times. pooltool 0.6.0 requires a panda3d that PyPI lacks: ``pip install --no-deps pooltool-billiards``, then
-its other requirements, with an available panda3d.
+processor times. Release 0.6.0 of pooltool requires a panda3d that PyPI lacks: ``pip install --no-deps
+pooltool-billiards``, then its other requirements, with an available panda3d.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""What starting costs: processes, and the check of scenes for overlaps: ``python -m benchmarks.start``.
+"""Cost of starting: processes, and the check of scenes for overlaps: ``python -m benchmarks.start``.
 
-Each row is the median of repeats, in processor time, and beside it that of another environment (``--baseline``: the
-path of its Python), the two measured in turn. Memory is what the peak of a process grew by. Small scenes, from
-`solve_pic` to the trace, are rows of ``python -m benchmarks.pic``.
+Each row is the median of repeats, in processor time, followed by that of another environment (``--baseline``: the path
+of its Python), measured in turn. Memory is the growth of a process's peak. Small scenes, from `solve_pic` to the trace,
+are rows of ``python -m benchmarks.pic``.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def _discs(columns: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _prepared(what: str, columns: dict[str, Any]) -> Callable[[], object]:
-    """Return what is to be measured."""
+    """Return the measured function."""
     if what == "arrays":
         try:
             from carom import DiscArrays

@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "src/carom/"
-#: What is no part of the harness.
+#: Packages that are no part of the harness.
 LEFT_OUT = (
     *("core", "solvers", "model/broad_phase", "comparator/stepwise", "model/step_windows.py"),
     *("physics", "broad_phase", "comparator/local_truth", "windows.py"),  # of earlier revisions
@@ -26,7 +26,7 @@ _NO_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, to
 
 
 def code_lines(text: str) -> int:
-    """Return how many lines of a module hold code."""
+    """Return the number of a module's lines with code."""
     lines: set[int] = set()
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type not in _NO_CODE:

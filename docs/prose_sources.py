@@ -61,7 +61,11 @@ def is_unchecked(name: str) -> bool:
 
 
 def passages(name: str, source: str) -> Iterator[Passage]:
-    """Yield docstrings and comments of a file; of a Python file strings, too."""
+    """Yield docstrings and comments of a file; of a Python file strings, too. Code has single backticks."""
+    yield from (Passage(line, text.replace("``", "`")) for line, text in _passages(name, source))
+
+
+def _passages(name: str, source: str) -> Iterator[Passage]:
     if name.endswith(".py"):
         yield from _strings(ast.parse(source))
         yield from _comments(source)

@@ -11,8 +11,9 @@ from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, S
 WORLD_SETTINGS = ("warmStarting",)
 
 #: Arguments of `b2World.Step`; ``sleepingAllowed`` of every body (`b2World.allowSleeping` is without effect in pybox2d
-#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale`` (see the profile `tuned`); ``polygon_radius_m``, the skin
-#: of a wall's shape; and ``chains``, whether the edges of a wall are one chain, each with its neighbours as ghosts.
+#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale``, see the profile `tuned`. The value of ``polygon_radius_m``
+#: is the skin of a wall's shape; ``chains`` is whether the edges of a wall are one chain, each with its neighbours as
+#: ghosts.
 OTHER_SETTINGS = (
     "velocityIterations",
     "positionIterations",

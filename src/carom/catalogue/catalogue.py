@@ -34,7 +34,7 @@ from carom.model.scene import Scene
 
 _TAG_PREFIX = "tag:"
 
-#: What runs by default, and what is asked for by name, in the order in which reports list them.
+#: Modules whose scenes run by default, and those that run only when named, in the order of reports.
 _SUITE = (paper, two_discs, walled, collinear, many_discs, gravity)
 _ON_REQUEST = (
     *(

@@ -189,7 +189,7 @@ def answered(
     Args:
         scene: The scene.
         impacts: All its impacts.
-        source: Where the answer comes from.
+        source: Source of the answer.
         convention: Why it is not unique, if it is not.
         final: Position and velocity of each disc at the end; None where all motion between impacts is in straight
             lines, and follows.

@@ -1,9 +1,9 @@
-"""The group `contact`: discs that slide, roll and rest, or are slowed down, each with its answer in closed form.
+"""The group `contact`: scenes of discs that slide, roll, rest or slow down, with answers in closed form.
 
-Of a disc with the velocity v the law ``v' = -c v`` leaves ``v exp(-c t)`` after the way ``v s``, where s is
-``(1 - exp(-c t)) / c``: each answer is worked out with constant velocities in s, and ``t = -ln(1 - c s) / c``.
-`docs/theory/damping.md` derives it. What slides, rolls and rests does so by Coulomb's law, which
-`docs/theory/contact.md` derives. The group runs when it is asked for.
+With damping, ``v' = -c v``, a disc has the velocity ``v exp(-c t)`` after the way ``v s``, where s is ``(1 - exp(-c t))
+/ c``. So each answer is computed with constant velocities in s, and ``t = -ln(1 - c s) / c``; see
+`docs/theory/damping.md`. Sliding, rolling and resting follow Coulomb's law; see `docs/theory/contact.md`. The group
+runs only when it is named.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from carom.catalogue.walled import FLOOR, edges
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector, wall_body
 
-#: Of one axis: from when on, from where, and how fast.
+#: Part of the motion along one axis: its start, the position then, and the velocity.
 _Leg = tuple[float, float, float]
 
 _LAW = "Linear damping: a velocity falls as exp(-c t), after the way v (1 - exp(-c t))/c"
@@ -161,7 +161,7 @@ def _on_a_wall(
     """Stage a disc on a wall through the origin that falls off to the right.
 
     Args:
-        source: Where the answer comes from.
+        source: Source of the answer.
         answer: Position along the wall, speed and rim speed at the end: metres, metres a second.
         duration_s: Duration of the scene.
         fall: Tangent of the angle of the wall: one of a right triangle with sides in whole numbers.

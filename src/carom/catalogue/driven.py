@@ -85,10 +85,10 @@ def before_a_paddle(
 
     Args:
         speed: Its velocity along the line, away from the wall.
-        length: How far from the wall the paddle begins.
-        legs: From when on the paddle moves, and how fast, away from the wall.
+        length: Initial distance of the paddle from the wall.
+        legs: Begins of the paddle's legs, and its velocities away from the wall.
         duration: Until when.
-        source: Where the answer comes from.
+        source: Source of the answer.
     """
     start, radius, place, paddle, time = speed, Fraction(1, 4), Fraction(1), length, Fraction(0)
     impacts: list[KnownImpact] = []

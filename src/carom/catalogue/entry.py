@@ -1,4 +1,4 @@
-"""Known answers: what must happen in a scene, from mathematics or a cited source, and how far a trace is from it."""
+"""Entries of the catalogue: scenes with known answers from mathematics or a cited source, and deviations of traces."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Tag(StrEnum):
     WALLS = "walls"
     IMMOVABLE = "immovable"
     INELASTIC = "inelastic"
-    TWO_BODIES = "two-bodies"  # one pair of bodies in all, so that one closed form says everything
+    TWO_BODIES = "two-bodies"  # one pair of bodies in all, so that one closed form is the whole answer
     IN_LINE = "in-line"  # the motion is along one line
     CHAIN = "chain"  # more than one impact, so that an error in one is carried into the next
     UNSTABLE = "unstable"  # a small error across the line grows many times over from impact to impact
@@ -61,20 +61,19 @@ class KnownImpact:
 
 @dataclass(frozen=True)
 class KnownAnswer:
-    """What mathematics or a cited source says of a scene. It is never computed by the code that it is to test.
+    """Answer of mathematics or a cited source. It is never computed by the tested code.
 
-    In addition to what is listed here, one thing is known of every scene: at its end no two bodies overlap.
+    In addition to these fields, no two bodies of any scene overlap at its end.
 
     Attributes:
-        source: Where the answer comes from: the theorem, the closed form or the citation, in one sentence.
+        source: Source of the answer: the theorem, the closed form or the citation, in one sentence.
         impacts: The first impacts of the scene, in order; all of them where `count` equals their number.
-        count: How many impacts the scene has in its duration, where that is known.
+        count: Number of impacts in the scene's duration, where known.
         final_velocity_m_s: Final velocity of each disc, where known.
         final_position_m: Final position of each disc, where known.
         final_kinetic_energy_j: Final kinetic energy of all movable discs, where known.
         final_spin_rad_s: Final spin of each disc, where known.
-        convention: Why the scene has no unique answer, and by which rule the answer given here was chosen; empty where
-            it has one.
+        convention: Reason why the scene has no unique answer, and the rule for the answer here; empty if it is unique.
     """
 
     source: str
@@ -88,7 +87,7 @@ class KnownAnswer:
 
 
 class Staged(NamedTuple):
-    """A scene with its known answer: both come from the same few numbers, so one function makes both."""
+    """A scene with its known answer; both depend on the same few numbers, so one function makes both."""
 
     scene: Scene
     known: KnownAnswer
@@ -105,7 +104,7 @@ class CatalogueScene:
 
     Attributes:
         name: Full name, ``group/name``; the scene's own name.
-        shows: What it shows, in one sentence; the scene's own description.
+        shows: The scene's description, in one sentence.
         build: Makes the scene, except for its name, and its answer.
         marks: Tags that cannot be derived from the scene and its answer.
     """
@@ -234,7 +233,7 @@ def _spins_to_compare(
 
 def _apart(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
     difference = float(np.max(np.abs(np.asarray(found, dtype=np.float64) - np.asarray(expected)))) / scale
-    # A comparison with NaN is always false, so a NaN let through here would pass for no deviation at all.
+    # A comparison with NaN is always false, so a NaN would count as no deviation.
     return math.inf if math.isnan(difference) else difference
 
 

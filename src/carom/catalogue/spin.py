@@ -23,8 +23,8 @@ _GARWIN = (
     "Garwin, Am. J. Phys. 37 (1969) 88: a superball gives its slip back, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
 )
 
-#: When the first impact of most scenes is, seconds: at the end of no step that is a whole part of a frame, where
-#: rounding would decide whether it is seen at once.
+#: Time of the first impact of most scenes, seconds. It is not at the end of a step that divides a frame, where rounding
+#: would decide whether it is seen at once.
 _FIRST_S = 0.42
 #: A coefficient at which no impact of these scenes slides: the most that PyBullet simulates.
 _GRIP = 10.0

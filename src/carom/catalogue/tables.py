@@ -1,7 +1,7 @@
 """The group `tables`: walls that end and walls that bend, each scene with its answer in closed form.
 
-What people report of thin walls, corners, seams and curved tables is here as scenes. `docs/theory/walls.md` derives
-what is met of such a wall. The group runs when it is asked for.
+The scenes cover reports on thin walls, corners, seams and curved tables. `docs/theory/walls.md` derives what is met of
+such a wall. The group runs when it is asked for.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ def app_of(names: Sequence[str]) -> typer.Typer:
         cls=CommandGroup,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
-        rich_markup_mode=None,  # boxes around a help text would cost more processor time than all else of `--help`
+        rich_markup_mode=None,  # boxes around a help text would take more processor time than the rest of `--help`
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
         help="Check how accurately physics engines compute disc collisions: "
         "impact times and velocities, compared with the exact solution.",
@@ -94,7 +94,7 @@ def _options(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    del version  # its callback has done all there is to do
+    del version  # its callback has printed the version
 
 
 def command() -> str | int | None:
@@ -106,7 +106,7 @@ def command() -> str | int | None:
     out = sys.stdout
     try:
         try:
-            if not {"-h", "--help", "--version"} & {*sys.argv}:  # which do without NumPy
+            if not {"-h", "--help", "--version"} & {*sys.argv}:  # these options need no NumPy
                 address_space.require_address_space()
             asked = sys.argv[1:2]
             app_of(asked if asked and asked[0] in COMMANDS else COMMANDS)()

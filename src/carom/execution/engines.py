@@ -97,7 +97,7 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
 
     Args:
         names: Names of adapters; None for all that are installed.
-        pool: Where they are queried; it stays open.
+        pool: Pool for the queries; it stays open.
 
     Raises:
         UnknownNameError: There is no such engine.
@@ -223,7 +223,7 @@ def list_methods(
         infos: Descriptions of the engines.
         profiles: Names of the profiles to run.
         dts: Steps, seconds.
-        pool: Where adapters are queried; it stays open.
+        pool: Pool for the queries of adapters; it stays open.
         tried: Settings that replace those of the profiles, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))

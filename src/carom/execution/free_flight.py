@@ -144,8 +144,8 @@ def time_until_near(apart: Array, velocity: Array, reach: Array) -> Array:
     matter.
 
     Args:
-        apart: From first to second, metres, shape ``(n, 2)``.
-        velocity: Of the second relative to the first, metres a second, shape ``(n, 2)``.
+        apart: Vector from first to second, metres, shape ``(n, 2)``.
+        velocity: Velocity of the second relative to the first, metres a second, shape ``(n, 2)``.
         reach: Distance that counts as near, metres, shape ``(n,)``.
     """
     with np.errstate(all="ignore"):

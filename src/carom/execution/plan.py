@@ -111,7 +111,7 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
     Args:
         scenes: Scenes, catalogue scenes or names of these; no two with the same name.
         options: The requested options.
-        pool: Where adapters are queried for their declarations; it stays open.
+        pool: Pool for queries of adapters' declarations; it stays open.
 
     Raises:
         InputError: There is no scene, or two scenes have the same name.

@@ -80,7 +80,7 @@ class Crossing(NamedTuple):
     Attributes:
         first: Number of the one edge.
         second: Number of the other, which is higher.
-        x: Where, metres, as nearly as a message needs.
+        x: Position, metres, to the accuracy of a message.
         y: Likewise.
     """
 

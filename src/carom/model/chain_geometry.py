@@ -36,8 +36,8 @@ class Foot(NamedTuple):
     """The point of a wall's line that is nearest to another.
 
     Attributes:
-        x: Where it is, metres.
-        y: Likewise.
+        x: Its x coordinate, metres.
+        y: Its y coordinate, metres.
         edge: Number of the edge that holds it; the lower of two.
         inner: Whether it is between the ends of that edge.
     """
@@ -200,7 +200,7 @@ class Outline:
         return min((_square(px - x, py - y), k) for (px, py), k in places)[1]
 
     def gap(self, x: float, y: float, radius: float) -> float:
-        """Return how far the rim of a disc is from the wall; below 0 where they overlap."""
+        """Return the distance of a disc's rim from the wall; negative if they overlap."""
         foot = self.nearest(x, y)
         return math.sqrt((x - foot.x) ** 2 + (y - foot.y) ** 2) - self.half_width - radius
 

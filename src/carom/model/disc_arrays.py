@@ -1,4 +1,4 @@
-"""Discs and walls as arrays: what every solver of straight paths starts from, and the way in for a million discs.
+"""Discs and walls as arrays, the input of solvers, also for a million discs.
 
 A scene of a million discs is a million validated objects; as arrays the same state takes milliseconds.
 """
@@ -45,19 +45,20 @@ class DiscArrays:
         mass_kg: Masses, shape ``(n,)``, kilograms, above 0; infinity is an immovable disc.
         walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side; of a finite wall
             its outline.
-        restitution: Of every pair of discs, 0 to 1.
-        wall_restitution: Of every disc and wall, 0 to 1.
+        restitution: Coefficient of restitution of every pair of discs, 0 to 1.
+        wall_restitution: Coefficient of restitution of every disc and wall, 0 to 1.
         spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, radians a second; None for 0.
         inertia_factor: Moments of inertia over mass times radius squared, shape ``(n,)``, above 0 to 1; infinity does
             not turn. None for 1/2 everywhere.
         friction: Coulomb's coefficient of every pair of discs, 0 or more.
-        wall_friction: Of every disc and wall, 0 or more.
-        tangential_restitution: Of every pair of discs where friction holds them, -1 to 1.
-        wall_tangential_restitution: Of every disc and wall, -1 to 1.
-        wall_materials: Of each wall, where one has not `wall_restitution` and `wall_friction`; else None.
-        wall_drives: The path of each wall, where one is driven; else None. `walls` says where they are at time 0.
-        belts_m_s: How fast the surface of each wall runs to the left of the normal into the free side, metres a second,
-            where one does; else None.
+        wall_friction: Coulomb's coefficient of every disc and wall, 0 or more.
+        tangential_restitution: Tangential restitution of every pair of discs where friction holds them, -1 to 1.
+        wall_tangential_restitution: Tangential restitution of every disc and wall, -1 to 1.
+        wall_materials: Coefficients of each wall, if one differs from `wall_restitution` and `wall_friction`; else
+            None.
+        wall_drives: The path of each wall, if one is driven; else None. `walls` has their places at time 0.
+        belts_m_s: Speed of each wall's surface to the left of the normal into the free side, metres a second, if one
+            moves; else None.
         driven_discs: Numbers of the discs of infinite mass that move, ascending.
         disc_drives: The path of each of them.
     """

@@ -1,4 +1,4 @@
-"""What is simulated: discs, walls and a scene of them; validated, immutable, loaded from and saved to TOML or JSON."""
+"""Scenes of discs and walls: validated, immutable, loaded from and saved to TOML or JSON."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ __all__ = [
     "steps_to_cover",
 ]
 
-#: Coefficients of friction, which a scene and its arrays have under one name.
+#: Coefficients of friction that have the same name in a scene and its arrays.
 _OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
 
-#: What a file may hold of each; a scene that a program makes may have more.
+#: Limits of a file; a scene made by a program may have more.
 MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
@@ -65,7 +65,7 @@ def _at_least_one(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
 
 
 class Need(StrEnum):
-    """Something a scene asks of a method that simulates it; its value is how a report names it."""
+    """A feature that a scene requires of a method; its value is its name in reports."""
 
     WALLS = "walls"
     SEGMENTS = "walls of straight edges"
@@ -155,7 +155,7 @@ class Scene(Drawn, Model):
     """Discs, walls, and the laws that hold between them. Immutable; two equal scenes compare equal.
 
     Attributes:
-        name: What reports call the scene.
+        name: Name of the scene in reports.
         description: One or two sentences for a reader; free text.
         discs: At least one disc.
         walls: Half-planes, chains of straight edges and arcs, and circles; none by default.
@@ -176,7 +176,7 @@ class Scene(Drawn, Model):
         table_deceleration_m_s2: Deceleration of all discs by the table on which they slide, seen from above, metres a
             second squared. It excludes gravity, damping, spin, friction and driven bodies; see
             `docs/theory/contact.md`.
-        duration_s: How long the scene is simulated, seconds, above 0.
+        duration_s: Duration of the simulation, seconds, above 0.
         frame_rate_hz: Frames a second of a frame-sampled method, unless a run sets another rate.
     """
 
@@ -243,7 +243,7 @@ class Scene(Drawn, Model):
 
     @cached_property
     def arrays(self) -> DiscArrays:
-        """The start of the scene as read-only arrays, which every solver takes; its gravity is not part of them."""
+        """The start of the scene as read-only arrays, the input of every solver; gravity is not part of them."""
         discs = self.discs
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),
@@ -278,7 +278,7 @@ class Scene(Drawn, Model):
         )
         return own if any(material != scene for material in own) else None
 
-    # The arrays are no field; a copy may have other discs, and a process that a scene is sent to makes its own.
+    # The arrays are no field: a copy may have other discs, and another process builds its own.
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
         return ((name, value) for name, value in super().__iter__() if name != "arrays")
@@ -305,7 +305,7 @@ class Scene(Drawn, Model):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """What this scene asks of a method, to be compared with what the method declares."""
+        """Features that this scene requires of a method, for comparison with the method's declarations."""
         start = self.arrays
         least_wall = min((material.restitution for material in start.materials), default=1.0)
         finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
@@ -361,7 +361,7 @@ class Scene(Drawn, Model):
 
 
 def as_scene(scene: Scene | str) -> Scene:
-    """Return a scene that is given as one, or by its full name in the catalogue.
+    """Return a scene, given as such or by its full name in the catalogue.
 
     Raises:
         UnknownNameError: The catalogue has no scene of the name; the message names the nearest one.
@@ -426,7 +426,7 @@ def load_scene(path: str | Path) -> Scene:
     try:
         return Scene(**_few_problems(written_out(_parse(path))))
     except SceneError as error:
-        more = error.more or len(error.problems) > SceneError.SHOWN  # nobody looked for all of them
+        more = error.more or len(error.problems) > SceneError.SHOWN  # not all were searched
         raise SceneError(error.problems, source=str(path), more=more) from None
 
 
@@ -456,9 +456,9 @@ def _parse(path: Path) -> dict[str, Any]:
 
 
 def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return what a file holds with no more in it that is wrong than a message shows; what is right is all there.
+    """Return the content of a file without most of its invalid entries: as many remain as a message shows.
 
-    Each problem takes a kilobyte, and a file has room for millions.
+    Each problem takes a kilobyte, and a file can have millions.
     """
     content = _few_unknown(content, Scene)
     if isinstance(walls := content.get("walls"), list):

@@ -1,4 +1,4 @@
-"""What became of every step of a run: its windows, in which bodies meet, and what happened outside of them.
+"""Comparison of every step of a run with PIC: windows, in which bodies meet, and events outside of them.
 
 `carom.comparator.stepwise` says what a window is, and finds them; a trace carries what was found.
 """
@@ -72,9 +72,8 @@ MEETING_DTYPE = np.dtype(
     ]
 )
 
-#: What happened to a disc in a step outside of any window. The fields are the start of the step, the changes of
-#: velocity and rim (metres a second), the motion not due to its velocity (metres), its speed, and the rounding of its
-#: position.
+#: Change of a disc in a step outside of any window. The fields are the start of the step, the changes of velocity and
+#: rim (metres a second), the motion not due to its velocity (metres), its speed, and the rounding of its position.
 SLIP_DTYPE = np.dtype(
     [
         ("time_s", "f8"),

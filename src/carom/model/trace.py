@@ -54,8 +54,8 @@ SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_
 #: Edge of a finite wall that was hit: its number in the file, -1 for none, and its kind, see `EdgeKind`.
 EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 
-#: Where the two bodies of an impact were at a moment before it, with the velocities before it. NaN where that is not
-#: known; a wall has no position.
+#: Positions of an impact's two bodies at a moment before it, and velocities before it. NaN where unknown; a wall has no
+#: position.
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
 #: A disc's motion from an instant on, where lasting contact begins, changes or ends: see `Mode`. `wall` is the body
@@ -91,7 +91,7 @@ class EdgeKind(IntEnum):
 
 
 class Mode(IntEnum):
-    """How a disc moves: on its own, or in contact with a wall that gravity presses it to.
+    """Mode of a disc: in flight, or in contact with a wall under gravity.
 
     A block slides without turning, as rolling resistance holds a disc that could turn.
     """
@@ -175,12 +175,12 @@ def wall_index(body: int) -> int:
 
 
 def body_name(body: int) -> str:
-    """Return what a body is called: a disc, or a wall, by its number among its kind."""
+    """Return the name of a body: a disc, or a wall, by its number among its kind."""
     return f"disc {body}" if body >= 0 else f"wall {wall_index(body)}"
 
 
 def pair_name(impact: np.void) -> str:
-    """Return what the two bodies of an impact are called."""
+    """Return the names of an impact's two bodies."""
     return f"{body_name(int(impact['first']))} and {body_name(int(impact['second']))}"
 
 
@@ -225,7 +225,7 @@ class Outcome(Enum):
 
     @property
     def of_disc(self) -> str:
-        """What a disc does at an end in contact."""
+        """What happens to a disc at an end in contact, as phrases."""
         return _OF_DISC[self]
 
 
@@ -292,8 +292,8 @@ class Trace(ByValue, Tabular):
             `carom.DiscArrays.turns`), and where the method does not tell.
         edges: Structured array of `EDGE_DTYPE`, one entry an impact: which edge of a finite wall it was on. None in a
             scene without such walls, and where the method does not tell.
-        modes: Structured array of `MODE_DTYPE`, in order of time: when discs come to slide, roll or rest on a wall,
-            and when they leave it. None where nothing does, and where the method does not tell.
+        modes: Structured array of `MODE_DTYPE`, in order of time: when discs begin to slide, roll or rest on a wall,
+            and when they leave it. None where nothing does, and where the method does not report it.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None as `spins`.
         local_truth: Comparison of every step with PIC, from the method's own states; None where they were not recorded.
         looks: States after some of its steps, evenly spaced, of few discs that may come to rest; else None.
@@ -332,7 +332,7 @@ class Trace(ByValue, Tabular):
 
     @property
     def contact_s(self) -> float:
-        """When the first contact begins that lasts, by the trace's own modes and end; infinity where there is none."""
+        """Start of the first lasting contact, by the trace's own modes and end; infinity where there is none."""
         if self.modes is not None and len(self.modes):
             return float(self.modes["time_s"][0])
         return self.end_time_s if self.outcome.in_contact else math.inf
@@ -352,9 +352,9 @@ class Flight(ByValue):
     Attributes:
         disc: The disc.
         impact: Index of the impact that ends it; the number of impacts where a mode or the run ends it.
-        begin_s: When it begins, seconds.
-        end_s: When it ends.
-        position_m: Where, shape ``(2,)``.
+        begin_s: Start, seconds.
+        end_s: End, seconds.
+        position_m: Position then, shape ``(2,)``.
         velocity_m_s: Velocity of the disc then, shape ``(2,)``.
         pull_m_s2: Its acceleration, shape ``(2,)``: gravity, or that of its mode.
         damping: Damping of the disc.
@@ -370,7 +370,7 @@ class Flight(ByValue):
     damping: Damping
 
     def at(self, time_s: float) -> NDArray[np.float64]:
-        """Return where the disc is at a time."""
+        """Return the disc's position at a time."""
         flown = self.damping.undamped(time_s - self.begin_s)
         place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
         return place

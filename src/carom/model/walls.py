@@ -46,7 +46,7 @@ class Leg(Model):
     """Part of a driven body's path with one velocity, from an instant to the start of the next leg.
 
     Attributes:
-        from_s: When it begins, seconds since the start; of the first 0. The body has its velocity from there on.
+        from_s: Begin, seconds since the start; 0 for the first. The body has its velocity from there on.
         velocity_m_s: Velocity of the body, metres a second.
     """
 
@@ -78,7 +78,7 @@ def drive_of(legs: tuple[Leg, ...], velocity: Point) -> Drive:
 
 
 class _Common(Model):
-    """What each kind of wall has."""
+    """Base of all kinds of walls."""
 
     left_out: ClassVar[tuple[str, ...]] = ("restitution", "friction", "velocity_m_s", "legs", "surface_speed_m_s")
 
@@ -273,7 +273,7 @@ def _crossing_problems(chain: Chain) -> Iterator[Problem]:
 
 
 def edge_count(wall: object) -> int:
-    """Return how many edges a wall of a file has, valid or not: a half-plane, and a circle, counts as one."""
+    """Return the number of edges of a wall in a file, valid or not; a half-plane or a circle counts as one."""
     points = wall.get("points_m") if isinstance(wall, dict) else None
     return max(1, len(points)) if isinstance(points, list) else 1
 

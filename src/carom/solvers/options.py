@@ -19,7 +19,7 @@ NO_LIMIT = 2**62
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
-    """Which impacts a run records, and whether a contact lasts.
+    """Options of a run: the impacts to record, and the contact time.
 
     Attributes:
         record: "all" impacts, or "none". How many each disc had is counted always.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Request(NamedTuple):
-    """How far to go and what to keep: the arguments of `carom.solve_pic`, checked."""
+    """Goal of a run and what to record: the arguments of `carom.solve_pic`, checked."""
 
     end_s: float
     max_impacts: int | None

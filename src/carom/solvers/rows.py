@@ -45,7 +45,7 @@ class Rows:
         return rows
 
 
-#: Where impacts were, and on which feature of a wall: `Contact` of carom_core.h.
+#: Positions of impacts, and the feature of the wall: `Contact` of carom_core.h.
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 

@@ -23,7 +23,7 @@ SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
 
 
 class Start(Protocol):
-    """Where a run begins, as solvers see it: a scene, or one in units of the run's own (`carom.solvers.units`)."""
+    """Start of a run for solvers: a scene, or one in units of the run's own (`carom.solvers.units`)."""
 
     @property
     def arrays(self) -> DiscArrays:
@@ -39,18 +39,18 @@ class Start(Protocol):
 
     @property
     def table_deceleration_m_s2(self) -> float:
-        """By how much a table slows every disc down."""
+        """Deceleration of every disc by a table."""
 
     @property
     def duration_s(self) -> float:
-        """How long the scene is simulated."""
+        """Duration of the scene."""
 
 
 class RunImpacts(Protocol):
     """The impacts that a run has recorded."""
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return their number."""
 
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `trace.IMPACT_DTYPE`, in the order they were carried out."""

@@ -46,7 +46,7 @@ class Units(NamedTuple):
     mass: int
 
     def start(self, scene: Scene) -> Start:
-        """Return where a run of a scene in these units begins."""
+        """Return the start of a scene's run in these units."""
         if self == SI:
             return scene
         start, speed = scene.arrays, self.length - self.time
@@ -159,7 +159,7 @@ class RunInUnits(SeenRun):
 
     @property
     def time_s(self) -> float:
-        """How far the run has been taken, seconds from the start."""
+        """Time that the run has reached, seconds from the start."""
         return self._units.seconds(self._run.time_s)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:

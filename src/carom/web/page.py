@@ -1,4 +1,4 @@
-"""The page as one file, with a policy that lets nothing else run or be fetched."""
+"""The page as one file, with a policy that forbids other scripts and requests."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ def without_comments(script: str) -> str:
 
 
 def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
-    """Return the page with scenes to choose from, the first of them being shown, and engines that are installed.
+    """Return the page with scenes to choose from, which shows the first, and installed engines.
 
     Raises:
-        InputError: A scene is beyond what the page shows.
+        InputError: The page cannot show a scene.
     """
     script = page_script() + (engines[0].shared if engines else "")
     loader = without_comments((SOURCES / "loader.js").read_text(encoding="utf-8"))
@@ -86,20 +86,20 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
 
 
 def with_gallery(*own: Scene) -> list[Scene]:
-    """Return scenes, and after them those of the catalogue that a reader is led to."""
+    """Return scenes, followed by the gallery of the catalogue."""
     names = {scene.name for scene in own}
     return [*own, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
 
 
 def beyond_page(scene: Scene) -> str:
-    """Return what of a scene the page does not show, as a sentence's end; empty where it shows all, numbers aside."""
+    """Return the features of a scene that the page does not show, as the end of a sentence; empty if there are none."""
     if len(scene.discs) > MOST_DISCS:
         return f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}"
     return ""
 
 
 def _fields(scene: Scene) -> object:
-    """Return what the page is given of a scene; it checks each number itself."""
+    """Return the data of a scene for the page, which checks each number itself."""
     if beyond := beyond_page(scene):
         raise InputError(beyond)
     return json.loads(scene.model_dump_json())
@@ -114,7 +114,7 @@ def _packed_json(value: object) -> str:
 
 
 def packed_block(content: bytes) -> str:
-    """Return what `loader.js` unpacks: its length, and an LZMA stream, as letters of which two are 13 bits.
+    """Return packed text for `loader.js`: its length, and an LZMA stream, in letters of which two are 13 bits.
 
     Raises:
         InputError: This Python was built without LZMA.

@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.solvers.certified.legs import BallLeg
 
-#: Bits in which the start is asked for contact: far above what 53 bits of input make of a gap.
+#: Bits in which the start is checked for contact: far more than a gap of 53-bit input needs.
 _START_BITS = 2048
 
 
 class On(Enum):
-    """Where on its edge a contact is."""
+    """Position of a contact on its edge."""
 
     INSIDE = auto()
     BEGIN = auto()
@@ -54,7 +54,9 @@ class _Touch(NamedTuple):
 def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` on an obstacle of a finite wall on a leg; None where it certainly never comes."""
     launch = bodies.contacts.launch(i, second)
-    if launch is not None:  # its gap and the rate of that were 0 then: it is met again where the rest falls through 0
+    if (
+        launch is not None
+    ):  # its gap and the gap's rate were 0 then, so it is met again where the remaining powers fall through 0
         fall = next(falls_of(launch.powers), None)
         if fall is None:
             return None
@@ -98,7 +100,7 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
 
 
 def _flown(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
-    """Return where disc `i` is after a wait."""
+    """Return the position of disc `i` after a wait."""
     if not bodies.falls and bodies.acceleration[i] is None:
         return x + vx * wait, y + vy * wait
     (gx, gy), half = bodies.pull(i), wait / 2
@@ -112,7 +114,7 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
 
 
 def _lets_by(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Whether an obstacle is a stop of an arc in which there is room for disc `i`."""
+    """Whether an obstacle is a stop of an arc that disc `i` fits inside."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
@@ -148,7 +150,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _grazes(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
-    if c < 0 and not shape.inside:  # within the circle already, on the other side of the arc or next to it
+    if c < 0 and not shape.inside:  # already within the circle, on the other side of the arc or next to it
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
         # At the point next to the centre, or as far from there as the ball of D allows.
@@ -163,7 +165,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     px, py, time = dx + ux * wait, dy + uy * wait, arb(at) + wait
     on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
     begin = bodies.began(i, second, at)
-    past = ZERO if shape.inside else 2 * root / a  # how long a disc is within the circle of contact
+    past = ZERO if shape.inside else 2 * root / a  # time that a disc is within the circle of contact
     if time < at if begin is None else time + past < begin:
         return None
     if begin is not None and not time > begin:
@@ -172,7 +174,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
 
 
 def _foot(stretch: Between, x: arb, y: arb) -> On:
-    """Return where on an edge the foot of a point is."""
+    """Return the position of a point's foot on an edge."""
     (ax, ay), (bx, by) = stretch
     ex, ey = ball(bx - ax), ball(by - ay)
     after_begin = ex * (x - ball(ax)) + ey * (y - ball(ay))
@@ -187,7 +189,7 @@ def _foot(stretch: Between, x: arb, y: arb) -> On:
 
 
 def _place(sector: Between, x: arb, y: arb) -> On:
-    """Return where in a sector a direction from its centre is; its begin is where it is entered counterclockwise."""
+    """Return the position in a sector of a direction from its centre, counterclockwise from its begin."""
     (fx, fy), (lx, ly) = sector
     turns = []
     for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
@@ -221,7 +223,7 @@ def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
 
 
 def _root(square: arb) -> arb:
-    """Return the root of the most that a number may be, 0 where that is below 0."""
+    """Return the root of a ball's upper bound, 0 where that is negative."""
     return square.upper().max(ZERO).sqrt()
 
 
@@ -257,7 +259,7 @@ def _extent(wall: Outline) -> float:
 
 
 def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
-    """Return what a disc does at the start with an obstacle that it touches or overlaps, and the gap or its like."""
+    """Return the degeneracy of a disc and an obstacle that it touches at the start, and a measure of the gap."""
     shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
     x, y, ux, uy = bodies.seen(i, 0.0, bodies.legs_from(wall_body(number), 0.0)[0])
     gx, gy = bodies.gravity

@@ -1,6 +1,6 @@
-"""The end of infinitely many bounces in certified runs: what comes of a disc, and whether anything interferes.
+"""The end of infinitely many bounces in certified runs: the state of a disc then, and whether anything interferes.
 
-Bounces that do alike (they slip one way or are held, and so does the spin) change speed, slip and place by geometric
+Bounces that are alike (they slip one way or are held, and so is the spin) change speed, slip and position by geometric
 series: `docs/theory/contact.md`.
 """
 
@@ -104,7 +104,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
         return False
     movable = [j for j in range(len(bodies)) if bodies.movable[j]]
     if any(bodies.inverse_inertia_ratio[j].is_zero() and discs[j].spin_rad_s for j in movable):
-        return False  # which friction on its rim drives on
+        return False  # whose rim can drive other discs by friction
     energy = mass = ZERO
     for j in movable:
         (u, v), rim = map(arb, discs[j].velocity_m_s), arb(discs[j].radius_m) * discs[j].spin_rad_s
@@ -120,7 +120,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
         if bodies.movable[j]:
             fastest = most / arb(disc.mass_kg).sqrt()
             since = [(last - time).upper() for last in bodies.met[j].values()]
-            late = max([ZERO, *since])  # it may have met another a little later already
+            late = max([ZERO, *since])  # it may already have met another a little later
             far = far + fastest * (window + 2 * late) + bodies.strongest_pull() * late * late
         ox, oy = bodies.place_at(j, time)
         reach = arb(disc.radius_m) + arb(discs[i].radius_m) + far

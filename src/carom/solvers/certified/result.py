@@ -1,4 +1,4 @@
-"""What a certified run yields: the trace, and how far each of its numbers can be from the truth."""
+"""Result of a certified run: the trace, and a radius for each of its numbers."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Degeneracy:
 
 
 class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer
-    """What comes next is not decided at this precision; holds what to report if no precision decides it."""
+    """The next event is not decided at this precision; contains the report if no precision decides it."""
 
     def __init__(self, degeneracy: Degeneracy) -> None:
         super().__init__(str(degeneracy))
@@ -87,29 +87,29 @@ class Undecided(Exception):  # noqa: N818 - not an error: a signal to look close
 
 @dataclass(frozen=True, repr=False, eq=False)
 class CertifiedTrace(ByValue, Drawn):
-    """A trace with a proven bound on the error of every number in it; compared as a trace is, and without a hash, too.
+    """A trace with a proven bound on the error of every number in it; compared by value, without a hash.
 
     Attributes:
-        trace: Method "certified". Each number is the float64 nearest to the middle of the ball that was proven to hold
-            the truth. It ends with the last impact that was certified, or with the scene.
-        radii: Structured array shaped as ``trace.impacts``: the truth is within this of each number there; the rounding
-            to float64 is included. The fields `first` and `second` repeat the bodies.
+        trace: The method is "certified". Each number is the float64 nearest to the middle of the ball that is proven to
+            contain the true value. It ends with the last impact that was certified, or with the scene.
+        radii: Structured array shaped as ``trace.impacts``: the greatest difference of each number from the truth, with
+            its rounding to float64. The fields `first` and `second` repeat the bodies.
         final_position_radius_m: Shape ``(n, 2)``, the same for `trace.final_position_m`.
         final_velocity_radius_m_s: Shape ``(n, 2)``, the same for `trace.final_velocity_m_s`.
         spin_radii: Structured array shaped as ``trace.spins``, the same for these; None as they.
         final_spin_radius_rad_s: Shape ``(n,)``, the same for `trace.final_spin_rad_s`.
         mode_radii: Structured array shaped as ``trace.modes``, the same for these; None as they.
-        digits: The decimal digits asked for.
+        digits: The requested decimal digits.
         decimals: For more than 15 digits: time and velocities after, ``(t, x1, y1, x2, y2)``, of each impact as decimal
             numbers of which every digit is right to one unit in the last one; then its discs' spins after, where
             anything turns. Empty where float64 can hold the digits.
         ending: How the run ended.
         degeneracy: The event that stopped it; None where none did.
-        commuted: Pairs of indices of impacts whose order is not known and makes no difference.
-        precision_bits: Bits that the run was begun with.
+        commuted: Pairs of indices of impacts whose order is unknown and irrelevant.
+        precision_bits: Initial bits of the last attempt.
         bits_lost: Bits of accuracy lost in the worst disc until the end.
-        replays: How often it was begun again at a higher precision.
-        elapsed_s: Seconds that it took; left out of a comparison.
+        replays: Number of restarts at a higher precision.
+        elapsed_s: Elapsed seconds; not compared.
     """
 
     trace: Trace

@@ -23,7 +23,7 @@ _INFINITY = float("inf")
 
 
 class Fall(NamedTuple):
-    """A fall through zero: when, and whether it is certain; where it is not, it may be anywhere in the ball."""
+    """A fall through zero: its time, and whether it is certain; an uncertain one may be anywhere in the ball."""
 
     time: arb
     certain: bool
@@ -51,8 +51,8 @@ def squared_gap(
 def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
     """Yield the instants from 0 on, and no later than `until`, at which a polynomial falls through zero, in order.
 
-    Its coefficients are given lowest power first. One that begins below zero has to rise first; one that begins at
-    exactly zero does next what its lowest power left says.
+    Its coefficients are given lowest power first. A polynomial that begins below zero must rise first; if it begins at
+    exactly zero, its lowest remaining power decides.
     """
     left = list(powers)
     while left and left[-1].is_zero():
@@ -84,7 +84,7 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
 
 
 def _of_parabola(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
-    """Return where ``c + b t + a t^2``, which is above zero at 0, falls through zero, if at all; None if undecided."""
+    """Return the fall of ``c + b t + a t^2``, which is above zero at 0, if there is one; None if undecided."""
     d = b * b - 4 * a * c
     if not c > 0:
         return None
@@ -163,9 +163,9 @@ def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
 
 
 def _refined(polynomial: arb_poly, low: arb, high: arb) -> arb:
-    """Return the zero between two instants, between which the polynomial falls, as narrow as its balls have it.
+    """Return the zero between two instants, between which the polynomial falls, as narrowly as its balls permit.
 
-    Both are kept as they are: one ball around them reaches further, where there may be another zero.
+    Both instants are kept, because one ball around them reaches further, where there may be another zero.
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()

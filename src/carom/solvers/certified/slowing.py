@@ -1,7 +1,7 @@
-"""What slows discs down in certified runs: damping, and a table.
+"""Deceleration of discs in certified runs: by damping, and by a table.
 
-With damping the undamped run is seen in the time of clocks, as `carom.model.damping` says. On a table each disc is
-slowed down by one deceleration, against its motion, until it stops.
+With damping the times of the undamped run are mapped, see `carom.model.damping`. On a table each disc has the same
+deceleration, against its motion, until it stops.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 def undamped(damping_per_s: float, time: arb) -> arb:
-    """Return in what time an undamped disc would get as far as a damped one does in a time."""
+    """Return the time in which an undamped disc gets as far as a damped one in a given time."""
     return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
 def kept(damping_per_s: float, undamped_time: arb) -> arb:
-    """Return what is left of a speed then, over the speed."""
+    """Return the remaining part of a speed at a time."""
     return 1 - damping_per_s * undamped_time
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from carom.core.wall_features import WallFeature
     from carom.model.disc_arrays import DiscArrays
 
-#: Where a wall goes on smoothly behind the end of a face: `NO_OBSTACLE` of state.h.
+#: Mark of a smooth continuation of the wall behind the end of a face: `NO_OBSTACLE` of state.h.
 NO_OBSTACLE = -1
 
 

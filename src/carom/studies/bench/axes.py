@@ -44,12 +44,12 @@ class ErrorKind(StrEnum):
 
     @property
     def in_percent(self) -> bool:
-        """Whether it is a share of something; an angle is none."""
+        """Whether it is a ratio; an angle is not."""
         return self is not ErrorKind.DIRECTION
 
     @property
     def meaning(self) -> str:
-        """What it is, in full."""
+        """Full name of the error."""
         return _MEANINGS[self]
 
 
@@ -70,7 +70,7 @@ _MEANINGS = {
 
 
 def error_of(measures: Measures, kind: ErrorKind) -> float:
-    """Return the error of a run; NaN where no impact was matched. Missed impacts are not in it: they are counted."""
+    """Return the error of a run; NaN where no impact was matched. Missed impacts are counted separately."""
     time = abs(measures.total.time_s) / measures.duration_s
     match kind:
         case ErrorKind.TIME:

@@ -1,4 +1,4 @@
-"""Series of steps: those that are asked for by their ends, and a scene's own."""
+"""Series of steps: given by their ends, and a scene's default."""
 
 from __future__ import annotations
 
@@ -37,6 +37,6 @@ def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[flo
 
 
 def default_steps(scene: Scene) -> tuple[float, ...]:
-    """Return the series of steps that a scene is run at where none are asked for."""
+    """Return a scene's default series of steps."""
     frame_s = 1.0 / scene.frame_rate_hz
     return geometric_steps(frame_s, frame_s * FINEST, STEPS)

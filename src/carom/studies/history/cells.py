@@ -1,4 +1,4 @@
-"""What is kept of one run of one release, and what two releases have to do with each other in one cell."""
+"""Stored results of one run of one release, and the comparison of two releases in one cell."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from carom.support.formatting import number
 
 #: References, and runs of PIT, that a worker keeps.
 _KEPT = 64
-#: Instants at which discs are looked at, the end among them: two runs that bounce otherwise part for longer than an
-#: eighth of a run, or come together again at the end, which the end alone would not show.
+#: Number of instants at which positions are compared, the last of them the end. Two runs that bounce differently differ
+#: for longer than an eighth of the run, and may agree again at the end.
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -133,9 +133,9 @@ def _largest(off: Sequence[float]) -> float:
 
 
 def _off(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far off places are at the instants, shape ``(PLACES, n, 2)``, and velocities at the end, ``(n, 2)``.
+    """Return errors of positions at the instants, shape ``(PLACES, n, 2)``, and of velocities at the end, ``(n, 2)``.
 
-    What is not known, as after `until_s`, is infinite.
+    Unknown errors, such as those after `until_s`, are infinite.
     """
     scene, flights, samples = trace.scene, list(free_flights(reference)), trace.samples
     assert samples is not None  # noqa: S101 - they were asked for

@@ -49,7 +49,7 @@ _HEADS = {
 
 
 class _Row(NamedTuple):
-    """A release, and what became of the cells since the one before that ran; None of the first."""
+    """A release, and its changes since the previous one that ran; None for the first."""
 
     release: Release
     since: Transition | None
@@ -96,12 +96,12 @@ def write_history(found: History, folder: Path) -> Path:
 
 
 def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
-    """Yield a line for each release that a registry lists, the newest first, and what is known of it."""
+    """Yield a line for each release that a registry lists, the newest first, with its support."""
     for version in reversed(versions):
         notes = []
         if origin.oldest and is_older(version, origin.oldest):
             notes.append(f"older than {origin.oldest}, the oldest supported release")
-        # "7.3" speaks of 7.3.1, too.
+        # "7.3" includes 7.3.1.
         tried = release_numbers(origin.newest_tried)
         if tried and release_numbers(version)[: len(tried)] > tried:
             notes.append(f"newer than {origin.newest_tried}, the newest tested release")
@@ -178,7 +178,7 @@ def _note(release: Release) -> str:
 
 
 def _notes(found: History) -> Iterator[Lines]:
-    """Yield which settings differ between neighbours, once each, and what could not be run of a release that ran."""
+    """Yield the settings that differ between neighbours, once each, and the cells that a release could not run."""
     asked: dict[str, None] = {}
     for step in found.transitions:
         for cell, change in step.changes.items():
@@ -237,7 +237,7 @@ def error_chart(found: History) -> str:
 
 
 def _errors(ran: list[Release], profile: str) -> list[list[float]]:
-    """Return of each release the velocity errors of the cells of a profile that every release has one in."""
+    """Return the velocity errors of each release in the cells of a profile in which every release has one."""
 
     def error(release: Release, cell: RunCell) -> float:
         seen = release.seen.get(cell)

@@ -21,7 +21,7 @@ class NotRunError(Exception):
     """The method cannot be attacked: it is unavailable, or does not support the scene.
 
     Attributes:
-        status: Which of the two.
+        status: Which of the two it is.
     """
 
     def __init__(self, answer: Answer[Any]) -> None:
@@ -91,10 +91,10 @@ def named_scene(name: str, scene: Scene, shows: str) -> Scene:
 
 
 def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:
-    """Run one trial and judge it; whatever an engine does instead of answering is a reason.
+    """Run one trial and judge it; an engine's failure is the reason of the judgement.
 
     Raises:
-        NotRunError: The engine is unavailable, or declares that it can't do what even the harmless end asks for.
+        NotRunError: The engine is unavailable, or declares not to support even the harmless end.
     """
     answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)
     if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
@@ -103,7 +103,7 @@ def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool)
 
 
 def _try(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
-    """Run the trials of a value up to the first that breaks; return the worst, and how many runs there were."""
+    """Run the trials of a value up to the first that fails; return the worst, and the number of runs."""
     try:
         trials = attack.trials(value)
     except InputError as error:

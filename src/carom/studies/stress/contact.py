@@ -1,7 +1,7 @@
-"""Attacks with a disc that gravity presses to a wall: restitution, friction, rolling resistance, slopes at thresholds.
+"""Attacks with a disc on a wall under gravity: restitution, friction, rolling resistance, slopes at thresholds.
 
-Each is a disc of unit mass on the line y = 0; a slope is a gravity that leans, so that no place is rounded by a turn.
-What contact does is continuous in the slope, so that truth on both sides of a threshold is one number at it.
+Each scene is a disc of unit mass on the line y = 0. A slope is made by the direction of gravity, so that no position is
+rounded by a rotation. Contact is continuous in the slope, so both sides of a threshold have the same true answer at it.
 """
 
 from __future__ import annotations
@@ -119,8 +119,9 @@ def _slope(kind: str, value: float, side: float) -> Trial:
         if kind == "slipping-slope":
             scene = made()
         else:
-            # Bounces from this speed on end as the scene does. Each hop adds 2 tan w to the slip, a bounce takes off
-            # f (1 + e)(1 + 1/k) w, which is 2 tan w at the threshold: in all as much as contact would.
+            # Bounces that start at this speed end with the scene. Each hop adds 2 tan w to the slip. A bounce takes f
+            # (1 + e)(1 + 1/k) w off, which is 2 tan w at the threshold. In all, the bounces take as much as contact
+            # would.
             hits = 0.5 * _LASTS_S * pressed * (1.0 - e) / e
             scene = made(velocity=complex(0.0, -hits), wall_restitution=e)
         along = (pull * _LASTS_S + k * slip) / (1.0 + k)
@@ -165,7 +166,7 @@ def _slide_friction(value: float) -> Sequence[Trial]:
     last=0.0,
 )
 def _rolling_resistance(value: float) -> Sequence[Trial]:
-    """Stage a disc that rolls along a floor: c slows it by c g/(1 + k), up to what friction can; then it slides on."""
+    """Stage a disc that rolls along a floor: c slows it by c g/(1 + k), up to the limit of friction; then it slides."""
     friction = _FRICTION
 
     def rolled(resists: float) -> Trial:
@@ -187,12 +188,12 @@ def _rolling_resistance(value: float) -> Sequence[Trial]:
 
 
 def _both(value: float) -> Sequence[float]:
-    """Return a coefficient and one over it, which 0 has not."""
+    """Return a coefficient and its reciprocal, unless it is 0."""
     return [value, 1.0 / value] if value else [value]
 
 
 def contact_attacks() -> list[Attack]:
-    """Return the attacks with a disc that gravity presses to a wall."""
+    """Return the attacks with a disc on a wall under gravity."""
     ulp = 2.0**-52
     slopes = {
         "sliding-slope": "how far a slope is from the steepest on which friction holds a block, over it",

@@ -58,7 +58,7 @@ class Spot:
         error: The error at `stands_at`, in the measure of the attack; None where there is none.
         reason: Why it fails, or why there is no number.
         scenes: The files, in the folder of the results, whose scenes show the number.
-        runs: How many runs the number took.
+        runs: Number of runs behind the result.
         status: Status of the run that decided, or of the refusal.
     """
 
@@ -109,12 +109,12 @@ class Line:
         kind: "attack", "relation" or "complaint".
         name: Its name.
         axis: Varied quantity, required relation, or reported bug.
-        truth: Where the right answer comes from.
+        truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
         ladder: Values of the axis that are tried, from the harmless end on; empty where there is none.
         link: Address of the thread of a complaint.
         about: Engine that a complaint is about.
-        group: Group of an attack: what a method meets in it.
+        group: Group of an attack, by the situation.
     """
 
     kind: str
@@ -148,12 +148,12 @@ class StressResults:
     Attributes:
         lines: Attacks, relations, complaints, in the order of the table.
         methods: The columns.
-        engines: What is known of their engines, by name.
+        engines: Descriptions of their engines, by name.
         spots: The cells, by name of line and method.
         environment: Machine and versions.
-        command: The command that makes this again.
+        command: The command that repeats the campaign.
         quick: Whether this is the quick form.
-        elapsed_s: Wall-clock seconds of this run; a run that was taken up again counts only its own.
+        elapsed_s: Elapsed seconds of this run; a resumed run counts only its own.
     """
 
     lines: tuple[Line, ...]

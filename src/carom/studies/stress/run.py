@@ -33,25 +33,25 @@ from carom.studies.stress.relations import HOLDS, relation_spot, relations
 from carom.support.escaping import named_hints
 from carom.support.folders import claimed
 
-#: What a folder of a campaign is for.
+#: Purpose of a campaign's folder.
 PURPOSE = "stress"
 
 JOURNAL = "journal.jsonl"
 
-#: The step of all that is run.
+#: The step of all runs.
 DT_S = 1.0 / RATE_HZ
 
-#: What tells a cell from the others: kind and name of its line, and its method.
+#: Identity of a cell: kind and name of its line, and its method.
 SpotKey = tuple[str, str, str]
 
 #: Opens the journal of a campaign.
 stress_journal = partial(Journal[SpotKey, Spot], "spots", JournalEntry[SpotKey, Spot])
 
-#: A line of the table, and what finds its spot for a method.
+#: A line of the table, and the function that finds its spot for a method.
 StressTask = tuple[Line, Callable[[Method, TaskRunner], FoundSpot]]
 
 
-#: Groups of attacks, by what a method meets in them.
+#: Groups of attacks, by the situation.
 GROUPS = {
     "pairs": pair_attacks,
     "crowds": crowd_attacks,
@@ -98,7 +98,7 @@ def stress(
         resume: Continue from what a journal in `out` says is finished.
         retry: Repeat runs that an engine broke off.
         progress: Called with (done, all, what) as cells finish.
-        command: The command that makes this again, for the results.
+        command: The command that repeats the campaign, for the results.
 
     Raises:
         UnknownNameError: There is no such attack, engine or profile.

@@ -19,7 +19,7 @@ from carom.execution.timing import time_run
 from carom.model.scene import Scene
 from carom.studies.tune.objective import Judged
 
-#: References, and runs of PIT, that a worker keeps: more scenes than a search is made over.
+#: Number of references, and of runs of PIT, that a worker keeps: more than the scenes of a search.
 _KEPT = 256
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -67,10 +67,10 @@ class JudgeTask(JobTask):
         return replace(judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, tried=tried).advance_s)
 
 
-#: The form of a job whose steps are timed, too; see `carom.execution.cache_key.JobKey`.
+#: Form of a job whose steps are also timed; see `carom.execution.cache_key.JobKey`.
 _TIMED = "timed"
 
-#: Opens the journal of a search, which asks the same of the same answers: one that continues finds what it had found.
+#: Opens the journal of a search. A search that continues requests the same jobs, and finds their results there.
 tune_journal = partial(Journal[JobKey, Judged], "judgements", JournalEntry[JobKey, Judged])
 
 
@@ -79,11 +79,11 @@ class Jury:
 
     Args:
         steps: The scenes with the step of each, seconds.
-        horizons: Time up to which a scene's reference is reliable, by the scene's name; what is not listed is
-            believed whole.
-        pool: Where jobs are run; it stays open.
-        notes: What is judged already, and where more of it goes.
-        timed: Whether steps are timed: then one job is run at a time.
+        horizons: Time up to which a scene's reference is reliable, by the scene's name; that of other scenes is
+            reliable to its end.
+        pool: Pool that runs the jobs; it stays open.
+        notes: Journal of results, to which new ones are added.
+        timed: Whether steps are timed, with one job at a time.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Jury:
         self._notes = MemoryJournal[JobKey, Judged]() if notes is None else notes
 
     def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
-        """Return what came of each scene, in their order."""
+        """Return the results of the scenes, in their order."""
         asks = []
         for scene in scenes:
             job = Job(scene, method, self._steps[scene])

@@ -26,16 +26,16 @@ from carom.studies.tune.search_space import Point, Space
 if TYPE_CHECKING:
     from optuna import Study
 
-#: A trial is judged in this many parts, those scenes first that went worst with the first profile; after each part one
-#: that can't come up to the best any more is given up.
+#: A trial is judged in this many parts, beginning with the scenes that were worst with the first profile. After each
+#: part a trial that can no longer equal the best is given up.
 PARTS = 3
 
-#: The best is gone over whatever it takes; what is better in one respect only, up to this many times those asked for.
+#: The best is always refined; others that are better in one respect only up to this multiple of the requested trials.
 MOST_TRIALS = 4
 
 
 def require_tune_extra() -> None:
-    """See to it that Optuna is there.
+    """Check that Optuna is installed.
 
     Raises:
         MissingExtraError: It is not installed.
@@ -67,7 +67,7 @@ class Found:
 
     @property
     def rank(self) -> tuple[Merit, int]:
-        """What puts the best first: merit, and of equals the fewest settings."""
+        """Sort key for the best: merit, then the fewest settings."""
         return self.merit, len(self.tried)
 
 
@@ -75,15 +75,15 @@ class KnobSearch:
     """A search over the knobs of an engine.
 
     Args:
-        first: The method that is begun with.
-        space: What may be tried.
-        scenes: What it is tried on.
-        jury: Judges it.
+        first: The first method.
+        space: The points that may be tried.
+        scenes: Scenes of the search.
+        jury: Judges methods on scenes.
         progress: Called with (done, all, what) after each trial.
         told: Called with the best settings so far, whenever there are better ones.
 
     Attributes:
-        trials: How many different settings were tried, the first profile not counted.
+        trials: Number of different settings tried, without the first profile.
         given_up: How many of them were given up before the last scene.
     """
 
@@ -107,11 +107,11 @@ class KnobSearch:
         self._most = 0
 
     def run(self, trials: int, seed: int) -> Found:
-        """Return the best settings that are found.
+        """Return the best settings found.
 
         Args:
-            trials: How many different settings the optimiser may try, those with one knob turned among them.
-            seed: Of its random numbers: with the same one it asks for the same trials.
+            trials: Number of different settings that the optimiser may try, including those with one turned knob.
+            seed: Seed of its random numbers; equal seeds give equal trials.
 
         Raises:
             MissingExtraError: Optuna is not installed.
@@ -123,7 +123,7 @@ class KnobSearch:
         return self._gone_over(MOST_TRIALS * trials)
 
     def _begin(self) -> None:
-        """Judge the first profile, and put the scenes that went worst with it first."""
+        """Judge the first profile, and order the scenes from its worst to its best."""
         judged = self.jury.judge(self.method, self.scenes)
         first = Found((), merit_of(judged, judged), tuple(judged), 0)
         worst = {k: merit_of([one]) for k, one in enumerate(judged)}
@@ -163,7 +163,7 @@ class KnobSearch:
             study.tell(trial, number)
 
     def _gone_over(self, most: int) -> Found:
-        """Turn one knob at a time, back or elsewhere, from the best and from all that is better in some respect."""
+        """Turn one knob at a time, back or elsewhere, from the best trial and from those better in some respect."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= most:
@@ -174,7 +174,7 @@ class KnobSearch:
         return self.best
 
     def _front(self) -> list[Found]:
-        """Return, the best first, what nothing that was tried is as good as in every respect, and better in one."""
+        """Return the trials that no other trial dominates, the best first."""
         first_of: dict[tuple[int, int, int], Found] = {}
         for found in sorted(self._whole, key=lambda one: one.rank):
             first_of.setdefault(found.merit.respects, found)
@@ -183,16 +183,16 @@ class KnobSearch:
 
     @property
     def begun(self) -> Found:
-        """What came of the first profile, which is judged before all else."""
+        """Results of the first profile, which is judged first."""
         return self._whole[0]
 
     @property
     def best(self) -> Found:
-        """The best that is found so far."""
+        """The best settings found so far."""
         return min(self._whole, key=lambda one: one.rank)
 
     def tried(self, point: Point) -> tuple[Merit, bool]:
-        """Judge a point; return its merit, and whether it was given up, so that this is but the best it could be."""
+        """Judge a point; return its merit, and whether it was given up, so that the merit is only an upper bound."""
         tried = self.space.tried(point)
         if tried not in self._seen:
             self.trials += 1
@@ -209,7 +209,7 @@ class KnobSearch:
         found: dict[int, Judged] = {}
         for part in _parts(self._order):
             found |= zip(part, self.jury.judge(method, [self.scenes[k] for k in part]), strict=True)
-            # At best all the scenes that are left are exact.
+            # At best all the remaining scenes are exact.
             left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
             at_best = replace(merit_of([*found.values(), *left]), cost=0.0)
             if left and any(at_best.beaten_by(whole.merit) for whole in self._whole):

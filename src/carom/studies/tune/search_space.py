@@ -1,4 +1,4 @@
-"""The space that is searched: the knobs of an engine, each left as it is shipped or turned to one of some values."""
+"""Search space: the knobs of an engine, each as shipped or turned to one of several values."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from carom.engines.api import Knob
 from carom.execution.job import SettingOverrides
 from carom.model.trace import Setting
 
-#: A range is tried at its two ends and this many values between, evenly spread, on the scale of the knob. The ends are
-#: among them since they are the best as a rule: off is 0, never is the largest value there is.
+#: A range is tried at its two ends and this many values between, evenly spread on the scale of the knob. The ends are
+#: often the best: 0 is off, the largest value is never.
 BETWEEN = 15
 
 #: When the best is refined, each knob is tried at the ends of `STOPS` equal parts of its range, which finds distant
