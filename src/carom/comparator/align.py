@@ -156,20 +156,15 @@ def _sort_by_reference(
             a, b = to_reference[later], to_reference[earlier]  # in the order of the reference, if inverted
             if a > b:
                 break
-            apart = not _have_common_body(reference, a, b) and time[b] - time[a] <= slack
+            common = set(reference.impacts[["first", "second"]][a]) & set(reference.impacts[["first", "second"]][b])
+            has_common_body = any(body >= 0 and not reference.scene.discs[body].immovable for body in common)
+            apart = not has_common_body and time[b] - time[a] <= slack
             if not (apart or stamp[earlier] == stamp[later]):
                 inverted.add((a, b))
                 break
             sequence[k - 1], sequence[k] = later, earlier
             k -= 1
     return inverted
-
-
-def _have_common_body(reference: Trace, a: int, b: int) -> bool:
-    """Whether two impacts have a movable body in common."""
-    discs = reference.scene.discs
-    bodies = [{int(reference.impacts[k]["first"]), int(reference.impacts[k]["second"])} for k in (a, b)]
-    return any(body >= 0 and not discs[body].immovable for body in bodies[0] & bodies[1])
 
 
 def _pairs(trace: Trace, indices: Sequence[int]) -> list[Pair]:

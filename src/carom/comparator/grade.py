@@ -96,12 +96,8 @@ def _grade_flight(judged: JudgedRun) -> Grade:
         return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED
     if trajectory_grade is Grade.UNGRADED:
         return _grade_undecided(judged, local)
-    if (
-        trajectory_grade is Grade.EXACT
-        and judged.compared.is_whole_run
-        and local.agrees_alone
-        and local.grade is not Grade.WRONG
-    ):
+    agrees_alone = local.agrees_alone and local.grade is not Grade.WRONG
+    if trajectory_grade is Grade.EXACT and judged.compared.is_whole_run and agrees_alone:
         return trajectory_grade if judged.compared.impacts else Grade.UNGRADED
     return worst_grade(trajectory_grade, local.grade)
 
@@ -121,7 +117,8 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
     """Grade by the reference's trajectory: the worst certain fault decides; undecidable runs are not graded."""
     if judged.non_finite or judged.observed.outcome is Outcome.NON_FINITE:
         return Grade.WRONG
-    if judged.convention is None and _is_wrong(judged):
+    is_wrong = judged.alignment.missed or judged.alignment.spurious or judged.inverted or judged.has_other_ending
+    if judged.convention is None and is_wrong:
         return Grade.WRONG
     if judged.has_nothing_compared:
         return Grade.UNGRADED
@@ -136,10 +133,8 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         return Grade.EXACT
     if judged.sampling is None or judged.sampling_cost is None:
         return Grade.UNGRADED
-    close, sampled = (
-        _has_close_impacts(judged, judged.sampling_cost),
-        _has_sampled_impacts(judged, judged.sampling, judged.sampling_cost),
-    )
+    close = _has_close_impacts(judged, judged.sampling_cost)
+    sampled = _has_sampled_impacts(judged, judged.sampling, judged.sampling_cost)
     if not (close or sampled):
         return Grade.INACCURATE
     if undecided:
@@ -163,11 +158,6 @@ def _has_pit_results(judged: JudgedRun) -> bool:
         and _is_consistent(judged)
         and _agrees_to_rounding(judged, judged.measured_against_pit, judged.rounding * judged.scales.time_s)
     )
-
-
-def _is_wrong(judged: JudgedRun) -> bool:
-    alignment = judged.alignment
-    return bool(alignment.missed or alignment.spurious or judged.inverted or judged.has_other_ending)
 
 
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:

@@ -247,18 +247,18 @@ def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     gravity where it acts on one alone.
     Where several contacts of one step share a disc, nobody knows which of them changed what.
     """
-    impacts = trace.impacts
+    impacts, movable = trace.impacts, trace.scene.arrays.movable
     first, second = velocities(impacts, "after") - velocities(impacts, "before")
     change = second - first
     size, friction = np.hypot(*change.T), trace.scene.arrays.friction_of(impacts["second"])
     for k in np.flatnonzero(impacts["second"] < 0).tolist():
         if isinstance(wall := trace.scene.walls[wall_index(int(impacts["second"][k]))], Wall):
             change[k], friction[k] = -size[k] * np.array(wall.normal), 0.0
-    length = np.hypot(*impacts["normal"].T)
-    normal = impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
+    normal = _unit_normals(trace)
     along, across = np.sum(change * normal, axis=1), _cross(change, normal)
-    rubbed = friction * along
-    off = np.where(along > 0.0, np.maximum(across - rubbed - _pulled(trace), 0.0), size)
+    alone = (impacts["second"] >= 0) & (movable[impacts["first"]] != movable[np.maximum(impacts["second"], 0)])
+    pulled = np.where(alone, _pulled(trace, impacts["normal"]), 0.0)
+    off = np.where(along > 0.0, np.maximum(across - friction * along - pulled, 0.0), size)
     off = np.where(np.isfinite(_turning_times(trace)), off, 0.0)
     if not len(off):
         return 0.0, 0.0
@@ -266,13 +266,15 @@ def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     return float(off[at]) / scales.speed_m_s, math.atan2(float(across[at]), float(along[at]))
 
 
-def _pulled(trace: Trace) -> Array:
-    """Return what gravity may add across the normals of discs that strike immovable ones, metres a second."""
-    impacts = trace.impacts
-    movable = trace.scene.arrays.movable
-    alone = (impacts["second"] >= 0) & (movable[impacts["first"]] != movable[np.maximum(impacts["second"], 0)])
-    pull = _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), (len(impacts), 2)), impacts["normal"])
-    return np.where(alone, pull * _lasted(trace), 0.0)
+def _unit_normals(trace: Trace) -> Array:
+    length = np.hypot(*trace.impacts["normal"].T)
+    normal: Array = trace.impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
+    return normal
+
+
+def _pulled(trace: Trace, normal: Array) -> Array:
+    """Return what gravity may add across normals while contacts last, metres a second."""
+    return _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal) * _lasted(trace)
 
 
 def _momentum(trace: Trace) -> float:
@@ -305,11 +307,10 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
     change, spun = after - before, rim_speeds(trace, "after") - rim_speeds(trace, "before")
-    length = np.hypot(*impacts["normal"].T)
-    normal = impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
+    normal = _unit_normals(trace)
     tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     closing = np.hypot(*(before[1] - before[0]).T)
-    pulled = _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal) * _lasted(trace)
+    pulled = _pulled(trace, normal)
     known, lasted = np.isfinite(_turning_times(trace)), _lasted(trace)
     if trace.scene.wall_rolling_resistance:
         known &= impacts["second"] >= 0

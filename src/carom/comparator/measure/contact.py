@@ -206,28 +206,22 @@ def motion_at(trace: Trace, times_s: Array) -> States:
 
 def _spins_at(trace: Trace, times_s: Array) -> Array:
     """Return the spins of the discs of a trace at ascending times, radians a second, shape ``(k, n)``."""
-    spins, rates = trace.scene.arrays.spins.copy(), np.zeros(len(trace.scene.discs))
-    since, found, row = np.zeros(len(spins)), np.zeros((len(times_s), len(spins))), 0
-    changes: list[tuple[float, int, float, float | None]] = []  # when, of which disc: its spin, and how that changes
+    found, rates = np.tile(trace.scene.arrays.spins, (len(times_s), 1)), np.zeros(len(trace.scene.discs))
     modes = [] if trace.modes is None else list(trace.modes[::-1])
-    for k, impact in enumerate(trace.impacts):
+
+    def change(time_s: float, disc: int, spin: float) -> None:
+        later = times_s >= time_s
+        found[later, disc] = spin + rates[disc] * (times_s[later] - time_s)
+
+    for k in range(len(trace.impacts) + 1):
         while modes and modes[-1]["impacts"] <= k:
-            changes.append(_change(modes.pop()))
-        if trace.spins is not None:
-            sides = ((int(impact[side]), float(trace.spins[f"{side}_after"][k])) for side in ("first", "second"))
-            changes += [(float(impact["time_s"]), disc, spin, None) for disc, spin in sides if disc >= 0]
-    changes += [_change(mode) for mode in modes[::-1]]
-    for time_s, disc, spin, rate in [*changes, (math.inf, 0, 0.0, None)]:
-        while row < len(times_s) and times_s[row] < time_s:
-            found[row] = spins + rates * (times_s[row] - since)
-            row += 1
-        spins[disc], since[disc] = spin, time_s
-        rates[disc] = rates[disc] if rate is None else rate
+            mode = modes.pop()
+            rates[mode["disc"]] = mode["spin_rate"]
+            change(mode["time_s"], mode["disc"], mode["spin"])
+        for side in ("first", "second") if trace.spins is not None else ():
+            if k < len(trace.impacts) and (disc := trace.impacts[side][k]) >= 0:
+                change(trace.impacts["time_s"][k], disc, trace.spins[f"{side}_after"][k])
     return found
-
-
-def _change(mode: np.void) -> tuple[float, int, float, float]:
-    return float(mode["time_s"]), int(mode["disc"]), float(mode["spin"]), float(mode["spin_rate"])
 
 
 def _only(states: States, rows: NDArray[np.bool_]) -> States:

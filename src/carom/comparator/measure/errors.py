@@ -14,6 +14,7 @@ from carom.comparator.finite import finite_impacts
 from carom.comparator.impact_matching import Alignment
 from carom.comparator.scales import OwnScales, Scales, compute_own_scales, largest
 from carom.comparator.thresholds import THRESHOLDS
+from carom.core.rough_impact import ContactFrictions, RoughBodies
 from carom.model.scene import Need
 from carom.model.trace import Trace, kinetic_energy, rim_speeds, velocities
 
@@ -180,6 +181,21 @@ def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
     approach = ((before[1] - before[0]) * normal).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(approach < 0.0, -((after[1] - after[0]) * normal).sum(axis=1) / approach, math.nan)
+
+
+def impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBodies], ContactFrictions]:
+    """Return the first and the second bodies of each impact just before it, and their friction.
+
+    Args:
+        trace: The trace.
+        rims: Speeds of their rims, shape ``(2, m)``.
+    """
+    start, second, velocity = trace.scene.arrays, trace.impacts["second"], velocities(trace.impacts, "before")
+    wall, discs = second < 0, (trace.impacts["first"], np.maximum(second, 0))
+    masses = (start.mass_kg[discs[0]], np.where(wall, math.inf, start.mass_kg[discs[1]]))
+    one, two = (RoughBodies(velocity[k], rims[k], masses[k], start.inertia[discs[k]]) for k in (0, 1))
+    sticking = np.where(wall, start.wall_tangential_restitution, start.tangential_restitution)
+    return (one, two), ContactFrictions(start.friction_of(second), sticking)
 
 
 def _infinite_if_nan(error: float) -> float:

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from carom.comparator.finite import finite_impacts
+from carom.comparator.measure.errors import impact_bodies
 from carom.comparator.scales import Scales
-from carom.core.rough_impact import ContactFrictions, RoughBodies, branches
+from carom.core.rough_impact import branches
 from carom.model.trace import Trace, rim_speeds, velocities
 
 
@@ -36,25 +37,16 @@ def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongB
 
     Impacts of a disc that has several contacts in one step are excluded: their effects can't be separated.
     """
-    start, impacts = trace.scene.arrays, trace.impacts
-    if not start.rubs or not len(impacts):
+    impacts = trace.impacts
+    if not trace.scene.arrays.rubs or not len(impacts):
         return WrongBranches()
-    wall = impacts["second"] < 0
-    first, second = impacts["first"], np.maximum(impacts["second"], 0)
-    before, after, rims = velocities(impacts, "before"), velocities(impacts, "after"), rim_speeds(trace, "before")
-    masses = (start.mass_kg[first], np.where(wall, np.inf, start.mass_kg[second]))
-    one, two = (
-        RoughBodies(before[k], rims[k], masses[k], start.inertia[disc]) for k, disc in enumerate((first, second))
-    )
+    wall, before, after = impacts["second"] < 0, velocities(impacts, "before"), velocities(impacts, "after")
+    (one, two), contacts = impact_bodies(trace, rim_speeds(trace, "before"))
     normal = impacts["normal"] / np.hypot(*impacts["normal"].T)[:, None]
     tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-    lightness = 1.0 / masses[0] + 1.0 / masses[1]
+    lightness = 1.0 / one.mass + 1.0 / two.mass
     changed = (before[0] - before[1]) - (after[0] - after[1])
     pushed, rubbed = (np.sum(changed * along, axis=1) / lightness for along in (normal, tangent))
-    contacts = ContactFrictions(
-        start.friction_of(impacts["second"]),
-        np.where(wall, start.wall_tangential_restitution, start.tangential_restitution),
-    )
     both = branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)
     holds = np.abs(both.sticking) < np.abs(both.sliding)
     other = np.where(holds, both.sliding, both.sticking)

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.finite import finite_impacts
-from carom.comparator.finite_walls import NO_FEATURE, FiniteWall
-from carom.comparator.measure.errors import compute_restitutions, larger_error
+from carom.comparator.measure.errors import compute_restitutions, impact_bodies, larger_error
 from carom.comparator.scales import Scales, median
 from carom.comparator.slowing import Slowing
+from carom.comparator.stepwise.law import NO_FEATURE, FiniteWall
 from carom.core.features import Mover
 from carom.core.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.core.time_of_impact import time_of_impact
@@ -98,53 +98,31 @@ def find_own_states(trace: Trace) -> NDArray[np.void]:
     return states
 
 
-@dataclass(frozen=True)
 class _Bodies:
     """The two bodies of each impact in their own state before it, the first bodies first; a wall has no position."""
 
-    wall: NDArray[np.bool_]
-    position: Array
-    velocity: Array
-    rim: Array
-    radius: Array
-    mass: Array
-    inertia: Array
-    restitution: Array
-    friction: Array
-    tangential_restitution: Array
-
-    @classmethod
-    def of(cls, trace: Trace, state: NDArray[np.void]) -> _Bodies:
-        start, first, second = trace.scene.arrays, trace.impacts["first"], np.maximum(trace.impacts["second"], 0)
-        wall = trace.impacts["second"] < 0
-        return cls(
-            wall=wall,
-            position=np.stack([state["position_first"], state["position_second"]]),
-            velocity=velocities(trace.impacts, "before"),
-            radius=np.stack([start.radius_m[first], np.where(wall, 0.0, start.radius_m[second])]),
-            rim=rim_speeds(trace, "before") + _belt_speeds(trace),
-            mass=np.stack([start.mass_kg[first], np.where(wall, math.inf, start.mass_kg[second])]),
-            inertia=np.stack([start.inertia[first], start.inertia[second]]),
-            restitution=start.restitution_of(trace.impacts["second"]),
-            friction=start.friction_of(trace.impacts["second"]),
-            tangential_restitution=np.where(wall, start.wall_tangential_restitution, start.tangential_restitution),
-        )
+    def __init__(self, trace: Trace, state: NDArray[np.void]) -> None:
+        start, second = trace.scene.arrays, trace.impacts["second"]
+        self.wall = second < 0
+        self.position = np.stack([state["position_first"], state["position_second"]])
+        self.velocity = velocities(trace.impacts, "before")
+        self.radius = start.radius_m[np.stack([trace.impacts["first"], np.maximum(second, 0)])]
+        self.restitution = start.restitution_of(second)
+        self.bodies, self.contacts = impact_bodies(trace, rim_speeds(trace, "before") + _belt_speeds(trace))
 
     def after(self, at: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
         """Return the velocities and rims after the impacts at some indices, shapes ``(2, k, 2)`` and ``(2, k)``."""
         if not len(at):
             return np.zeros((2, 0, 2)), np.zeros((2, 0))
-        one, two = (
-            RoughBodies(*(x[k][at] for x in (self.velocity, self.rim, self.mass, self.inertia))) for k in (0, 1)
-        )
-        contacts = ContactFrictions(self.friction[at], self.tangential_restitution[at])
+        one, two = (RoughBodies(*(numbers[at] for numbers in body)) for body in self.bodies)
+        contacts = ContactFrictions(*(numbers[at] for numbers in self.contacts))
         after = resolve_rough_impact(one, two, normal, self.restitution[at], contacts)
         return np.stack([body.velocity for body in after]), np.stack([body.rim for body in after])
 
     def energy(self, velocity: Array, rim: Array) -> Array:
         """Return the kinetic energies of what moves, and turns, as fast as that, joules, shape ``(m,)``."""
-        mass = np.where(np.isinf(self.mass), 0.0, self.mass)
-        inertia = np.where(np.isinf(self.inertia), 0.0, self.inertia)
+        numbers = np.array([(body.mass, body.inertia) for body in self.bodies])
+        mass, inertia = np.where(np.isinf(numbers), 0.0, numbers).swapaxes(0, 1)
         total: Array = np.sum(0.5 * mass * (np.sum(velocity**2, axis=-1) + inertia * rim**2), axis=0)
         return total
 
@@ -155,7 +133,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     Only straight paths are measured: none under gravity, with damping, or on a table.
     """
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
-    start, bodies = state["time_s"], _Bodies.of(trace, state)
+    start, bodies = state["time_s"], _Bodies(trace, state)
     (p1, p2), (v1, v2) = bodies.position, bodies.velocity
     # An impact with non-finite numbers has no local error; a verdict reports it.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)

@@ -98,14 +98,13 @@ class SamplingCost:
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
-        close = sum(cost.is_close(errors) for cost in costs)
+        # At most a small part of a step, and of the cost up to each impact.
+        part, rounding = THRESHOLDS.close, THRESHOLDS.rounding
+        close = sum(
+            cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs
+        )
         late_s = largest(cost.late_s for cost in costs)
         return cls(costs[0].dt_s, errors, found, off_s, energy, place, velocity, spin, late_s, len(costs), close)
-
-    def is_close(self, costs: Array) -> bool:
-        """Whether errors at one phase are at most a small part of a step, or of the given costs up to each impact."""
-        close = THRESHOLDS.close
-        return self.late_s <= close * self.dt_s and bool(np.all(self.errors <= close * costs + THRESHOLDS.rounding))
 
 
 def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, own: Measured) -> SamplingCost:

@@ -70,11 +70,6 @@ class AdmissibleOutcome:
     how: str
     motion_m_s: Motions
 
-    @property
-    def velocity_m_s(self) -> NDArray[np.float64]:
-        """Velocities after, one row per disc of the group, shape ``(k, 2)``."""
-        return self.motion_m_s[:, :2]
-
 
 @dataclass(frozen=True)
 class Group:
@@ -140,10 +135,8 @@ def first_group(reference: Trace) -> Group | None:
         discs |= linked
     own = tuple(c for c in contacts if c[0] in discs and (c[1] < 0 or c[1] in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
-    for impact, rims in zip(impacts[:begin], rim_speeds(reference, "after").T[:begin], strict=True):
-        for side, speed in zip(("first", "second"), rims, strict=True):
-            if impact[side] >= 0:
-                rim[impact[side]] = speed
+    bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
+    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last one stays
     ended = [(disc, flights[disc]) for disc in sorted(discs)]
     kept = [flight.damping.kept(time_s - flight.begin_s) for _, flight in ended]
     motion = np.array(
@@ -218,11 +211,9 @@ def _motions_after(trace: Trace, group: Group) -> Motions:
     row = {disc: k for k, disc in enumerate(group.discs)}
     slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
     for impact, rims in zip(trace.impacts, rim_speeds(trace, "after").T, strict=True):
-        bodies = (int(impact["first"]), int(impact["second"]))
-        if abs(float(impact["time_s"]) - group.time_s) > slack or any(b >= 0 and b not in row for b in bodies):
-            continue
-        for name, body, rim in zip(("first", "second"), bodies, rims, strict=True):
-            if body >= 0:
+        sides = {name: int(impact[name]) for name in ("first", "second") if impact[name] >= 0}
+        if abs(float(impact["time_s"]) - group.time_s) <= slack and all(body in row for body in sides.values()):
+            for (name, body), rim in zip(sides.items(), rims, strict=False):  # a wall is the second body
                 motion[row[body]] = (*impact[f"velocity_{name}_after"], rim)
     return motion
 

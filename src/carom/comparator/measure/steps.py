@@ -133,11 +133,8 @@ class LocalScore:
         if self.agrees and not sampled:
             return Grade.EXACT
         # Without windows of one impact, closeness to PIC is not known.
-        near = (
-            self.judged > 0
-            and _zero_if_nan(self.ratio[1]) <= THRESHOLDS.close
-            and _zero_if_nan(self.late_steps[1]) <= THRESHOLDS.close
-        )
+        far = self.ratio[1] > THRESHOLDS.close or self.late_steps[1] > THRESHOLDS.close
+        near = self.judged > 0 and not far  # either may be NaN
         return Grade.CLOSE if near and not sampled else Grade.SAMPLED
 
 
@@ -169,6 +166,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     early = late < -known
     missed = _drop_continuations(truth.meetings[truth.meetings["missed"]])
     due_s = np.where(np.isnan(missed["due_s"]), missed["begin_s"], missed["due_s"])
+    first_missed = "".join(f"at {instant(float(one['begin_s']))} between {pair_name(one)}" for one in missed[:1])
     invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
     restitution = scored["restitution"][single]
     # Places round at the start and at the end, and a velocity's rounding moves them for the length of the window.
@@ -186,7 +184,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         missed_by_pit=int(missed["pit_missed"].sum()),
         # An impact due at the horizon itself, to rounding, is beyond it.
         missed_within=int(np.sum(due_s < until_s * (1.0 - THRESHOLDS.rounding))),
-        first_missed=_format_place(missed[0]) if len(missed) else "",
+        first_missed=first_missed,
         first_missed_s=float(due_s[0]) if len(missed) else math.nan,
         invented=invented,
         first_invented=first_invented,
@@ -227,11 +225,6 @@ def _ratio(error: Array, price: Array, rounding: float) -> Array:
         return np.where(error <= rounding, 0.0, np.where(price <= rounding, math.inf, error / price))
 
 
-def _zero_if_nan(worst: float) -> float:
-    """Return a number, or 0 where it is NaN."""
-    return 0.0 if math.isnan(worst) else worst
-
-
 def _median_and_worst(values: Array) -> tuple[float, float]:
     if not len(values):
         return (math.nan, math.nan)
@@ -249,10 +242,6 @@ def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
             kept.append(row)
         ended[pair] = float(meetings["end_s"][row])
     return meetings[kept]
-
-
-def _format_place(meeting: np.void) -> str:
-    return f"at {instant(float(meeting['begin_s']))} between {pair_name(meeting)}"
 
 
 def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:

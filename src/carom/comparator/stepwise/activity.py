@@ -16,7 +16,6 @@ from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.pairs import MARGIN_STEPS, NearPairs, disc_pairs, near_in, wall_pairs
 from carom.comparator.stepwise.rest import RESTING_STEPS, Rest, find_resting_pairs
-from carom.comparator.stepwise.room import is_geometrically_possible
 from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 
 Flags = NDArray[np.bool_]
@@ -106,7 +105,7 @@ def _enter_consequences(block: Block, found: Activity, step: int, together: Sequ
     if _all_active(active, due, near := near_in(block, together, step)):
         return
     struck = (body for _, pair in due for body in pair if body in near)
-    if not is_geometrically_possible(block, step, {pair for body in struck for pair in near[body]}):
+    if not block.is_possible(step, {pair for body in struck for pair in near[body]}):
         return
     slow = (RESTING_STEPS + 0.5) * law.pull * float(block.step_s[step])
     for time_s, pair, closing in _find_impacts(block, step, due, near, slow):

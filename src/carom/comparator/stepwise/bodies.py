@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from carom.comparator.finite_walls import NO_FEATURE, FiniteWall
-from carom.comparator.stepwise.law import TOUCH, Law, Pair
+from carom.comparator.stepwise.law import NO_FEATURE, TOUCH, FiniteWall, Law, Pair
 from carom.core import primitives
 from carom.core.features import Mover
 from carom.model.prescribed_motion import Drive
@@ -291,17 +290,12 @@ class BodyStates:
 
     def energy(self) -> float:
         """Return the kinetic energy of the discs that move, that of turning with it, joules."""
-        law = self.law
-        return sum(
-            0.5 * law.mass[disc] * (vx * vx + vy * vy + self._turning(disc))
-            for disc, (vx, vy) in self.velocity.items()
-            if law.movable(disc)
-        )
-
-    def _turning(self, disc: int) -> float:
-        law = self.law
-        rim = law.radius[disc] * self.spin[disc]
-        return rim * rim / law.inverse_inertia_ratio[disc] if law.inverse_inertia_ratio[disc] > 0.0 else 0.0
+        law, energy = self.law, 0.0
+        for disc, (vx, vy) in self.velocity.items():
+            if law.movable(disc):
+                rim, inverse = law.radius[disc] * self.spin[disc], law.inverse_inertia_ratio[disc]
+                energy += 0.5 * law.mass[disc] * (vx * vx + vy * vy + (rim * rim / inverse if inverse > 0.0 else 0.0))
+        return energy
 
     def fastest(self) -> tuple[float, float]:
         """Return the greatest speed of a disc, and the greatest of a disc or of a rim, metres a second."""

@@ -7,7 +7,7 @@ in free flight, for each j after which the other impacts are still ahead in the 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,7 +20,6 @@ from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.chains import StepChain
 from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.rest import RESTING_STEPS
-from carom.comparator.stepwise.room import is_geometrically_possible
 from carom.comparator.stepwise.window import Difference, Window, relative
 from carom.comparator.stepwise.window_runs import sampled_run
 from carom.comparator.thresholds import THRESHOLDS
@@ -32,21 +31,15 @@ Array = NDArray[np.float64]
 PASSED = 0.01
 
 
-@dataclass(frozen=True)
-class WindowPair:
-    """One pair of a window; see `MEETING_DTYPE` for its fields. Steps are numbers of states of the block."""
-
-    pair: Pair
-    begin: int
-    end: int
-    due_s: float
-    missed: bool
-    pit_missed: bool
-
-
 @dataclass
 class Comparison:
-    """Result of the comparison of a window; see `carom.model.step_windows.WINDOW_DTYPE` for its fields."""
+    """Result of the comparison of a window; see `carom.model.step_windows.WINDOW_DTYPE` for its numbers.
+
+    Attributes:
+        due_s: When pairs were first due, seconds; pairs that only push are not among them.
+        passed: Pairs that passed through each other.
+        pit_passed: Those of them that PIT misses, too, from the same state.
+    """
 
     due: int = 0
     missed: int = 0
@@ -68,7 +61,9 @@ class Comparison:
     restitution: float = math.nan
     energy_j: float = 0.0
     energy_price_j: float = 0.0
-    meetings: list[WindowPair] = field(default_factory=list)
+    due_s: dict[Pair, float] = field(default_factory=dict)
+    passed: Collection[Pair] = ()
+    pit_passed: Collection[Pair] = ()
 
 
 def judge(
@@ -90,8 +85,8 @@ def judge(
         ends: Whether the run ends with the block.
         speed_before: Of a chain that continues, the greatest speed of its discs before, metres a second.
     """
-    if not is_geometrically_possible(block, chain.begin, block.law.pairs_of(chain.discs)):
-        return _judge_impossible(chain)
+    if not block.is_possible(chain.begin, block.law.pairs_of(chain.discs)):
+        return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
     window = Window(block, chain, activity)
     judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
@@ -114,7 +109,7 @@ def judge(
     is_last = ends and chain.end == len(block)
     if is_last:
         missed = [pair for pair in missed if not _awaits_next_frame(window, pair)]
-    judged.missed = len(missed)
+    judged.missed, judged.passed = len(missed), missed
     if is_last and not missed and _ends_in_contact(window):
         judged.open = True
     if not judged.open:
@@ -124,22 +119,12 @@ def judge(
             _measure_sampling_cost(window, judged, found)
     also = {pair for pair in missed if not found_by_pit.get(pair, True)}
     also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
-    judged.pit_missed = len(also)
+    judged.pit_missed, judged.pit_passed = len(also), also
     for pair, steps in chain.pairs.items():
-        due = [
-            float(block.states.time_s[step]) + activity.due[step][pair]
-            for step in steps
-            if activity.due[step][pair] >= 0.0
-        ]
-        first = due[0] if due else math.nan
-        judged.meetings.append(WindowPair(pair, steps[0], steps[-1] + 1, first, pair in missed, pair in also))
+        for step in steps[::-1]:
+            if activity.due[step][pair] >= 0.0:
+                judged.due_s[pair] = float(block.states.time_s[step]) + activity.due[step][pair]
     return judged
-
-
-def _judge_impossible(chain: StepChain) -> Comparison:
-    """Return the result for a window whose first state is impossible: nothing is due, and nothing missed."""
-    pairs = [WindowPair(pair, steps[0], steps[-1] + 1, math.nan, False, False) for pair, steps in chain.pairs.items()]
-    return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0, meetings=pairs)
 
 
 def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
@@ -160,8 +145,6 @@ def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
     elif not held:
         judged.turned = True
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
-    for pair, active in chain.pairs.items():
-        judged.meetings.append(WindowPair(pair, active[0], active[-1] + 1, math.nan, missed=False, pit_missed=False))
     return judged
 
 
@@ -346,19 +329,16 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
     if slowing.table_m_s2:
         told_s = window.lasts
     flown: dict[int, BodyStates] = {}
-    costs: list[tuple[float, float, float]] = []
-    finds: list[bool] = []
+    costs: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in looks:
         met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
         end = (met[-1].after if met else window.start).copy()
         end.fly(told_s - (met[-1].time_s if met else 0.0))
         off = window.nearest(end, until_there, told_s, None, flown)
-        costs.append((off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2))
-        finds.append(len(met) >= min(need, len(until_there)))
-    paid = [cost for cost, found_it in zip(costs, finds, strict=True) if found_it] or costs
-    judged.price_velocity, judged.price_spin, judged.energy_price_j = (
-        max(column) for column in zip(*paid, strict=True)
-    )
+        cost = (off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2)
+        costs[len(met) >= min(need, len(until_there))].append(cost)
+    columns = zip(*(costs[True] or costs[False]), strict=True)  # phases that find the impacts, if any does
+    judged.price_velocity, judged.price_spin, judged.energy_price_j = map(max, columns)
 
 
 def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:

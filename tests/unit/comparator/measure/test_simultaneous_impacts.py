@@ -37,7 +37,7 @@ def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
     assert group.discs == (0, 1, 2)
     assert len(group.contacts) == 3
     outcomes = admissible_outcomes(reference.scene, group, 1.0)
-    striker = [outcome.velocity_m_s[0].tolist() for outcome in outcomes]
+    striker = [outcome.motion_m_s[:, :2][0].tolist() for outcome in outcomes]
     expected = [[-1 / 8, -math.sqrt(3) / 8], [-1 / 8, math.sqrt(3) / 8], [-1 / 5, 0.0]]
     np.testing.assert_allclose(striker, expected, rtol=0, atol=1e-12)
     assert [outcome.how for outcome in outcomes][2] == "all at once"
@@ -66,7 +66,7 @@ def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
     )
     group = sure(first_group(solve_pic(scene)))
     outcomes = admissible_outcomes(scene, group, 1.0)
-    assert [outcome.velocity_m_s.tolist() for outcome in outcomes] == [[[1.0, 0.0], [1.5, 0.0]]]
+    assert [outcome.motion_m_s[:, :2].tolist() for outcome in outcomes] == [[[1.0, 0.0], [1.5, 0.0]]]
 
 
 def test_a_disc_that_is_pressed_onto_another_leaves_or_stays() -> None:
@@ -79,8 +79,8 @@ def test_a_disc_that_is_pressed_onto_another_leaves_or_stays() -> None:
     reference = solve_pic(entry.scene)
     group = sure(first_group(reference))
     in_turn, at_once = admissible_outcomes(entry.scene, group, 2.0)
-    np.testing.assert_allclose(in_turn.velocity_m_s, [[0, 0], [0, 0]], rtol=0, atol=4e-9)
-    np.testing.assert_allclose(at_once.velocity_m_s, [[0, 0], [0, 1]], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(in_turn.motion_m_s[:, :2], [[0, 0], [0, 0]], rtol=0, atol=4e-9)
+    np.testing.assert_allclose(at_once.motion_m_s[:, :2], [[0, 0], [0, 1]], rtol=0, atol=1e-12)
     assert in_turn.how.startswith("0 on 1, then 0 on wall 0, then 0 on 1")
     assert in_turn.how.endswith(", and so on")
     score = compare(reference, reference)
@@ -121,7 +121,7 @@ def test_a_row_of_equal_touching_discs_has_the_cradles_answer(discs: int) -> Non
     group = sure(first_group(reference))
     assert group.discs == tuple(range(discs))
     first = admissible_outcomes(reference.scene, group, 1.0)[0]
-    np.testing.assert_allclose(first.velocity_m_s[:, 0], [0.0] * (discs - 1) + [1.0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(first.motion_m_s[:, 0], [0.0] * (discs - 1) + [1.0], rtol=0, atol=1e-12)
 
 
 def test_a_scene_with_a_unique_answer_has_no_convention() -> None:
