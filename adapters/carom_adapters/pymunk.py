@@ -30,7 +30,14 @@ from carom.engines.api import (
     wall_body,
 )
 from carom_adapters.code import arguments, assignments, comment, steps_of
-from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned, vectors
+from carom_adapters.engine_adapter import (
+    NOT_TURNED,
+    OF_THE_SCENE,
+    EngineAdapter,
+    located,
+    positions_and_velocities,
+    tuned,
+)
 from carom_adapters.legs import Driven, Legs, first_velocity, has_legs, legs_by_step, python_end
 from carom_adapters.pieces import factored_walls
 from carom_adapters.pymunk_space import scene_of
@@ -212,8 +219,7 @@ class PymunkWorld:
             body.each_arbiter(self._collect_impulse, impulses)
         contacts = [self._build_contact(pair, pair_impulses) for pair, pair_impulses in impulses.items()]
         return Observation(
-            vectors(body.position for body in self._bodies),
-            vectors(body.velocity for body in self._bodies),
+            *positions_and_velocities((*body.position, *body.velocity) for body in self._bodies),
             tuple(contacts),
             spin_rad_s=np.array([body.angular_velocity for body in self._bodies]) if self._turns else None,
         )

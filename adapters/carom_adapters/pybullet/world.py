@@ -29,7 +29,7 @@ from carom.engines.api import (
     require_supported,
     wall_body,
 )
-from carom_adapters.engine_adapter import vectors
+from carom_adapters.engine_adapter import positions_and_velocities
 from carom_adapters.legs import Driven, Legs, first_velocity
 from carom_adapters.pieces import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 from carom_adapters.pybullet.limits import (
@@ -341,9 +341,11 @@ class PybulletWorld:
         Bullet looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
         """
         bullet, client = self._bullet, self._client
-        position = vectors(bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs)
+        places = [bullet.getBasePositionAndOrientation(body, client)[0] for body in self._discs]
         motion = [bullet.getBaseVelocity(body, client) for body in self._discs]
-        now = vectors(velocity[:2] for velocity, _ in motion)
+        position, now = positions_and_velocities(
+            (x, y, vx, vy) for (x, y, _), ((vx, vy, _), _) in zip(places, motion, strict=True)
+        )
         spin = np.array([about[2] for _, about in motion], dtype=np.float64) if self._turns else None
         contacts = self._contacts_of_step()
         return Observation(position, now, contacts, self._warning(now, spin), spin)
