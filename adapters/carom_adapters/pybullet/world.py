@@ -42,7 +42,7 @@ from carom_adapters.pybullet.model import (
     resistance_of,
     structure_of,
 )
-from carom_adapters.shared.engine_adapter import vectors
+from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 
@@ -239,9 +239,11 @@ class PybulletWorld:
         Bullet finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
         bullet, client = self._bullet, self._client
-        position = vectors(bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs)
+        places = [bullet.getBasePositionAndOrientation(body, client)[0] for body in self._discs]
         motion = [bullet.getBaseVelocity(body, client) for body in self._discs]
-        now = vectors(velocity[:2] for velocity, _ in motion)
+        position, now = positions_and_velocities(
+            (x, y, vx, vy) for (x, y, _), ((vx, vy, _), _) in zip(places, motion, strict=True)
+        )
         spin = np.array([about[2] for _, about in motion], dtype=np.float64) if self._turns else None
         contacts = self._contacts_of_step()
         return Observation(position, now, contacts, self._warning(now, spin), spin)

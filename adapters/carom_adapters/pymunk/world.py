@@ -21,7 +21,7 @@ from carom.engines.api import (
 )
 from carom_adapters.pymunk.limits import NEIGHBORS, SPACE_SETTINGS, check_inputs
 from carom_adapters.pymunk.walls import Post, shapes_of_walls, surface_velocity
-from carom_adapters.shared.engine_adapter import vectors
+from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import factored_walls
 
@@ -138,8 +138,7 @@ class PymunkWorld:
             body.each_arbiter(self._collect_impulse, impulses)
         contacts = [self._build_contact(pair, pair_impulses) for pair, pair_impulses in impulses.items()]
         return Observation(
-            vectors(body.position for body in self._bodies),
-            vectors(body.velocity for body in self._bodies),
+            *positions_and_velocities((*body.position, *body.velocity) for body in self._bodies),
             tuple(contacts),
             spin_rad_s=np.array([body.angular_velocity for body in self._bodies]) if self._turns else None,
         )

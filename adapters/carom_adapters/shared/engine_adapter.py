@@ -60,12 +60,15 @@ class EngineAdapter:
         return self.world(scene, settings)
 
 
-def vectors(found: Iterable[Iterable[float]]) -> NDArray[np.float64]:
-    """Return vectors of two numbers as an array of shape ``(n, 2)``, for an `Observation`.
+def positions_and_velocities(
+    found: Iterable[Iterable[float]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the arrays of an `Observation` from x, y and both components of the velocity of each body.
 
-    They are flattened first, since NumPy takes twice as long for an array of small sequences.
+    All are flattened into one array first, since NumPy takes twice as long for an array of small sequences.
     """
-    return np.array([*chain.from_iterable(found)], dtype=np.float64).reshape(-1, 2)
+    rows = np.array([*chain.from_iterable(found)], dtype=np.float64).reshape(-1, 4)
+    return rows[:, :2], rows[:, 2:]
 
 
 def tuned(means: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND) -> Profile:

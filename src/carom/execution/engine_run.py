@@ -262,7 +262,7 @@ class _Run:
         )
         rows.time_s[row] = time_s
         self.row = row
-        if self.contacts or self.collector.has_open_contacts:
+        if self.contacts or self.collector.open:
             if self.collected != row - 1:
                 self.collector.pass_to(float(rows.time_s[row - 1]), rows.observation(row - 1))
             self.collector.add(time_s, self.state)
