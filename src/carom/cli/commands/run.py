@@ -126,7 +126,7 @@ def _say_settings(results: Results, scene: str) -> None:
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
     for column in rank_methods(grid, grid.columns.values()):
         method, info = column.method, infos[column.engine]
-        steps = [cell.line.dt_s for cell in grid.cells(column) if cell.line is not None and cell.scored]
+        steps = [cell.line.dt_s for cell in grid.cells(column) if cell.scored]
         if column.own or method.tried or not info.code or method.profile in info.located or not steps:
             continue
         words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)

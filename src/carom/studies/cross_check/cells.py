@@ -14,6 +14,7 @@ from carom.execution.phases import PhaseSpread
 from carom.model.trace import Trace, pair_name
 from carom.report import formatting
 from carom.report.document import DETAIL, ON_PAPER, PAGE, Cell, Column, Section, Table, Text
+from carom.report.record import RowLine
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
 #: Largest number of runs and of impacts that are listed impact by impact.
@@ -40,7 +41,7 @@ def spread_section(grid: Grid) -> Section:
     cells = [
         (cell, cell.line.dt_s, cell.line.spread)
         for cell in grid.runs
-        if cell.line and cell.line.spread and cell.line.spread.phases and cell.column.engine != "pic"
+        if cell.line.spread and cell.line.spread.phases and cell.column.engine != "pic"
     ]
 
     def column(head: str, say: Callable[[PhaseSpread, float], str]) -> Column:
@@ -74,7 +75,7 @@ def run_time_section(grid: Grid) -> Section:
     """Return the measured run times at each scene's coarsest step."""
     found = []
     for column in grid.columns.values():
-        lines = [cell.line for cell in grid.cells(column) if cell.line]
+        lines = [cell.line for cell in grid.cells(column)]
         ratios = [line.time_ratio for line in lines if line.time_ratio is not None]
         ends = [line.timing.ends for line in lines if line.timing is not None and line.timing.ends is not None]
         if ratios:
@@ -103,12 +104,8 @@ def run_time_section(grid: Grid) -> Section:
 def settings_section(grid: Grid) -> Section:
     """Return the settings used at the first scene's coarsest step, and how they vary with step and scene."""
     profiles = {info.name: info.profiles for info in grid.results.engines}
-    used = formatting.together(
-        (cell.column, cell) for cell in grid.runs if cell.line and cell.line.settings is not None
-    )
-    first = {
-        column: min(cells, key=lambda cell: cell.line.refinement if cell.line else 0) for column, cells in used.items()
-    }
+    used = formatting.together((cell.column, cell.line) for cell in grid.runs if cell.line.settings is not None)
+    first = {column: min(lines, key=lambda line: line.refinement) for column, lines in used.items()}
     columns = (
         Column("engine", lambda column: column.name),
         Column("profile", lambda column: Cell(_describe_profile(column, profiles), css="prose")),
@@ -129,13 +126,11 @@ def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, st
     return f"Tried, and no profile's own: {values}. Instead of these, {method.profile}: {own}"
 
 
-def _settings(first: GridCell, runs: Sequence[GridCell]) -> Iterator[str]:
+def _settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
     """Yield each setting of a run, and whether it varies with the step or the scene."""
-    here, lines = first.line, [cell.line for cell in runs if cell.line]
-    assert here is not None and here.settings is not None  # noqa: S101, PT018 - chosen by the caller
     same_scene = [line for line in lines if line.scene == here.scene]
     same_step = [line for line in lines if line.dt_s == here.dt_s and line.scene != here.scene]
-    for name, value in here.settings.items():
+    for name, value in (here.settings or {}).items():
         on = [
             what
             for what, others in (("step", same_scene), ("scene", same_step))
@@ -169,7 +164,7 @@ def cells_section(grid: Grid) -> Section:
 def _metric(name: str, cell: GridCell) -> str:
     """Format a metric of a cell; the metric's name contains its unit."""
     error: float = getattr(cell.errors, name)
-    if name.endswith("_s") and not math.isnan(error) and cell.line:
+    if name.endswith("_s") and not math.isnan(error):
         return f"{formatting.seconds(error)} ({formatting.steps(error, cell.line.dt_s)})"
     if name.endswith("_rad") and not math.isnan(error):
         return f"{formatting.number(math.degrees(error), 3)}°"

@@ -56,7 +56,7 @@ def _pair(entry: Divergence) -> Pair:
             f"PIC: {formatting.count(len(reference.impacts), 'impact')}",
             f"{name}: {formatting.count(len(observed.impacts), 'impact')}",
         ),
-        partial(draw_pair, reference, observed, (cell.line and cell.line.missed) or (), labels),
+        partial(draw_pair, reference, observed, cell.line.missed or (), labels),
         tuple(filter(None, (scene.description, said))),
     )
 

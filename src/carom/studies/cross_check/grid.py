@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
-from carom.comparator import Errors, Horizon, LocalScore, Verdict
+from carom.comparator import Errors, Horizon, Verdict
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method
 from carom.execution.results import Results, Row
@@ -25,6 +26,9 @@ _OWN = frozenset({"pic", "pit"})
 #: Reason where a column has no row for a scene: `carom.execution` drops a profile with the settings of another one.
 NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
+#: The line of a cell without a row: nothing of it is known.
+_NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
+_NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # nothing of it was scored
 #: Verdicts that show that bodies passed through each other. A diverged trajectory has no such verdict for its impacts.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
@@ -68,7 +72,7 @@ class GridCell:
         column: Its engine and profile.
         mark: The outcome.
         reasons: Every verdict with its numbers, or why it was not run, as sentences without a full stop.
-        line: All its numbers, as in results.jsonl; None where no run was planned.
+        line: All its numbers, as in results.jsonl; without any where no run was planned.
         of_scene: Number of impacts, horizon and scales of the scene.
         pit: PIT's errors at the same step, by name; empty where PIT was not run.
         row: The run with its trace; None where none was planned, or where the grid comes from results.jsonl.
@@ -78,7 +82,7 @@ class GridCell:
     column: GridColumn
     mark: Mark
     reasons: tuple[str, ...]
-    line: RowLine | None
+    line: RowLine
     of_scene: SceneLine
     pit: Mapping[str, str | int | float | None]
     row: Row | None
@@ -86,7 +90,7 @@ class GridCell:
     @property
     def scored(self) -> bool:
         """Whether the run was compared with the reference."""
-        return self.line is not None and self.line.total is not None
+        return self.line.total is not None
 
     @property
     def has_replay(self) -> bool:
@@ -106,66 +110,55 @@ class GridCell:
     @property
     def missed(self) -> int:
         """Number of missed impacts."""
-        return len(self.line.missed or ()) if self.line else 0
+        return len(self.line.missed or ())
 
     @property
     def invented(self) -> int:
         """Number of spurious impacts."""
-        return len(self.line.spurious or ()) if self.line else 0
+        return len(self.line.spurious or ())
 
     @property
     def undecided(self) -> int:
         """Number of impacts too close to the end of the run to have been reported."""
-        return len(self.line.undecided or ()) if self.line else 0
+        return len(self.line.undecided or ())
 
     @property
     def matched(self) -> int:
         """Number of impacts that were found."""
-        return (self.line and self.line.matched) or 0
+        return self.line.matched or 0
 
     @property
     def errors(self) -> Errors:
         """The largest errors; NaN where there is none."""
-        return (self.line and self.line.total) or _NO_ERRORS
-
-    @property
-    def steps(self) -> LocalScore | None:
-        """The score of the steps, each from the run's own state."""
-        return self.line.local_truth if self.line else None
+        return self.line.total or _NO_ERRORS
 
     @property
     def cost(self) -> float:
         """The error over PIT's; NaN where there is none."""
-        paid = self.line.price_paid if self.line else None
-        return math.nan if paid is None else float(paid)
+        return math.nan if self.line.price_paid is None else float(self.line.price_paid)
 
     @property
     def rounding(self) -> float:
         """Largest relative error that is rounding."""
-        return THRESHOLDS.rounding_of((self.line and self.line.float_bits) or 64)
+        return THRESHOLDS.rounding_of(self.line.float_bits or 64)
 
     @property
     def time_error_s(self) -> float:
         """The largest error of a time, seconds; 0 where it is rounding, NaN where there is none."""
         error_s = self.errors.time_s
-        if self.line is None or not self.scored or math.isnan(error_s):
-            return math.nan
+        if math.isnan(error_s):
+            return error_s
         limit_s = THRESHOLDS.time_rounding_of(self.line.float_bits or 64, self.of_scene.scales.time_s, self.line.dt_s)
         return 0.0 if abs(error_s) <= limit_s else error_s
 
     def has_verdict(self, verdict: Verdict) -> bool:
         """Whether the run has a verdict."""
-        return self.line is not None and any(one.verdict == verdict.name.lower() for one in self.line.verdicts)
-
-    @property
-    def has_one_answer(self) -> bool:
-        """Whether the scene has a unique answer."""
-        return self.line is not None and self.line.outcome_taken is None
+        return any(one.verdict == verdict.name.lower() for one in self.line.verdicts)
 
     @property
     def has_miss(self) -> bool:
         """Whether a verdict on the run is a missed impact; after a divergence only steps can show one."""
-        return self.line is not None and any(one.verdict in _MISSES for one in self.line.verdicts)
+        return any(one.verdict in _MISSES for one in self.line.verdicts)
 
     @property
     def figure(self) -> str:
@@ -178,34 +171,27 @@ class GridCell:
             if self.undecided:
                 return f"{self.undecided} of {self.expected} undecided"
             return "none compared" if self.of_scene.beyond_horizon else "no impact"
-        if self.line is None or not self.scored or self.mark in (Mark.EXACT, Mark.EXACT_32):
+        if not self.scored or self.mark in (Mark.EXACT, Mark.EXACT_32):
             return ""
-        if self.is_off_in_time_only:
+        velocity, spin = self.errors.velocity, self.errors.spin  # if no disc spins, spin is NaN
+        # Velocities after a head-on impact are right however late it is found: then its time is shown.
+        if velocity <= self.rounding and not spin > self.rounding and self.time_error_s:
             side = "late" if self.errors.time_s > 0 else "early"
             return f"{formatting.steps(abs(self.errors.time_s), self.line.dt_s)} {side}"
         if math.isfinite(self.cost):
             return f"{formatting.number(self.cost)} of PIT"
-        if self.errors.spin > self.errors.velocity:  # if no disc spins, spin is NaN
-            return f"{formatting.percent(self.errors.spin)} of top rim speed"
-        return f"{formatting.percent(self.errors.velocity)} of top speed"
+        return (
+            f"{formatting.percent(spin)} of top rim speed"
+            if spin > velocity
+            else f"{formatting.percent(velocity)} of top speed"
+        )
 
     @property
     def compact(self) -> str:
         """The same for a terminal."""
         if self.missed or self.invented:
             return formatting.lost(self.missed, self.invented)
-        return (
-            self.figure.replace(" of PIT", "\N{MULTIPLICATION SIGN}")
-            .partition(" of top")[0]
-            .removesuffix(" late")
-            .removesuffix(" early")
-        )
-
-    @property
-    def is_off_in_time_only(self) -> bool:
-        """Whether all velocities are right, as after a head-on impact, however late it is found."""
-        right = self.errors.velocity <= self.rounding and not self.errors.spin > self.rounding
-        return right and bool(self.time_error_s)
+        return re.sub(" (late|early|of top.*)$", "", self.figure.replace(" of PIT", "\N{MULTIPLICATION SIGN}"))
 
 
 class GridRow(NamedTuple):
@@ -310,7 +296,7 @@ def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None
         )
         for line, row in zip(lines, rows, strict=True)
     )
-    coarsest = {(cell.scene, cell.column): cell for cell in runs if cell.line and cell.line.refinement == 0}
+    coarsest = {(cell.scene, cell.column): cell for cell in runs if cell.line.refinement == 0}
     scenes = {line.scene: row.job.scene.description if row else "" for line, row in zip(lines, rows, strict=True)}
 
     def row_of(name: str) -> GridRow:
@@ -321,7 +307,7 @@ def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None
             else found.partition(";")[0].partition(":")[0]
         )
         absent = (
-            GridCell(name, column, Mark.ABSENT, (NOT_PLANNED,), None, _NO_SCENE, {}, None)
+            GridCell(name, column, Mark.ABSENT, (NOT_PLANNED,), _NO_LINE, _NO_SCENE, {}, None)
             for column in columns.values()
         )
         cells = tuple(coarsest.get((name, cell.column), cell) for cell in absent)

@@ -38,7 +38,7 @@ def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
     shown = kinds if len(kinds) < MOST_NAMES else [kinds[0], kinds[-1]]
     parts = [f"{_join_names(names)}: {does}" for does, names in shown]
     more = f"; {len(kinds) - len(shown)} other outcomes in between" if len(shown) < len(kinds) else ""
-    steps = {cell.line.dt_s for cell in grid.rows[0].cells if cell.line}
+    steps = {cell.line.dt_s for cell in grid.rows[0].cells if cell.mark is not Mark.ABSENT}
     at = f" at {formatting.step(steps.pop())}" if len(steps) == 1 else ""
     return f"{grid.rows[0].name}{at}: {'; '.join(parts)}{more}."
 

@@ -197,17 +197,13 @@ def _scored_runs(grid: Grid) -> list[GridCell]:
     """Return the scored runs of the methods, at all steps, the coarsest step and the best run first."""
     methods = grid.compared
     runs = [cell for cell in grid.runs if cell.scored and cell.column in methods]
-    return sorted(runs, key=lambda cell: (-_step(cell), compute_standing([cell])))
-
-
-def _step(cell: GridCell) -> float:
-    return cell.line.dt_s if cell.line else math.nan
+    return sorted(runs, key=lambda cell: (-cell.line.dt_s, compute_standing([cell])))
 
 
 def _run_tables(grid: Grid) -> tuple[Table, ...]:
     """Return one table of errors per step of the scene."""
     runs = _scored_runs(grid)
-    by_step = formatting.together((_step(cell), cell) for cell in runs)
+    by_step = formatting.together((cell.line.dt_s, cell) for cell in runs)
     columns = (
         Column("method", lambda cell: cell.column.name),
         Column("impacts", _format_found, number=True),
@@ -286,14 +282,14 @@ def _verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
     Where there are several steps, the short lines are of the coarsest step only.
     """
     runs = _scored_runs(grid)
-    coarsest = max(map(_step, runs), default=0.0)
-    several = any(_step(cell) != coarsest for cell in runs)
+    coarsest = max((cell.line.dt_s for cell in runs), default=0.0)
+    several = any(cell.line.dt_s != coarsest for cell in runs)
     said: dict[tuple[str, str], str] = {}
     for cell in runs:
-        if cell.mark in _COUNTED["exact"] or (_step(cell) != coarsest and not full):
+        if cell.mark in _COUNTED["exact"] or (cell.line.dt_s != coarsest and not full):
             continue
         found = "; ".join(reason if full else reason.partition(" (")[0] for reason in cell.reasons)
-        step = f", {formatting.step(_step(cell))}" if several and full else ""
+        step = f", {formatting.step(cell.line.dt_s)}" if several and full else ""
         said.setdefault((cell.column.name, found), step)  # the same line at each step is shown once
     return tuple(f"{name}{step}: {found}" for (name, found), step in said.items())
 

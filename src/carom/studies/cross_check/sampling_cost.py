@@ -53,7 +53,7 @@ class EngineCost:
     @property
     def scenes_unlike_pit(self) -> list[str]:
         """Names of the scenes in which its impacts and errors do not equal PIT's, to rounding."""
-        return [cell.scene for cell in self.cells if not (cell.line and cell.line.equals_pit)]
+        return [cell.scene for cell in self.cells if not cell.line.equals_pit]
 
     @property
     def worse_than_pit(self) -> int:
@@ -63,7 +63,7 @@ class EngineCost:
     @property
     def own(self) -> list[float]:
         """The velocity error that sampling does not explain, in each scene that has one."""
-        return _known(cell.line.own_velocity for cell in self.cells if cell.line)
+        return _known(cell.line.own_velocity for cell in self.cells)
 
     @property
     def total(self) -> list[float]:
@@ -91,7 +91,7 @@ def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
     """Measure the cost of sampling for every engine except Carom's own methods; empty where PIT was not run."""
     found = []
     for column in grid.columns.values():
-        cells = (cell for cell in grid.cells(column) if cell.scored and cell.pit and cell.has_one_answer)
+        cells = (cell for cell in grid.cells(column) if cell.scored and cell.pit and cell.line.outcome_taken is None)
         if not column.own and (own := tuple(cells)):
             found.append(EngineCost(column, own))
     return tuple(found)

@@ -96,9 +96,9 @@ def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
         rests = reference is not None and reference.contact_s < math.inf
         ran = [cell for cell in row.cells if cell.scored]
         listed = [
-            _Steps(cell, cell.steps)
+            _Steps(cell, cell.line.local_truth)
             for cell in [cell for cell in ran if cell.column.engine != "pic"] or ran
-            if cell.steps is not None
+            if cell.line.local_truth is not None
             and (
                 rests
                 or cell.of_scene.beyond_horizon
@@ -135,13 +135,13 @@ def _entangled(local: LocalScore) -> float:
 
 
 def _parted_at(run: _Steps) -> str:
-    time_s = run.cell.line.parted_s if run.cell.line else None
+    time_s = run.cell.line.parted_s
     return "" if time_s is None else formatting.seconds(time_s)
 
 
 def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
     """Describe when the trajectories left the reference's, and when PIT's did."""
-    lines = [run.cell.line for run in found if run.cell.line and run.cell.line.parted_s is not None]
+    lines = [run.cell.line for run in found if run.cell.line.parted_s is not None]
     times = sorted(line.parted_s for line in lines if line.parted_s is not None)
     if times:
         first, last = formatting.seconds(times[0]), formatting.seconds(times[-1])

@@ -86,11 +86,10 @@ _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
 
 def build_trend(grid: Grid) -> Trend:
     """Derive the series, over the scenes in which PIT has a velocity error at every step."""
-    runs = [(cell, cell.line) for cell in grid.runs if cell.line]
-    by_place = formatting.together(((cell.column, line.refinement), cell) for cell, line in runs)
-    coarsest = {cell.scene: line.dt_s for cell, line in runs if line.refinement == 0}
+    by_place = formatting.together(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
+    coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
     ratios = formatting.together(
-        (line.refinement, line.dt_s / coarsest[cell.scene]) for cell, line in runs if cell.scene in coarsest
+        (cell.line.refinement, cell.line.dt_s / coarsest[cell.scene]) for cell in grid.runs if cell.scene in coarsest
     )
     by_scene = formatting.together((cell.scene, cell) for cell in grid.runs)
     why = formatting.together((_left_out(cells), name) for name, cells in by_scene.items())
