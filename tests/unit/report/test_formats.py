@@ -30,6 +30,7 @@ from carom.execution.job import Status
 from carom.execution.results import Results, violates
 from carom.report.document import Column, Document, Headline, Medium, Section, Table
 from carom.report.junit import junit
+from carom.report.mark import Mark
 from carom.report.record import text_of
 from carom.report.records import raw_records, read_records
 from carom.report.render.html import html as html_of
@@ -143,6 +144,13 @@ def test_html_pictures_have_names_and_tables_have_headings(page: _Page) -> None:
     assert all(labels)
     scopes = [value for tag, name, value in page.attributes if tag == "th" and name == "scope"]
     assert len(scopes) == page.tags["th"]
+
+
+def test_html_defines_each_grade_at_the_pointer(page: _Page) -> None:
+    """Each cell of the grid with a grade says in its title what the grade means."""
+    titles = [value for _, name, value in page.attributes if name == "title"]
+    for mark in (Mark.EXACT, Mark.SAMPLED, Mark.WRONG):
+        assert titles.count(mark.sentence) > 0
 
 
 def test_html_shows_the_papers_cases(source: str) -> None:
