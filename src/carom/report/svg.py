@@ -178,7 +178,7 @@ def framed(
     Args:
         width_in: Its width.
         height_in: Its height, without the lines.
-        title: What stands above.
+        title: The title above.
         foot: The lines.
         narrow: Whether it has the width of a phone.
         below: Names in a legend at the foot of a narrow one; 0 where the names stand on the right.

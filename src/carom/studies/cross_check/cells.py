@@ -30,7 +30,7 @@ RUN_TIME_NOTE = (
 )
 RUN_TIME_DETAIL = (
     "Both times are measured in one run, at each scene's coarsest step. Carom's PIT skips frames at which nothing can "
-    "touch. The same bits again: the number of timed scenes in which all runs ended with the same positions and "
+    "touch. Bit-identical repeats: the number of timed scenes in which all runs ended with the same positions and "
     "velocities, each in a fresh world of one process."
 )
 SETTINGS_NOTE = "Read back from the engine where possible, at the coarsest step of the first scene that the engine ran."
@@ -91,7 +91,7 @@ def run_time_section(grid: Grid) -> Section:
         Column("range", lambda times: " to ".join(map(formatting.ratio, (min(times.ratios), max(times.ratios))))),
         Column("scenes", lambda times: str(len(times.ratios)), number=True),
         Column(
-            "the same bits again",
+            "bit-identical repeats",
             lambda times: f"{times.ends.count(1)} of {len(times.ends)}" if times.ends else "-",
             number=True,
         ),

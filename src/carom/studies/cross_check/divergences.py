@@ -18,10 +18,10 @@ from carom.support.limits import MOST_DISCS_DRAWN
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 
-PICTURE_NOTE = "PIC is next to the run, to one scale. Dots are the frames at which a run checks for overlap."
-PICTURE_DETAIL = (
-    "Outline with a number: a disc at the start; tinted: at an impact; filled: at the end. Dashed: frames just before "
-    "and just after a missed impact. Where everything moves along one line, position is drawn against time."
+PICTURE_NOTE = (
+    "PIC is next to the run, to one scale; where everything moves along one line, position is drawn against time. "
+    "Outline with a number: start; tinted: at an impact; filled: end; dots: frames; dashed: frames around a missed "
+    "impact."
 )
 
 
@@ -37,7 +37,7 @@ def picture_sections(grid: Grid) -> Iterator[Section]:
     """Yield the sections with pictures of runs."""
     paper, worst = find_divergences(grid)
     if paper or worst:
-        yield Section("What goes wrong", (Text(PICTURE_NOTE, ON_PAPER), Text(PICTURE_DETAIL, ON_PAPER, folded=True)))
+        yield Section("What goes wrong", (Text(PICTURE_NOTE, ON_PAPER),))
     for heading, shown in (("The source paper's cases, by PIT", paper), ("The worst of the other scenes", worst)):
         if shown:
             yield Section(heading, (Pairs(tuple(map(_pair, shown))),), level=3)

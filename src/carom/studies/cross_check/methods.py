@@ -273,7 +273,7 @@ def impacts_section(grid: Grid) -> Section:
         Lines(full, DETAIL),
     )
     shown = tuple(block for block in blocks if block.items)
-    return Section("Its impacts, every method next to the others", shown, level=3)
+    return Section("Impacts by method", shown, level=3)
 
 
 def _verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:

@@ -152,10 +152,8 @@ def _median_column(numbers: Callable[[EngineCost], list[float]]) -> Callable[[En
 
 
 def _format_equal_scenes(cost: EngineCost) -> Cell:
-    # Only the shorter of the two lists is shown.
-    unlike = cost.scenes_unlike_pit
-    equal = len(cost.cells) - len(unlike)
-    return Cell(f"{equal} of {len(cost.cells)}", f"not {formatting.listed(unlike)}" if 0 < len(unlike) <= equal else "")
+    unlike, count = cost.scenes_unlike_pit, len(cost.cells)
+    return Cell(f"{count - len(unlike)} of {count}", title=f"not in {formatting.listed(unlike)}" if unlike else "")
 
 
 _COLUMNS = (

@@ -39,7 +39,7 @@ from carom.support.escaping import visible
 _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
-    "A number of PIT is a run's largest error over PIT's at the same step. Late: velocities are right, and the impact "
+    "0.5 of PIT: the run's largest error is half of PIT's at the same step. Late: velocities are right, and the impact "
     "is found this many steps late."
 )
 FIGURE_DETAIL = (

@@ -56,7 +56,7 @@ def skipping_section(grid: Grid) -> Section:
     figure = Figure(partial(_diagram, found), "Run time with skipping (full) and without (ring).")
     table = Table(columns, found, folded=folded, css="cells", only=ON_PAPER)
     explained = Text(NOTE, ON_PAPER, folded=True)
-    return Section("Skipped work", (Text(" ".join(said), ON_PAPER), Figures((figure,)), table, explained))
+    return Section("Skipped work", (Text(" ".join(said), ON_PAPER), Figures((figure,), large=True), table, explained))
 
 
 def _with(saved: SkippedTime | None) -> str:
@@ -70,7 +70,7 @@ def _without(saved: SkippedTime | None) -> str:
 def _diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
     """Draw the run times of each scene as SVG: a line from that with skipping to that without."""
     with drawing():
-        width, height, left = 4.0 if narrow else 6.4, 0.7 + 0.24 * len(found), 1.9
+        width, height, left = 4.0 if narrow else 9.0, 0.7 + 0.24 * len(found), 1.9
         figure = new_figure(width, height)
         axes = figure.add_axes((left / width, 0.5 / height, 0.97 - left / width - 0.5 / width, 1.0 - 0.65 / height))
         for k, one in enumerate(found):

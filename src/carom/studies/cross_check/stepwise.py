@@ -14,8 +14,8 @@ from carom.report.mark import Mark, mark_of_grade
 from carom.studies.cross_check.grid import Grid, GridCell
 
 NOTE = (
-    "Each step is compared with PIC from the run's own state at its start, so errors do not add up. Listed are runs "
-    "whose steps show more than their trajectory; the best comes first."
+    "Each step is compared with PIC from the run's own state at its start, so errors do not add up. The table lists "
+    "runs whose steps show more than their trajectory, the best first."
 )
 DETAIL_NOTE = (
     "Steps in which several bodies meet are compared together. Missed: two bodies passed through each other; in "

@@ -195,19 +195,11 @@ def _error(point: TrendPoint) -> Cell | str:
 
 
 def _describe_scenes(trend: Trend) -> Iterator[str]:
-    """Say which scenes the velocity errors are medians of, why the others are not, and where one is missing."""
+    """Say which scenes the velocity errors are medians of, and why the others are not."""
     if trend.scenes:
         yield f"Velocity errors are of {formatting.listed(trend.scenes)}."
     for why, names in trend.left_out.items():
         yield f"Left out, because {why}: {formatting.listed(names)}."
-    few = [
-        f"{series.name} has {point.scenes} of the {len(trend.scenes)} at step {formatting.part(part)}"
-        for series in trend.series
-        for point, part in zip(series.points, trend.parts, strict=True)
-        if point.scenes < len(trend.scenes)
-    ]
-    if few:
-        yield f"Fewer scenes, where an engine matched no impact or was not run: {'; '.join(few)}."
 
 
 def _velocity_chart(trend: Trend, narrow: bool = False) -> str:
