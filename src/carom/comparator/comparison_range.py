@@ -120,19 +120,13 @@ def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange
     Raises:
         InputError: It is negative or not a number.
     """
-    count = len(reference.impacts)
-    if horizon is None:
-        return ComparisonRange(count, math.inf)
-    if isinstance(horizon, bool) or not horizon >= 0:
+    times, count = reference.impacts["time_s"], len(reference.impacts)
+    if horizon is not None and (isinstance(horizon, bool) or not horizon >= 0):
         raise InputError(f"horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
-    times = reference.impacts["time_s"]
-    if isinstance(horizon, int):
-        if horizon >= count:
-            return ComparisonRange(count, math.inf)
-        # The range ends just before the first unreliable impact.
-        return ComparisonRange(horizon, float(np.nextafter(times[horizon], -math.inf)))
-    if horizon >= reference.scene.duration_s:
+    if horizon is None or horizon >= (count if isinstance(horizon, int) else reference.scene.duration_s):
         return ComparisonRange(count, math.inf)
+    if isinstance(horizon, int):  # the range ends just before the first unreliable impact
+        return ComparisonRange(horizon, float(np.nextafter(times[horizon], -math.inf)))
     return ComparisonRange(int(np.searchsorted(times, horizon, side="right")), float(horizon))
 
 

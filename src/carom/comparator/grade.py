@@ -206,41 +206,36 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     at this phase, at another, or at the run's own lateness. An impact that PIT misses at this phase leaves both discs
     on their old paths: the velocity error is all of the impact's change.
     """
-    known, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
-    own = {error.reference: error for error in judged.measured.errors}
-    pit = {error.reference: error for error in sampling.errors}
+    own, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
+    known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
+    pit, is_found = np.zeros((3, judged.compared.impacts)), np.zeros(judged.compared.impacts, dtype=np.bool_)
+    pit[1:] = judged.changes[:, : judged.compared.impacts]
+    for error in sampling.errors:
+        is_found[error.reference] = True
+        pit[:, error.reference] = error.time_s, error.velocity, 0.0 if math.isnan(error.spin) else error.spin
     # The phase at which an impact falls is chance: sampling costs up to a whole step of lateness.
-    late_s, early_s, velocity, spin = judged.observed.dt_s, 0.0, 0.0, 0.0
-    known_ratio = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits)
-    for index in range(judged.compared.impacts):
-        found, pit_error = own.get(index), pit.get(index)
-        if pit_error is not None:
-            late_s, early_s = max(late_s, pit_error.time_s), max(early_s, -pit_error.time_s)
-        elsewhere_velocity, elsewhere_spin = (known_ratio * cost.found[:, index]).tolist()
-        pit_velocity, pit_spin = (
-            judged.changes[:, index].tolist() if pit_error is None else (pit_error.velocity, pit_error.spin)
-        )
-        velocity = max(velocity, elsewhere_velocity, pit_velocity)
-        spin = max(spin, elsewhere_spin, 0.0 if math.isnan(pit_spin) else pit_spin)
-        if found is None:
-            continue
+    late_s, early_s = (
+        np.maximum.accumulate(np.maximum(times, most)) for times, most in ((pit[0], dt_s), (-pit[0], 0.0))
+    )
+    at_worst = np.maximum.accumulate(np.maximum(pit[1:], known_ratio * cost.found), axis=1)
+    for error in judged.measured.errors:
+        at, local_s = error.reference, float(judged.local.time_s[error.observed])
         # Where PIT misses the impact, there is no lateness to compare with.
-        latest_s, earliest_s = (math.inf, math.inf) if pit_error is None else (late_s, early_s)
-        local_s = float(judged.local.time_s[found.observed])
-        if local_s <= known_ratio * judged.observed.dt_s:
+        latest_s, earliest_s = (late_s[at], early_s[at]) if is_found[at] else (math.inf, math.inf)
+        if local_s <= known_ratio * dt_s:
             # At most a step late from the run's own state; the rest was propagated from earlier impacts.
-            latest_s = max(latest_s, known_ratio * float(cost.found_off_s[index]))
-        rounding = judged.rounding * known.speed_m_s[index] / scales.speed_m_s
-        if not (found.velocity <= velocity + rounding and found.time_s <= latest_s + rounding_s):
+            latest_s = max(latest_s, known_ratio * cost.found_off_s[at])
+        velocity, spin = at_worst[:, at]
+        velocity += judged.rounding * own.speed_m_s[at] / scales.speed_m_s
+        spin += judged.rounding * own.rim_m_s[at] / scales.rim_m_s
+        if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
             return False
-        if found.spin > spin + judged.rounding * known.rim_m_s[index] / scales.rim_m_s:
-            return False
-        if found.time_s < -rounding_s:
+        if error.time_s < -rounding_s:
             # Sampling never finds an impact before it happens from the run's own state. An impact that is early only
             # against the reference was brought forward by errors of earlier impacts, by at most as much as they are
             # late.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
-            if local_s < -rounding_s or not -found.time_s <= forward_s + rounding_s:
+            if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False
     return True
 

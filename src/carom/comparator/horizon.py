@@ -12,7 +12,7 @@ from carom.comparator.impact_matching import group_by_pair
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
 from carom.model.scene import Disc, Scene, as_scene
-from carom.model.trace import Mode, Outcome, Trace, Vector, rim_speeds, velocities
+from carom.model.trace import Mode, Outcome, Trace, rim_speeds, velocities
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
@@ -191,7 +191,12 @@ def estimate_horizon(reference: Trace) -> float | None:
     if not len(other.impacts):
         return 0.0
     one, times = reference.impacts, reference.impacts["time_s"]
-    same = _match_impacts(reference, other)
+    # The n-th impacts of each pair match, -1 where there is none: those of different pairs at nearly one instant may be
+    # swapped.
+    same, others = np.full(len(one), -1, dtype=np.intp), group_by_pair(other.impacts)
+    for pair, indices in group_by_pair(one).items():
+        found = others.get(pair, [])[: len(indices)]
+        same[indices[: len(found)]] = found
     # An impact within rounding of the end may fall on either side of it, without an error of those before.
     last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
@@ -208,37 +213,20 @@ def estimate_horizon(reference: Trace) -> float | None:
     return max(0.0, float(np.nextafter(times[int(np.argmax(diverged))], -math.inf)))
 
 
-def _match_impacts(reference: Trace, other: Trace) -> NDArray[np.intp]:
-    """Return the index of the matching impact of another trace, -1 where it has none.
-
-    The n-th impacts of each pair match: impacts of different pairs at nearly one instant may be swapped.
-    """
-    same, others = np.full(len(reference.impacts), -1, dtype=np.intp), group_by_pair(other.impacts)
-    for pair, indices in group_by_pair(reference.impacts).items():
-        found = others.get(pair, [])[: len(indices)]
-        same[indices[: len(found)]] = found
-    return same
-
-
 def _nudge(scene: Scene, *, positions: bool) -> Scene:
-    """Move every velocity, and every position if asked, by one unit in the last place."""
-    rng = np.random.default_rng(0)
-    signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4)).tolist()
-    turns = rng.choice([-math.inf, math.inf], size=len(scene.discs)).tolist()
+    """Move every velocity, and every position if asked, by one unit in the last place.
 
-    def moved(disc: Disc, sign: list[float], turn: float) -> Disc:
-        if disc.immovable:
-            return disc
-        place = _nudge_vector(disc.position_m, sign[:2]) if positions else disc.position_m
-        spin = math.nextafter(disc.spin_rad_s, turn) if disc.spin_rad_s else 0.0
-        velocity = _nudge_vector(disc.velocity_m_s, sign[2:])
-        return Disc(**{**dict(disc), "position_m": place, "velocity_m_s": velocity, "spin_rad_s": spin})
-
-    discs = tuple(map(moved, scene.discs, signs, turns))
-    return Scene(**{**dict(scene), "discs": discs}) if positions else scene.model_copy(update={"discs": discs})
-
-
-def _nudge_vector(vector: Vector, towards: list[float]) -> Vector:
-    # A zero stays zero, which keeps symmetries that rounding keeps.
-    x, y = (v if v == 0.0 else math.nextafter(v, t) for v, t in zip(vector, towards, strict=True))
-    return (x, y)
+    A zero stays zero, which keeps symmetries that rounding keeps.
+    """
+    rng, start = np.random.default_rng(0), scene.arrays
+    signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4))
+    turns = rng.choice([-math.inf, math.inf], size=len(scene.discs))
+    numbers = ((start.position_m, signs[:, :2]), (start.velocity_m_s, signs[:, 2:]), (start.spins, turns))
+    places, speeds, spins = (np.where(x == 0.0, x, np.nextafter(x, towards)).tolist() for x, towards in numbers)
+    discs = [
+        {**dict(disc), "velocity_m_s": tuple(velocity), "spin_rad_s": spin}
+        | ({"position_m": tuple(place)} if positions else {})
+        for disc, place, velocity, spin in zip(scene.discs, places, speeds, spins, strict=True)
+    ]
+    moved = tuple(disc if disc.immovable else Disc(**new) for disc, new in zip(scene.discs, discs, strict=True))
+    return Scene(**{**dict(scene), "discs": moved}) if positions else scene.model_copy(update={"discs": moved})

@@ -32,9 +32,9 @@ class Deviation:
         since_s: The impact, or the start, from which it is counted, seconds.
     """
 
-    size: float
-    disc: int
-    since_s: float
+    size: float = 0.0
+    disc: int = 0
+    since_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -84,15 +84,21 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
     What happens later than `until_s` does not count: where a disc comes to rest, free flight has ended.
     """
-    flights = np.concatenate(list(_flights(trace, until_s)))
-    reach = compute_own_scales(trace).reach_m[flights["disc"]]
+    disc, since_s, turned, spun, moved, allowed = np.concatenate(list(_flights(trace, until_s)), axis=1)
+    reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
+
+    def worst(sizes: Array) -> Deviation:
+        known = np.where(np.isnan(sizes), 0.0, sizes)  # flights that could not be followed are counted separately
+        at = int(np.argmax(known))
+        return Deviation(float(known[at]), int(disc[at]), float(since_s[at])) if known[at] > 0.0 else Deviation()
+
     across, normal_rad = _normals(trace, scales)
     angular, excess, arm = _angular(trace) if trace.spins is not None else (0.0, 0.0, math.nan)
     return Consistency(
-        velocity=_worst(flights["turned"] / scales.speed_m_s, flights),
-        spin=_worst(flights["spun"] / scales.rim_m_s, flights),
-        position=_worst(flights["moved"] / scales.length_m, flights),
-        excess=_worst((flights["moved"] - flights["allowed"]) / scales.length_m, flights),
+        velocity=worst(turned / scales.speed_m_s),
+        spin=worst(spun / scales.rim_m_s),
+        position=worst(moved / scales.length_m),
+        excess=worst((moved - allowed) / scales.length_m),
         stamp_s=_stamps(trace),
         across=across,
         normal_rad=normal_rad,
@@ -101,29 +107,18 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
         angular=angular / scales.rim_m_s,
         angular_excess=excess / scales.rim_m_s,
         arm=arm,
-        strayed=_worst(flights["moved"] / reach, flights).size,
-        strayed_excess=_worst((flights["moved"] - flights["allowed"]) / reach, flights).size,
-        unchecked=int(np.isnan(flights["turned"]).sum()),
+        strayed=worst(moved / reach).size,
+        strayed_excess=worst((moved - allowed) / reach).size,
+        unchecked=int(np.isnan(turned).sum()),
     )
 
 
-#: One free flight of a disc: the deviations of its velocity, its rim's speed and its position at the end (NaN where it
-#: could not be followed), and how far a contact at either end may have moved it.
-_FLIGHT_DTYPE = np.dtype(
-    [("disc", "i8"), ("since_s", "f8"), ("turned", "f8"), ("spun", "f8"), ("moved", "f8"), ("allowed", "f8")]
-)
+def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
+    """Yield the free flights of each disc, from impact to impact, and on to the end, shape ``(6, k)``.
 
-
-def _worst(sizes: Array, flights: NDArray[np.void]) -> Deviation:
-    known = np.where(np.isnan(sizes), 0.0, sizes)  # flights that could not be followed are counted separately
-    at = int(np.argmax(known))
-    if not known[at] > 0.0:
-        return Deviation(0.0, 0, 0.0)
-    return Deviation(float(known[at]), int(flights["disc"][at]), float(flights["since_s"][at]))
-
-
-def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
-    """Follow each disc from impact to impact, and on to the end."""
+    Rows are the disc, the begin, the deviations of its velocity, its rim's speed and its position at the end (NaN where
+    it could not be followed), and how far a contact at either end may have moved it.
+    """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
     order = np.lexsort((np.tile(np.arange(count), 2), bodies))
@@ -169,12 +164,8 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
             # A straight step deviates from the path of a slowed disc by up to half of the step's loss.
             distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept), 0.0)
         followed = np.isfinite(lasted) & (time[1:] <= until_s)
-        flights = np.empty(len(lasted), _FLIGHT_DTYPE)
-        flights["disc"], flights["since_s"], flights["allowed"] = number, time[:-1], allowed[:-1] + allowed[1:]
-        flights["turned"] = np.where(followed, turned, math.nan)
-        flights["spun"] = np.where(followed, spun, math.nan)
-        flights["moved"] = np.where(followed, distance, math.nan)
-        yield flights
+        deviations = (np.where(followed, of, math.nan) for of in (turned, spun, distance))
+        yield np.stack([np.full(len(lasted), number), time[:-1], *deviations, allowed[:-1] + allowed[1:]])
 
 
 def _slowed(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.comparator.align import AlignedRun
 from carom.comparator.grades import Grade, worst_grade
 from carom.comparator.measure.contact_intervals import (
     LAST,
@@ -25,7 +26,6 @@ from carom.comparator.measure.contact_intervals import (
     measure_contact_quality,
     measure_late_ends,
 )
-from carom.comparator.scales import Scales
 from carom.comparator.stepwise.rest import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.scene import Scene
@@ -90,54 +90,47 @@ class ContactScore:
         return not any(abs(late) > most for late, most in zip(self.late, self.late_allowed, strict=True))
 
 
-def score_contact(reference: Trace, observed: Trace, scales: Scales) -> ContactScore | None:
+def score_contact(run: AlignedRun) -> ContactScore | None:
     """Score a run where the reference is in contact; None where it is not, or states were not kept."""
+    reference, observed, scales = run.reference, run.observed, run.scales
     looks, begin_s = observed.looks, reference.contact_s
     if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
         return None
     ties = [float(reference.impacts["time_s"][row]) for row in reference.ambiguous]
     end_s = min([reference.end_time_s, *(np.nextafter(tie, -math.inf) for tie in ties)])
-    inside = (looks.time_s >= begin_s) & (looks.time_s <= end_s)
-    struck_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s]
+    until = looks.time_s <= end_s
+    inside = looks.time_s[until] >= begin_s
+    struck_s, dt_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s], observed.dt_s
     for time_s in struck_s.tolist():  # whether a state is before or after one is a matter of rounding, or lateness
-        inside &= np.abs(looks.time_s - time_s - 0.5 * observed.dt_s) > observed.dt_s
+        inside &= np.abs(looks.time_s[until] - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
         return None
-    until = looks.time_s <= end_s
-    whole, seen_whole = motion_at(reference, looks.time_s[until]), _only(looks, until)
-    truth, seen = _only(whole, inside[until]), _only(looks, inside)
-    own, dt_s = _errors(reference, truth, seen), observed.dt_s
-    pit, allowed, late_allowed = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0)
-    slow = RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
-    quality = measure_contact_quality(reference, truth, seen, dt_s)
-    rest_m_s, frozen = _at_the_end(truth, seen, slow)
-    fast = 0.0
+    whole = motion_at(reference, looks.time_s[until])
+    truth, slow = _only(whole, inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
+
+    def measure_states(states: States) -> tuple[ContactErrors, float, bool, ContactQuality, Ends]:
+        in_contact = _only(states, inside)
+        quality = measure_contact_quality(reference, truth, in_contact, dt_s)
+        late = measure_late_ends(reference, whole, states, dt_s, end_s)
+        return _errors(reference, truth, in_contact), *_at_the_end(truth, in_contact, slow), quality, late
+
+    own, rest_m_s, frozen, quality, late = measure_states(_only(looks, until))
+    seen = _only(_only(looks, until), inside)
+    pit, allowed, late_allowed, fast = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0), 0.0
+    place = run.place_rounding * scales.reach_m
     if dt_s:
         hopping = _states_of_pit(reference.scene, dt_s, tuple(whole.time_s.tolist()))
-        of_pit = _only(hopping, inside[until])
-        pit = _errors(reference, truth, of_pit)
+        pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
         allowed = _allowed(reference.scene, truth, dt_s, pit, len(struck_s))
-        late_allowed = _late_allowed(
-            reference, measure_late_ends(reference, whole, hopping, dt_s, end_s), looks.time_s, dt_s
-        )
+        late_allowed = _late_allowed(reference, pit_late, looks.time_s, dt_s)
         # PIT never rests: it hops the higher the more its wall gives back.
-        fast = float(
-            np.fmax.reduce(
-                [
-                    slow,
-                    _at_the_end(truth, of_pit, slow)[0],
-                    measure_contact_quality(reference, truth, of_pit, dt_s).hop_m_s,
-                ]
-            )
-        )
+        fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
+        # No more than a hundredth of a step's way; what never moves is not rounded step by step.
+        way = dt_s * _longest(truth.velocity_m_s)
+        place = min(place, THRESHOLDS.close * way if way else run.rounding * scales.reach_m)
     moves = rest_m_s > fast or quality.hop_m_s > fast
     wrong = moves or frozen or not all(math.isfinite(error) for error in own)
-    rounding = THRESHOLDS.rounding_of(observed.float_bits)
-    place = THRESHOLDS.place_rounding_of(observed.float_bits, scales.time_s / dt_s if dt_s else 0.0) * scales.reach_m
-    if dt_s:  # no more than a hundredth of a step's way; what never moves is not rounded step by step
-        way = dt_s * float(np.max(np.hypot(*np.moveaxis(truth.velocity_m_s, 2, 0))))
-        place = min(place, THRESHOLDS.close * way if way else rounding * scales.reach_m)
-    exact = ContactErrors(place, rounding * scales.speed_m_s, rounding * scales.rim_m_s)
+    exact = ContactErrors(place, run.rounding * scales.speed_m_s, run.rounding * scales.rim_m_s)
     score = ContactScore(
         begin_s=begin_s,
         end_s=end_s,
@@ -150,7 +143,7 @@ def score_contact(reference: Trace, observed: Trace, scales: Scales) -> ContactS
         rest_m_s=rest_m_s,
         frozen=frozen,
         kept=quality,
-        late=measure_late_ends(reference, whole, seen_whole, dt_s, end_s),
+        late=late,
         late_allowed=late_allowed,
         grade=Grade.WRONG if wrong else _grade(own, exact, allowed),
     )
@@ -165,9 +158,8 @@ def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> E
     """
     materials = reference.scene.arrays.materials
     own = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
-    lost = max(
-        (dt_s / (1.0 - e) for e in own if e < 1.0), default=0.0
-    )  # where all is given back, no hops close on rest
+    # Where all is given back, no hops close on rest.
+    lost = max((dt_s / (1.0 - e) for e in own if e < 1.0), default=0.0)
     apart_s = 2.0 * float(np.max(np.diff(looks_s, prepend=0.0))) + 2.0 * RESTING_STEPS * dt_s
     return Ends(apart_s + float(np.fmax(lost, abs(pit.bounces_s))), apart_s + float(np.fmax(lost, abs(pit.slips_s))))
 
@@ -176,13 +168,13 @@ def _beyond_an_integrator(truth: States, seen: States, dt_s: float) -> float:
     """Return the position error without half a step of an integrator's, for the sign that leaves less."""
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
     off = seen.position_m - truth.position_m
-    return min(float(np.max(np.hypot(*np.moveaxis(off - sign * half, 2, 0)))) for sign in (1.0, -1.0))
+    return min(_longest(off - sign * half) for sign in (1.0, -1.0))
 
 
 def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int) -> ContactErrors:
     """Return the errors that sampling and an integrator's step explain, with some impacts in contact."""
     arrays = scene.arrays
-    speed = float(np.max(np.hypot(*np.moveaxis(truth.velocity_m_s, 2, 0))))
+    speed = _longest(truth.velocity_m_s)
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
     # A coefficient above 1 ends a slip within the step, and then friction is no more than what it takes.
     rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
@@ -218,10 +210,16 @@ def _spins_at(trace: Trace, times_s: Array) -> Array:
             mode = modes.pop()
             rates[mode["disc"]] = mode["spin_rate"]
             change(mode["time_s"], mode["disc"], mode["spin"])
-        for side in ("first", "second") if trace.spins is not None else ():
-            if k < len(trace.impacts) and (disc := trace.impacts[side][k]) >= 0:
-                change(trace.impacts["time_s"][k], disc, trace.spins[f"{side}_after"][k])
+        if trace.spins is not None and k < len(trace.impacts):
+            for side in ("first", "second"):
+                if (disc := trace.impacts[side][k]) >= 0:
+                    change(trace.impacts["time_s"][k], disc, trace.spins[f"{side}_after"][k])
     return found
+
+
+def _longest(vectors: Array) -> float:
+    """Return the length of the longest of some vectors, shape ``(k, n, 2)``."""
+    return float(np.max(np.hypot(vectors[..., 0], vectors[..., 1])))
 
 
 def _only(states: States, rows: NDArray[np.bool_]) -> States:
@@ -234,8 +232,8 @@ def _errors(reference: Trace, truth: States, seen: States) -> ContactErrors:
     true_spins = np.zeros_like(spins) if truth.spin_rad_s is None else truth.spin_rad_s
     rims = reference.scene.arrays.radius_m * (spins - true_spins)
     return ContactErrors(
-        float(np.max(np.hypot(*np.moveaxis(seen.position_m - truth.position_m, 2, 0)))),
-        float(np.max(np.hypot(*np.moveaxis(seen.velocity_m_s - truth.velocity_m_s, 2, 0)))),
+        _longest(seen.position_m - truth.position_m),
+        _longest(seen.velocity_m_s - truth.velocity_m_s),
         float(np.max(np.abs(rims))) if reference.scene.arrays.turns else 0.0,
     )
 
@@ -290,8 +288,5 @@ def _grade(own: ContactErrors, exact: ContactErrors, allowed: ContactErrors) -> 
     def within(part: float) -> bool:
         return all(o <= part * a + e for o, a, e in zip(own, allowed, exact, strict=True))
 
-    if within(0.0):
-        return Grade.EXACT
-    if within(THRESHOLDS.close):
-        return Grade.CLOSE
-    return Grade.SAMPLED if within(1.0) else Grade.INACCURATE
+    parts = {Grade.EXACT: 0.0, Grade.CLOSE: THRESHOLDS.close, Grade.SAMPLED: 1.0}
+    return next((grade for grade, part in parts.items() if within(part)), Grade.INACCURATE)

@@ -22,11 +22,10 @@ from carom.comparator.finite import finite_impacts
 from carom.comparator.measure.errors import compute_restitutions, impact_bodies, larger_error
 from carom.comparator.scales import Scales, median
 from carom.comparator.slowing import Slowing
-from carom.comparator.stepwise.law import NO_FEATURE, FiniteWall
+from carom.comparator.stepwise.law import NO_FEATURE, FiniteWall, Law
 from carom.core.features import Mover
 from carom.core.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.core.time_of_impact import time_of_impact
-from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import HalfPlane
 from carom.model.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
 
@@ -156,19 +155,23 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     ok = np.flatnonzero(happens)
     expected[:, ok], expected_rim[:, ok] = bodies.after(ok, normal[ok])
     sampled, sampled_rim = _predict_pit(trace, bodies, start, wait, expected, expected_rim)
-    unturned = 0.0 if scene.turns else math.nan
     instant = np.where(happens, start + wait, math.nan)
     restitution = compute_restitutions(bodies.velocity, after, normal) - bodies.restitution
+
+    def spin_error(difference: Array) -> Array:
+        error: Array = np.max(np.abs(difference), axis=0) / scales.rim_m_s  # keeps NaN
+        return error if scene.turns else np.full_like(error, math.nan)
+
     return LocalErrors(
         time_s=_turn_times(trace) - instant,
         velocity=larger_error(after - expected) / scales.speed_m_s,
-        spin=_worse_rim(rim - expected_rim) / scales.rim_m_s + unturned,
+        spin=spin_error(rim - expected_rim),
         restitution=np.where(happens, restitution, math.nan),
         energy=(bodies.energy(after, rim) - bodies.energy(expected, expected_rim)) / (scales.energy_j or 1.0),
         sampling_velocity=larger_error(sampled - expected) / scales.speed_m_s,
         solver_velocity=larger_error(after - sampled) / scales.speed_m_s,
-        sampling_spin=_worse_rim(sampled_rim - expected_rim) / scales.rim_m_s + unturned,
-        solver_spin=_worse_rim(rim - sampled_rim) / scales.rim_m_s + unturned,
+        sampling_spin=spin_error(sampled_rim - expected_rim),
+        solver_spin=spin_error(rim - sampled_rim),
         spurious=tuple(np.flatnonzero(known & ~np.isfinite(wait)).tolist()),
     )
 
@@ -180,11 +183,6 @@ def _belt_speeds(trace: Trace) -> Array:
     if start.belts_m_s is not None:
         speeds[1] = np.where(second < 0, np.array(start.belts_m_s)[np.maximum(-1 - second, 0)], 0.0)
     return speeds
-
-
-def _worse_rim(difference: Array) -> Array:
-    largest: Array = np.max(np.abs(difference), axis=0)  # keeps NaN
-    return largest
 
 
 def _turn_times(trace: Trace) -> Array:
@@ -222,16 +220,18 @@ def _time_to_contact(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
 
 def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
     """Return the seconds until discs meet walls on free paths, as `_time_to_contact` does, and the normals there."""
-    start, numbers = trace.scene.arrays, [wall_index(int(body)) for body in trace.impacts["second"][at]]
-    finite = {k: FiniteWall(wall) for k in set(numbers) if not isinstance(wall := start.walls[k], tuple)}
-    wait, normal = np.full(len(at), math.inf), np.zeros((len(at), 2))
-    for row, (k, number) in enumerate(zip(at.tolist(), numbers, strict=True)):
-        wall, radius, begin_s = start.walls[number], float(bodies.radius[0, k]), float(begun_s[k])
-        for leg in start.drive_of_wall(number).legs_from(begin_s):
+    law, wait, normal = Law(trace.scene), np.full(len(at), math.inf), np.zeros((len(at), 2))
+    for row, k in enumerate(at.tolist()):
+        number, radius, begin_s = (
+            wall_index(int(trace.impacts["second"][k])),
+            float(bodies.radius[0, k]),
+            float(begun_s[k]),
+        )
+        for leg in law.wall_drives[number].legs_from(begin_s):
             from_s = max(leg.begin_s, begin_s)
             velocity = bodies.velocity[0, k] - leg.velocity
             place = bodies.position[0, k] + bodies.velocity[0, k] * (from_s - begin_s) - leg.moved_at(from_s)
-            ahead, towards = _meeting_with_wall(wall, finite.get(number), place, velocity, radius)
+            ahead, towards = _meeting_with_wall(law.walls[number], place, velocity, radius)
             if from_s + ahead < leg.end_s:
                 wait[row], normal[row] = from_s + ahead - begin_s, towards
                 break
@@ -239,7 +239,7 @@ def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDAr
 
 
 def _meeting_with_wall(
-    wall: HalfPlane | Outline, finite: FiniteWall | None, place: Array, velocity: Array, radius: float
+    wall: HalfPlane | FiniteWall, place: Array, velocity: Array, radius: float
 ) -> tuple[float, Vector]:
     """Return the seconds until a disc meets a wall at rest, as `_time_to_contact` does, and the normal to the wall."""
     if isinstance(wall, tuple):
@@ -248,7 +248,7 @@ def _meeting_with_wall(
         return -gap / speed if speed < 0.0 else math.inf, (-wall[2], -wall[3])
     (x, y), (vx, vy) = place.tolist(), velocity.tolist()
     mover = Mover.at((x, y), (vx, vy), radius)
-    features = (finite or FiniteWall(wall)).features
+    features = wall.features
     ahead, feature, _ = features.first_touch(mover, NO_FEATURE)
     if feature == NO_FEATURE:
         return math.inf, (0.0, 0.0)

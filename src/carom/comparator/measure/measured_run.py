@@ -118,7 +118,7 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
         local=measure_local_errors(observed, scales),
         convention=match_outcome(reference, observed, pit, scales),
         consistency=None if non_finite else measure_consistency(possible, scales, reference.contact_s),
-        contact=None if non_finite else score_contact(reference, observed, scales),
+        contact=None if non_finite else score_contact(aligned),
         branches=find_wrong_branches(observed, scales, aligned.rounding),
         non_finite=non_finite,
         local_truth=None if truth is None else score_steps(truth, scales, observed.float_bits, until_s),

@@ -133,16 +133,13 @@ def first_group(reference: Trace) -> Group | None:
         if linked <= discs:
             break
         discs |= linked
-    own = tuple(c for c in contacts if c[0] in discs and (c[1] < 0 or c[1] in discs))
+    own = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
     rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last one stays
-    ended = [(disc, flights[disc]) for disc in sorted(discs)]
-    kept = [flight.damping.kept(time_s - flight.begin_s) for _, flight in ended]
-    motion = np.array(
-        [(*flight.velocity_at(time_s), rim[disc] * left) for (disc, flight), left in zip(ended, kept, strict=True)]
-    )
-    return Group(time_s, tuple(sorted(discs)), own, motion)
+    ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
+    motion = [(*flight.velocity_at(time_s), r * flight.damping.kept(time_s - flight.begin_s)) for flight, r in ended]
+    return Group(time_s, tuple(sorted(discs)), own, np.array(motion))
 
 
 def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
@@ -173,8 +170,9 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
         if not active:
             told = ", then ".join(path[:MOST_TOLD]) or "no impact"
             found.append(AdmissibleOutcome(told + ", and so on" * (len(path) > MOST_TOLD), motion))
-        # Last first, so that the stack gives the lower body numbers first.
-        stack += [(_struck(scene, c, motion, row), (*path, _name(c))) for c in reversed(active)]
+        for contact in reversed(active):  # last first, so that the stack gives the lower body numbers first
+            struck = contact.second if contact.second >= 0 else body_name(contact.second)
+            stack.append((_struck(scene, contact, motion, row), (*path, f"{contact.first} on {struck}")))
     at_once = _at_once(scene, group, row, tolerance)
     if at_once is not None and all(np.max(np.abs(at_once - o.motion_m_s)) > cell for o in found):
         found.append(AdmissibleOutcome("all at once", at_once))
@@ -255,48 +253,36 @@ def _inverse_masses(scene: Scene, contact: TouchingBodies) -> tuple[float, float
 
 
 def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[int, int]) -> Motions:
-    first, second, normal, _ = contact
-    w1, w2 = _inverse_masses(scene, contact)
-    if w1 + w2 == 0.0:
+    """Return the motions after an impact of two bodies, by the law of impact with friction."""
+    first, second, normal, wall_m_s = contact
+    is_wall, start, after = second < 0, scene.arrays, motion.copy()
+    weights = dict(zip((first, second), _inverse_masses(scene, contact), strict=True))
+    if sum(weights.values()) == 0.0:
         return motion
-    restitution = scene.restitution if second >= 0 else scene.arrays.materials[wall_index(second)].restitution
-    impulse = (1.0 + restitution) * _closing(contact, motion, row) / (w1 + w2)
-    after = motion.copy()
-    after[row[first], :2] -= impulse * w1 * np.array(normal)
-    if second >= 0:
-        after[row[second], :2] += impulse * w2 * np.array(normal)
-    return _rubbed(scene, contact, motion, after, impulse, row)
-
-
-def _rubbed(
-    scene: Scene, contact: TouchingBodies, before: Motions, after: Motions, pressed: float, row: dict[int, int]
-) -> Motions:
-    """Add the effect of friction to the bodies of a contact, in place, given the normal impulse."""
-    first, second, (nx, ny), wall_m_s = contact
-    wall, start = second < 0, scene.arrays
-    law = (
-        ContactFriction(start.materials[wall_index(second)].friction, start.wall_tangential_restitution)
-        if wall
-        else ContactFriction(start.friction, start.tangential_restitution)
+    surface = start.materials[wall_index(second)] if is_wall else scene
+    sides = [(first, -1.0)] if is_wall else [(first, -1.0), (second, 1.0)]
+    pressed = (1.0 + surface.restitution) * _closing(contact, motion, row) / sum(weights.values())
+    for body, sign in sides:
+        after[row[body], :2] += sign * (pressed * weights[body] * np.array(normal))
+    law = ContactFriction(
+        surface.friction, start.wall_tangential_restitution if is_wall else start.tangential_restitution
     )
-    resists = scene.wall_rolling_resistance if wall else 0.0
+    resists = scene.wall_rolling_resistance if is_wall else 0.0
     if not (law.friction or resists):
         return after
-    tangent = np.array([-ny, nx])
-    sides = [(first, -1.0)] if wall else [(first, -1.0), (second, 1.0)]
-    weights = dict(zip((first, second), _inverse_masses(scene, contact), strict=True))
-    slip = sum(before[row[body], 2] - sign * float(before[row[body], :2] @ tangent) for body, sign in sides)
-    if wall:
+    tangent = np.array([-normal[1], normal[0]])
+    slip = sum(motion[row[body], 2] - sign * float(motion[row[body], :2] @ tangent) for body, sign in sides)
+    if is_wall:
         slip -= float(np.array(wall_m_s) @ tangent)
         slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
     turned = rubbed = primitives.tangential_impulse(*law, slip, inverse_effective_mass, pressed)
     if resists:  # of a wall: per unit of the disc's mass
-        rim = before[row[first], 2]
+        rim, weight = motion[row[first], 2], weights[first]
         friction, rolling, _ = primitives.frictional_impulses(
-            *law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weights[first]
+            *law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weight
         )
-        rubbed, turned = friction / weights[first], (friction + rolling) / weights[first]
+        rubbed, turned = friction / weight, (friction + rolling) / weight
     for body, sign in sides:
         after[row[body], :2] += sign * rubbed * weights[body] * tangent
         after[row[body], 2] -= turned * weights[body] / start.inertia[body]
@@ -337,8 +323,3 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
             after[:, :2] += (inverse_mass * (jacobian.T @ impulse)).reshape(-1, 2)
             return after
     return None
-
-
-def _name(contact: TouchingBodies) -> str:
-    first, second, *_ = contact
-    return f"{first} on {second if second >= 0 else body_name(second)}"

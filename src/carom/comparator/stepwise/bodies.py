@@ -7,6 +7,7 @@ and closes meets at once. The times of impact and the law are those of the core.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from carom.comparator.stepwise.law import NO_FEATURE, TOUCH, FiniteWall, Law, Pair
@@ -50,10 +51,11 @@ class BodyStates:
         self.velocity |= other.velocity
         self.spin |= other.spin
 
-    def only(self, disc: int) -> BodyStates:
-        """Return the state of one of them."""
-        alone = {disc: self.xy[disc]}, {disc: self.velocity[disc]}, {disc: self.spin[disc]}
-        return BodyStates(self.law, *alone, self.time_s)
+    def only(self, bodies: Iterable[int]) -> BodyStates:
+        """Return the state of the discs among some bodies."""
+        discs = [body for body in bodies if body < self.law.n]
+        xy, velocity = ({disc: of[disc] for disc in discs} for of in (self.xy, self.velocity))
+        return BodyStates(self.law, xy, velocity, {disc: self.spin[disc] for disc in discs}, self.time_s)
 
     def of_body(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the position and velocity of a body: of a wall how far it has moved."""
@@ -91,6 +93,12 @@ class BodyStates:
             self.velocity[disc] = (vx * kept + ax * seconds, vy * kept + ay * seconds)
             self.spin[disc] *= kept
         self.time_s += seconds
+
+    def later(self, seconds: float, resting: Pair | None = None) -> BodyStates:
+        """Return the state some seconds later, as `fly` moves it."""
+        state = self.copy()
+        state.fly(seconds, resting)
+        return state
 
     def _drive_on(self, disc: int, drive: Drive, seconds: float) -> None:
         begin_s, end_s = self.time_s, self.time_s + seconds
@@ -148,8 +156,7 @@ class BodyStates:
     def wait_later(self, pair: Pair) -> float:
         """Return the seconds until they meet on a leg that a driven one of them has yet to begin."""
         for leg in self.law.later_legs(pair, self.time_s):
-            there = self.copy()
-            there.fly(leg.begin_s - self.time_s)
+            there = self.later(leg.begin_s - self.time_s)
             wait = there.undamped_wait(pair, NO_FEATURE)
             if there.time_s + wait < leg.end_s:
                 self.met |= {pair: there.met[pair]} if pair in there.met else {}
@@ -167,7 +174,7 @@ class BodyStates:
 
     def _wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
         """Return what `wait` does, from one stop to the next; `leaving` is how fast two part that have just met."""
-        (i, j), law, there, passed = pair, self.law, self.of_pair(pair), 0.0
+        (i, j), law, there, passed = pair, self.law, self.only(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
         # Both stop before. A hundredth is far more than either side is rounded by: whatever is nearer is solved for.
         if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * law.slowing.table_m_s2):
@@ -192,13 +199,6 @@ class BodyStates:
                 return math.inf
             there.fly(stops)
             passed, leaving, last = passed + stops, None, NO_FEATURE
-
-    def of_pair(self, pair: Pair) -> BodyStates:
-        """Return the state of the discs of a pair alone."""
-        alone = self.only(pair[0])
-        if pair[1] < self.law.n:
-            alone.take(self.only(pair[1]))
-        return alone
 
     def undamped_wait(self, pair: Pair, last: int) -> float:
         """Return what `wait` does, without damping, and as if a driven body of the pair went on as it does now."""

@@ -186,15 +186,14 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     one, other = block.state(own[0], discs), block.state(last + 1, discs)
     before, after = one.contact(pair), other.contact(pair)
     times = block.states.time_s
-    fallen = one.copy()
-    fallen.fly(float(times[last + 1] - times[own[0]]))
-    was, now = relative(fallen, pair), relative(other, pair)
+    lasted = float(times[last + 1] - times[own[0]])
+    was, now = relative(one.later(lasted), pair), relative(other, pair)
     size = math.hypot(*was)
     if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
         return False  # that slow it may as well rest
     if before.closing <= PASSED * speed_before:
         return False  # what an answer leaves is an error of velocity
-    closed = before.closing * law.slowing.damping.kept(float(times[last + 1] - times[own[0]]))
+    closed = before.closing * law.slowing.damping.kept(lasted)
     unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
     repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * closed
@@ -216,8 +215,7 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     )
     if not idle or not meets:
         return False
-    end = window.truth[-1].after.copy()
-    end.fly(max(window.lasts - window.truth[-1].time_s, 0.0))
+    end = window.truth[-1].after.later(max(window.lasts - window.truth[-1].time_s, 0.0))
     return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
 
 
@@ -258,10 +256,8 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     was, now = relative(window.free, first.pair), relative(window.now, first.pair)
     if law.slowing.table_m_s2:  # which leaves no part of all velocities: they are those at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
-        before, after = window.start.copy(), window.now.copy()
-        before.fly(turned_s)
-        after.fly(turned_s - window.lasts)
-        was, now = relative(before, first.pair), relative(after, first.pair)
+        was = relative(window.start.later(turned_s), first.pair)
+        now = relative(window.now.later(turned_s - window.lasts), first.pair)
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
     if contact.friction == 0.0 and size > window.still:
@@ -279,9 +275,7 @@ def _turn_s(window: Window, pair: Pair) -> float:
         (x, y), (ox, oy) = (state.of_body(body)[0] for body in pair)
         return (ox - x, oy - y)
 
-    fallen = window.start.copy()
-    fallen.fly(lasts)
-    was, now = relative(fallen, pair), relative(window.now, pair)
+    was, now = relative(window.free, pair), relative(window.now, pair)
     if window.law.slowing.table_m_s2:
         return _turn_on_table_s(window, pair)
     slope = (was[0] - now[0], was[1] - now[1])
@@ -290,7 +284,7 @@ def _turn_s(window: Window, pair: Pair) -> float:
         return math.nan
     # Counted from the end: there the two paths are apart by what the run is off, and part at the slope. With damping
     # both are straight in undamped time.
-    there, here = apart(fallen), apart(window.now)
+    there, here = apart(window.free), apart(window.now)
     ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
     return lasts + window.law.slowing.damping.damped(-ago_s)
 
@@ -299,10 +293,10 @@ def _turn_on_table_s(window: Window, pair: Pair) -> float:
     """Return the same as `_turn_s` on a table, where both paths bend."""
 
     def apart(time_s: float) -> tuple[Array, Array]:
-        before, after = window.start.of_pair(pair), window.now.of_pair(pair)
-        before.fly(time_s)
-        after.fly(time_s - window.lasts)
-        (p, u), (q, v) = ((_between(state, pair)) for state in (before, after))
+        (p, u), (q, v) = (
+            _between(state.only(pair).later(seconds), pair)
+            for state, seconds in ((window.start, time_s), (window.now, time_s - window.lasts))
+        )
         return p - q, u - v
 
     return nearest_s(apart, window.lasts)
@@ -332,8 +326,8 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
     costs: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in looks:
         met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
-        end = (met[-1].after if met else window.start).copy()
-        end.fly(told_s - (met[-1].time_s if met else 0.0))
+        begun, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
+        end = begun.later(told_s - since_s)
         off = window.nearest(end, until_there, told_s, None, flown)
         cost = (off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2)
         costs[len(met) >= min(need, len(until_there))].append(cost)

@@ -51,8 +51,7 @@ class Window:
         self.truth, self.resting = exact_run(
             self.start, self.pairs, self.lasts + beyond, _RESTING * self.law.pull * block.dt_s
         )
-        self.free = self.start.copy()
-        self.free.fly(self.lasts)
+        self.free = self.start.later(self.lasts)
         states = [self.start, self.now, *(met.after for met in self.truth)]
         speeds = [state.fastest() for state in states]
         self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
@@ -84,9 +83,8 @@ class Window:
             if count < len(truth) and not self.lies_ahead(state, truth[count]):
                 break  # and so it does not with fewer
             if count not in flown:
-                flown[count] = (truth[count - 1].after if count else self.start).copy()
-                since_s = truth[count - 1].time_s if count else 0.0
-                flown[count].fly(seconds - since_s, resting if count == len(truth) else None)
+                begun, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
+                flown[count] = begun.later(seconds - since_s, resting if count == len(truth) else None)
             velocity, spin, place = self.difference(state, flown[count])
             if best is None or velocity + spin < best.velocity + best.spin - self.still:
                 best = Difference(velocity, spin, place, count, flown[count])

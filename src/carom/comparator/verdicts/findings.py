@@ -117,18 +117,11 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
         reason += "; there are too many admissible outcomes to list"
     else:
         which = f"admissible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
-        if match.matches:
-            reason += f"; matches {which}, to {number(match.distance)} of the speed"
-        else:
-            reason += (
-                f"; matches none of {count} admissible outcomes: {number(match.distance, 3)} of the speed from {which}"
-            )
-    if judged.grade_before_tie is not None:
-        grade_name = (
-            "undecided"
-            if judged.grade_before_tie is Grade.UNGRADED
-            else judged.grade_before_tie.name.lower().replace("_", ", ")
-        )
+        matched = f"{which}, to {number(match.distance)} of the speed"
+        missed = f"none of {count} admissible outcomes: {number(match.distance, 3)} of the speed from {which}"
+        reason += f"; matches {matched if match.matches else missed}"
+    if (before := judged.grade_before_tie) is not None:
+        grade_name = "undecided" if before is Grade.UNGRADED else before.name.lower().replace("_", ", ")
         reason += f"; up to there the run is {grade_name}"
     yield Finding(Verdict.CONVENTION, reason)
 
@@ -231,16 +224,17 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
     """Report errors of the final state, if the reference has a unique one and no impact is undecided."""
     if judged.convention is not None or judged.alignment.undecided:
         return
-    place, velocity = judged.measured.largest.final_position, judged.measured.largest.final_velocity
     beyond = judged.measured.ends > judged.end_rounding(judged.measured, exactly=True)
-    off_place, off_velocity, off_spin = (bool(np.any(row)) for row in beyond)
-    if off_place:
-        yield Finding(Verdict.MISPLACED, f"by up to {number(place, 3)} of the largest radius")
-    if off_velocity:
-        yield Finding(Verdict.WRONG_END, f"by up to {number(velocity, 3)} of the scene's speed")
-    if off_spin:
-        spin = judged.measured.largest.final_spin
-        yield Finding(Verdict.WRONG_LAST_SPIN, f"by up to {number(spin, 3)} of the scene's speed of rims")
+    worst = judged.measured.largest
+    for is_off, verdict, error, scale in zip(
+        beyond.any(axis=1).tolist(),
+        (Verdict.MISPLACED, Verdict.WRONG_END, Verdict.WRONG_LAST_SPIN),
+        (worst.final_position, worst.final_velocity, worst.final_spin),
+        ("the largest radius", "the scene's speed", "the scene's speed of rims"),
+        strict=True,
+    ):
+        if is_off:
+            yield Finding(verdict, f"by up to {number(error, 3)} of {scale}")
 
 
 def _format_contact(score: ContactScore) -> str:

@@ -61,19 +61,18 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     """Report that steps are straight and at one speed where paths are not: an effect of the integrator."""
     local, dt_s, scene = judged.local_truth, judged.observed.dt_s, judged.reference.scene
+    if local is None or not local.polygon:
+        return
     slowing = Slowing.of(scene)
-    if local is not None and local.polygon and slowing:
-        off_m = 0.5 * slowing.bends(judged.scales.speed_m_s) * dt_s * dt_s
+    bends = slowing.bends(judged.scales.speed_m_s) if slowing else math.hypot(*scene.gravity_m_s2)
+    off = metres(0.5 * bends * dt_s * dt_s)
+    if slowing:
         bend = "c |v|" if scene.damping_per_s else "a"
-        yield Finding(
-            Verdict.DAMPED_POLYGON,
-            f"each step ends up to half of {bend} dt^2 off its path, {metres(off_m)} at the scene's speed; it adds up",
-        )
-    elif local is not None and local.polygon:
-        off_m = 0.5 * math.hypot(*scene.gravity_m_s2) * dt_s * dt_s
-        yield Finding(
-            Verdict.POLYGON, f"each step ends up to half of |g| dt^2 off its parabola, {metres(off_m)}; it adds up"
-        )
+        reason = f"each step ends up to half of {bend} dt^2 off its path, {off} at the scene's speed; it adds up"
+        yield Finding(Verdict.DAMPED_POLYGON, reason)
+    else:
+        reason = f"each step ends up to half of |g| dt^2 off its parabola, {off}; it adds up"
+        yield Finding(Verdict.POLYGON, reason)
 
 
 def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Finding]:
@@ -86,15 +85,11 @@ def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Findi
         yield Finding(Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} impacts due, {local.first_missed}; {pit}")
     if local.invented and (local.invented != len(alignment.spurious) or judged.has_diverged_before_miss):
         yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
-    if local.grade is Grade.INACCURATE and (
-        judged.has_diverged_before_miss or not judged.compared.is_whole_run or not has_findings
-    ):
+    is_shown = judged.compared.is_whole_run and has_findings and not judged.has_diverged_before_miss
+    if local.grade is Grade.INACCURATE and not is_shown:
         yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
-    if (
-        local.grade in (Grade.CLOSE, Grade.SAMPLED)
-        and not has_findings
-        and not (judged.compared.is_whole_run and local.agrees_alone)
-    ):
+    agrees = judged.compared.is_whole_run and local.agrees_alone
+    if local.grade in (Grade.CLOSE, Grade.SAMPLED) and not (has_findings or agrees):
         yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_costs(local)))
 
 
@@ -119,11 +114,8 @@ def _faults(local: LocalScore) -> Iterator[str]:
     if local.worse_than_pit:
         free = math.isinf(local.ratio[1])
         worst = "some where PIT pays nothing" if free else f"up to {number(local.ratio[1], 4)} times as much"
-        off = (
-            f", restitution off by {number(local.restitution[0], 3)} at the median"
-            if local.restitution[0] > 0.0
-            else ""
-        )
+        typical = local.restitution[0]
+        off = f", restitution off by {number(typical, 3)} at the median" if typical > 0.0 else ""
         yield f"{local.worse_than_pit} {judged} pay more than PIT, {worst}{off}"
     if local.early:
         yield f"{local.early} {judged} come early, by up to {number(local.early_steps, 3)} steps"
