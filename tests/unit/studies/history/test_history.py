@@ -133,7 +133,7 @@ def test_what_is_not_there_is_refused_by_name(registry: Toys, tmp_path: Path) ->
         history("pit", [PAIR], kept, HistoryOptions(profiles=("tuned",)))
     with pytest.raises(UnknownNameError, match="toy has no profile 'best'"):
         history("toy", [PAIR], kept, HistoryOptions(profiles=("best",)))
-    with pytest.raises(UnknownNameError, match=r"no release '1\.7' is listed"):
+    with pytest.raises(UnknownNameError, match=r"there is no release '1\.7'"):
         history("toy", [PAIR], kept, asked("1.7"))
     assert registry.installed == []
 
