@@ -61,7 +61,7 @@ def price_said(results: Results) -> str:
 
 
 def test_sampling_is_the_whole_of_an_error_only_where_there_is_one() -> None:
-    """Of a scene in which PIT is exact, too, nobody is said to have an error that is sampling's."""
+    """No method has an error of sampling in a scene in which PIT is exact."""
     assert "whole" not in price_said(as_foreign(checked(NOTHING)))
     both = section_text(as_foreign(checked(NOTHING, LATE)))
     assert "sampling is the whole of it of toy tuned in 1 of 1 scene" in both
@@ -104,7 +104,7 @@ def test_a_trend_says_no_more_than_was_run() -> None:
 
 
 def stress_lead(endings: dict[str, SpotEnding]) -> str:
-    """Return the sentences of a campaign in which all spots of some engines end so, and all others stand or hold."""
+    """Return the sentences of a campaign in which some engines' spots all end so, and all others pass or hold."""
     found = campaign_results()
     spots = {
         (line, method): dataclasses.replace(
@@ -119,7 +119,7 @@ def stress_lead(endings: dict[str, SpotEnding]) -> str:
 
 
 def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
-    """A method that supports few scenes stands in few: that is no defeat, and it is named apart."""
+    """A method that supports few scenes passes few, which is no failure, and it is named separately."""
     found = campaign_results()
     line = next(line.name for line in found.lines if line.kind == "attack")
     spots = {
@@ -137,14 +137,14 @@ def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
 
 
 def test_of_methods_that_stand_alike_none_stands_most() -> None:
-    """Where all stand as many attacks, nobody is said to stand most."""
+    """If all pass as many attacks, none is said to pass most."""
     said = stress_lead({})
     attacks = sum(line.kind == "attack" for line in campaign_results().lines)
     assert f"Of {attacks} stress tests {len(METHODS)} methods passed {attacks} each." in said
 
 
 def test_the_only_method_is_not_the_fastest_of_one() -> None:
-    """A method alone is told with its cost, and has no rank."""
+    """A single method has its cost, and no rank."""
     whole = growth()
     alone = dataclasses.replace(whole, curves=whole.curves[:1])
     plain, falling = growth_document(whole).lead
@@ -195,7 +195,7 @@ def test_the_introduction_is_true_of_a_head_on_impact() -> None:
 
 
 ROOT = Path(__file__).resolve().parents[3]
-#: They have no words of their own by which they could be told, and are looked for by what stands in them.
+#: They have no words of their own, and are found by their content.
 PARTS = (Sentence.ONE_SCENE, Sentence.LOST, Sentence.VELOCITY, Sentence.TIME)
 MINE = staged("mine", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)
 #: Its impact falls between two frames of 1/60 s, and that of the other on one.
@@ -242,7 +242,7 @@ def test_every_sentence_is_said_by_the_code(sentence: Sentence) -> None:
 def test_what_is_said_of_a_cross_check_is_in_the_table(
     scenes: Sequence[Scene], engines: Sequence[str], said: set[Sentence], outcome: str
 ) -> None:
-    """These sentences are said, none beside them, and of one scene its outcome."""
+    """Exactly these sentences are printed, and the outcome for one scene."""
     text = says(found(scenes, *engines))
     heard = {one for one in Sentence if one not in PARTS and re.search(pattern(one), text)}
     assert heard == said
