@@ -1,4 +1,4 @@
-"""When driven bodies of engines are told of their legs."""
+"""Starts of the legs of engines' driven bodies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The adapter of pymunk, each time with one lie about spin or friction. The conformance suite must find every one."""
+"""Copies of pymunk's adapter with one false statement on spin or friction each, which the suite must find."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
 
 @pytest.mark.long
 def test_only_what_differs_is_run_at_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
-    """A cell of the same bits is run once, and one that changed at each phase besides."""
+    """A cell of the same bits is run once, and a changed one also at each phase."""
     found = history("toy", [PAIR], Kept(tmp_path / "kept"), asked("1.0", "1.1", "1.2", phases=9))
     counts = [len(seen.ran) for release in found.releases for seen in release.seen.values()]
     assert counts == [1, 10, 10]
