@@ -151,7 +151,7 @@ def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> Non
         return find_activity(block, rest)
 
     monkeypatch.setattr(analysis, "_NUMBERS", 1)
-    monkeypatch.setattr(analysis, "activity_of", counted)
+    monkeypatch.setattr(analysis, "find_activity", counted)
     found = steps_of(scene.model_copy(update={"frame_rate_hz": 60.0}), "pit")
     begins, ends = found.windows["begin_s"], found.windows["end_s"]
     middle_s = np.arange(10, 390) / 60

@@ -17,7 +17,7 @@ from carom import Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
 from carom.comparator.verdicts.steps import report_polygons
 from carom.model.trace import Outcome, kinetic_energy
-from carom.report.grid import mark_of_grade
+from carom.report.mark import mark_of_grade
 
 ROOT = Path(__file__).resolve().parents[4]
 COMPARATOR = ROOT / "src" / "carom" / "comparator"
