@@ -19,7 +19,7 @@ from carom.catalogue.catalogue import all_scenes
 from carom.comparator import Grade, local_truth
 from carom.comparator.measure.steps import score_steps
 from carom.comparator.scales import compute_scales
-from carom.comparator.stepwise import analysis
+from carom.comparator.stepwise import StepWatch, analysis
 from carom.comparator.stepwise.activity import Activity, find_activity
 from carom.comparator.stepwise.block import Block
 from carom.comparator.stepwise.rest import Rest
@@ -215,3 +215,16 @@ def test_a_pass_is_counted_once_however_long_it_lasts() -> None:
     assert score.missed == 1
     assert score.grade is Grade.WRONG
     assert not math.isnan(score.first_missed_s)
+
+
+def test_a_piece_of_no_length_is_no_step() -> None:
+    """A state at the time of the one before it, alone or among others, changes nothing."""
+    scene = staged("flight", disc_at(0.0, 0.0, 1.0, 0.0), duration_s=1.0)
+    times_s = np.array([0.0, 0.25, 0.25, 0.5, 0.5, 0.75])
+    places = np.stack([times_s, np.zeros_like(times_s)], axis=1)[:, None]
+    states = States(times_s, places, np.tile(scene.arrays.velocity_m_s, (len(times_s), 1, 1)))
+    watch = StepWatch(scene, 0.25)
+    for part in (slice(0, 1), slice(1, 2), slice(2, 3), slice(3, 6)):
+        watch.add(states.part(part))
+    found = watch.finish()
+    assert (found.steps, found.until_s, found.slip_counts) == (3, 0.75, (0, 0))

@@ -106,16 +106,16 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     if not inside.any():
         return None
     whole = motion_at(reference, looks.time_s[until])
-    truth, slow = _only(whole, inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
+    truth, slow = whole.part(inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
 
     def measure_states(states: States) -> tuple[ContactErrors, float, bool, ContactQuality, Ends]:
-        in_contact = _only(states, inside)
+        in_contact = states.part(inside)
         quality = measure_contact_quality(reference, truth, in_contact, dt_s)
         late = measure_late_ends(reference, whole, states, dt_s, end_s)
         return _errors(reference, truth, in_contact), *_at_the_end(truth, in_contact, slow), quality, late
 
-    own, rest_m_s, frozen, quality, late = measure_states(_only(looks, until))
-    seen = _only(_only(looks, until), inside)
+    own, rest_m_s, frozen, quality, late = measure_states(looks.part(until))
+    seen = looks.part(until).part(inside)
     pit, allowed, late_allowed, fast = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0), 0.0
     place = run.place_rounding * scales.reach_m
     if dt_s:
@@ -220,11 +220,6 @@ def _spins_at(trace: Trace, times_s: Array) -> Array:
 def _longest(vectors: Array) -> float:
     """Return the length of the longest of some vectors, shape ``(k, n, 2)``."""
     return float(np.max(np.hypot(vectors[..., 0], vectors[..., 1])))
-
-
-def _only(states: States, rows: NDArray[np.bool_]) -> States:
-    spins = None if states.spin_rad_s is None else states.spin_rad_s[rows]
-    return States(states.time_s[rows], states.position_m[rows], states.velocity_m_s[rows], spins)
 
 
 def _errors(reference: Trace, truth: States, seen: States) -> ContactErrors:

@@ -89,11 +89,10 @@ class StepWatch:
 
     def add(self, states: States) -> None:
         """Add the states at the ends of steps, or of pieces of them, in order."""
+        if not (lasts := states.time_s > np.append(self._until_s, states.time_s)[:-1]).all():  # a piece of no length
+            states = states.part(lasts)
         if not len(states):
             return
-        before = np.append(self._until_s, states.time_s[:-1])
-        if not (lasts := states.time_s > before).all():  # a piece of no length
-            states = states.part(lasts)
         if self._law.turns is (states.spin_rad_s is None):
             spins = np.zeros(states.position_m.shape[:2]) if self._law.turns else None
             states = replace(states, spin_rad_s=spins)
