@@ -155,7 +155,7 @@ def titled(figure: Figure) -> str:
 
 
 def filled(page: str, figures: list[Figure]) -> str:
-    """Return the page with its tables written anew.
+    """Return the page with new tables.
 
     Raises:
         ValueError: It has not one pair of marks of a table.

@@ -1,7 +1,7 @@
-"""Numbers that an engine could hand over: whatever they are, they cost their own row alone, and a page is written.
+"""Numbers that an engine could return: they affect only their own row, and a page is written.
 
-The adapter runs in this process, and draws what it hands over by lot: sound numbers, neighbours of them, the extremes
-of floats, NaN, and now and then what is of another type. What is tried is the way from the door to the report.
+The adapter runs in this process, and returns random values: sound numbers, neighbours of them, the extremes of floats,
+NaN, and now and then what is of another type. What is tried is the way from the door to the report.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ NOT_FINITE = (math.nan, math.inf, -math.inf)
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Cross-check an engine that hands over what is drawn, beside PIT, and write the report."""
+    """Cross-check an engine that returns drawn values, with PIT, and write the report."""
     known = all_scenes()
     scenes = [known[name].scene for name in SCENES]
     while True:

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from carom.comparator import Errors, Grade, LocalScore
-from carom.comparator.consistency import Consistency
+from carom.comparator.measure.consistency import Consistency
 from carom.comparator.scales import Scales
 from carom.execution.environment import Environment
 from carom.execution.job import Status

@@ -15,7 +15,7 @@ import numpy as np
 import tomli_w
 
 from carom.comparator import ImpactError, Score
-from carom.comparator.local import LocalErrors
+from carom.comparator.measure.local import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import engine_argument
 from carom.execution.job import Job

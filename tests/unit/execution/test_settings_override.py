@@ -57,7 +57,7 @@ def test_the_engine_runs_with_what_is_tried_and_every_word_says_so(scene: Scene)
 
 
 def test_no_word_of_a_report_takes_it_for_the_profiles_own(scene: Scene) -> None:
-    """Wherever a report, its JSON lines, its JUnit or its tables name the profile, what was tried stands beside it."""
+    """Wherever a report, its JSON lines, its JUnit or its tables name the profile, they name its changed settings."""
     results = checked(scene, integrator="RK4")
     row = json.loads(records(results).splitlines()[1])
     assert (row["profile"], row["tried"]) == ("tuned", {"integrator": "RK4"})

@@ -71,7 +71,7 @@ def test_a_trend_says_no_more_than_was_run() -> None:
 
 
 def stress_lead(endings: dict[str, SpotEnding]) -> str:
-    """Return the sentences of a campaign in which all spots of some engines end so, and all others stand or hold."""
+    """Return the sentences of a campaign in which some engines' spots all end so, and all others pass or hold."""
     found = campaign_results()
     spots = {
         (line, method): dataclasses.replace(
@@ -86,7 +86,7 @@ def stress_lead(endings: dict[str, SpotEnding]) -> str:
 
 
 def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
-    """A method that supports few scenes stands in few: that is no defeat, and it is named apart."""
+    """A method that supports few scenes passes few, which is no failure, and it is named separately."""
     found = campaign_results()
     line = next(line.name for line in found.lines if line.kind == "attack")
     spots = {
@@ -104,14 +104,14 @@ def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
 
 
 def test_of_methods_that_stand_alike_none_stands_most() -> None:
-    """Where all stand as many attacks, nobody is said to stand most."""
+    """If all pass as many attacks, none is said to pass most."""
     said = stress_lead({})
     attacks = sum(line.kind == "attack" for line in campaign_results().lines)
     assert f"Of {attacks} stress tests {len(METHODS)} methods passed {attacks} each." in said
 
 
 def test_the_only_method_is_not_the_fastest_of_one() -> None:
-    """A method alone is told with its cost, and has no rank."""
+    """A single method has its cost, and no rank."""
     whole = growth()
     alone = dataclasses.replace(whole, curves=whole.curves[:1])
     plain, falling = growth_document(whole).lead

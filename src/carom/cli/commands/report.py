@@ -1,4 +1,4 @@
-"""`carom report`: the report of a cross-check again, from its records."""
+"""`carom report`: rebuild the report of a cross-check from its records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the adviser found as a drawing: the error against the step, a line a method, with the demand as a line."""
+"""Drawing of the advice: the error against the step, a line for each method and one for the target."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from carom.studies.advise.run import Advice
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Rounding of a direction in 64 bits is some 1e-14 degrees; no demand is near this.
+#: Rounding of a direction in 64 bits is about 1e-14 degrees; no target is near this.
 _LEAST_DEG = 1e-9
 
 
 def title_of(advice: Advice) -> str:
-    """Return what the drawing shows."""
+    """Return the description of the drawing."""
     return f"Direction error against steps a second: {advice.scene.name}"
 
 
@@ -37,7 +37,7 @@ def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
         found = [trial for trial in answer.trials if not trial.reason and not math.isnan(trial.direction_error_rad)]
         style = line_style(answer.method.engine, profile=answer.method.profile)
         rates = [1.0 / trial.dt_s for trial in found]
-        # A logarithm has no 0: what is exact lies on the lower edge.
+        # A logarithm has no 0, so exact results are on the lower edge.
         degrees = [max(math.degrees(trial.direction_error_rad), _LEAST_DEG) for trial in found]
         axes.plot(rates, degrees, label=f"{answer.method.engine} {answer.method.profile_shown}", **style)
         lost = [(rate, error) for rate, error, trial in zip(rates, degrees, found, strict=True) if trial.lost]

@@ -79,7 +79,7 @@ def growth_document(growth: Growth) -> Document:
 
 
 def _answer(growth: Growth) -> Iterator[str]:
-    """Yield what a simulated second costs of the most discs that an engine ran, and how that grows, for each gas."""
+    """Yield the cost of a simulated second with the most discs that an engine ran, and its growth, for each gas."""
     for gravity in (False, True):
         curves = [curve for curve in growth.curves if curve.gravity == gravity and _ran(curve)]
         engines = [curve for curve in curves if curve.engine not in {"pic", "pit"}] or curves
@@ -97,7 +97,7 @@ def _answer(growth: Growth) -> Iterator[str]:
         yield f"{gas} takes {formatting.listed(costs)}."
 
 
-#: What a sentence and a diagram call Carom's own methods.
+#: Names of Carom's own methods in sentences and diagrams.
 _SHOWN = {"pic": "PIC", "pit": "PIT"}
 
 
@@ -186,7 +186,7 @@ def _ran(curve: GrowthCurve) -> list[GrowthPoint]:
 
 
 def _most(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
-    """Return what a column says of the most discs that were run."""
+    """Return a column's text for the most discs that were run."""
     return lambda curve: say(ran[-1]) if (ran := _ran(curve)) else formatting.ABSENT
 
 
