@@ -40,7 +40,7 @@ from carom.cli.common import resumable
 from carom.engines.api import Profile
 from carom.errors import InputError
 from carom.model.scene import scene_schema
-from carom.report.record import records_schema
+from carom.report.record_json import records_schema
 from carom.studies.tune.search import KnobSearch
 from carom.support.options import declared
 from carom.web.linked import PageEngine, linked

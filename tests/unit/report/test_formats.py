@@ -31,7 +31,7 @@ from carom.execution.results import Results, violates
 from carom.report.document import Column, Document, Headline, Medium, Section, Table
 from carom.report.junit import junit
 from carom.report.mark import Mark
-from carom.report.record import text_of
+from carom.report.record_json import text_of
 from carom.report.records import raw_records, read_records
 from carom.report.render.html import html as html_of
 from carom.report.render.markdown import markdown as markdown_of

@@ -11,7 +11,7 @@ from carom.execution.phases import PhaseSpread
 from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import Cell, Medium, Section, Table
-from carom.report.record import OF_SPINS
+from carom.report.record_json import OF_SPINS
 from carom.report.records import records
 from carom.report.render.markdown import markdown
 from carom.studies.cross_check.cells import cells_section, run_time_section, settings_section, spread_section

@@ -28,7 +28,7 @@ from carom.execution.job import Job, Method, Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
 from carom.report.mark import Mark
-from carom.report.record import records_schema
+from carom.report.record_json import records_schema
 from carom.report.records import records
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
