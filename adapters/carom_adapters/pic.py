@@ -71,7 +71,7 @@ class PicAdapter:
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(
-            "The source paper's Algorithm 2: frame by frame, every pair solved for anew, all impacts of a frame.",
+            "The source paper's Algorithm 2: frame by frame, with every pair solved again after each impact.",
             lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
         ),
         "tuned": Profile(

@@ -29,7 +29,7 @@ from carom.model.scene import Scene
 from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Setting, Trace
 
-#: In scenes in which discs may come to rest, states are kept: at most so many, of at most so many discs.
+#: Most discs, and most states, that are kept in scenes in which discs may come to rest.
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256
 

@@ -24,7 +24,8 @@ _AHEAD_STEPS = 2
 _QUIET_STEPS = 2
 
 #: Allowed rounding error of a position in a step, in units in the last place of the largest coordinate or of the
-#: longest path: up to one unit each for the product, the sum, both instants, the step, and the engine's own origin.
+#: longest path. The product, the sum, the instants, the step and the engine's own origin contribute up to one unit
+#: each.
 _ROUNDINGS = 4
 
 
@@ -142,8 +143,8 @@ def time_until_near(apart: Array, velocity: Array, reach: Array) -> Array:
     matter.
 
     Args:
-        apart: From first to second, metres, shape ``(n, 2)``.
-        velocity: Of the second relative to the first, metres a second, shape ``(n, 2)``.
+        apart: Vector from first to second, metres, shape ``(n, 2)``.
+        velocity: Velocity of the second relative to the first, metres a second, shape ``(n, 2)``.
         reach: Distance that counts as near, metres, shape ``(n,)``.
     """
     with np.errstate(all="ignore"):

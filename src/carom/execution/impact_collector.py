@@ -31,9 +31,9 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: A pair rests if its relative speed along the normal is at most what gravity adds in this many steps: one until the
-#: engine tests for contact, one until the response acts, and half a step between positions and velocities of a leapfrog
-#: scheme.
+#: A pair rests if its relative speed along the normal is at most what gravity adds in this many steps. One step passes
+#: until the engine tests for contact and one until the response acts. Half a step is between positions and velocities
+#: of a leapfrog scheme.
 _REST_STEPS = 2.5
 
 #: Motions of the two bodies of a contact.
@@ -380,10 +380,10 @@ def _effective_time(
 ) -> float:
     """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
-    With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
-    d0 + u0 (t - t0) and d1 + u1 (t - t1); they meet, in one dimension exactly, where the difference of the two, a
-    linear function of t with slope u0 - u1, is least. Under gravity both are parabolas of one curvature, and their
-    difference is linear still. With damping they are lines in undamped time; on a table both bend, each its own way.
+    With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are d0 +
+    u0 (t - t0) and d1 + u1 (t - t1). They meet, in one dimension exactly, where their difference is least. It is a
+    linear function of t with slope u0 - u1, also under gravity, where both are parabolas of one curvature. With damping
+    they are lines in undamped time. On a table their curvatures differ.
     """
     d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
     d1, u1 = _relative(pair, contact.end, contact.end_s, leg)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from carom.execution.job import Answer, Task
@@ -27,7 +27,10 @@ T = TypeVar("T")
 
 
 class DependentTasks(ABC, Generic[T]):
-    """Several tasks with one result, of which later tasks depend on the answers to earlier ones."""
+    """Several tasks with one result, of which later tasks depend on the answers to earlier ones.
+
+    It is pickled if the pool is a cluster.
+    """
 
     @property
     @abstractmethod
@@ -35,11 +38,15 @@ class DependentTasks(ABC, Generic[T]):
         """Name of the adapter of the first task."""
 
     @abstractmethod
-    def run(self, runner: TaskRunner) -> Answer[T]:
+    def run(self, runner: TaskRunner) -> Answer[Any]:
         """Run the tasks and return their common result."""
 
+    def complete(self, answer: Answer[Any]) -> Answer[T]:
+        """Return the answer to journal, for the result of `run`. It runs in the study's process and can write files."""
+        return answer
 
-#: What a request can contain.
+
+#: Types that a request can contain.
 AnyTask = Task[T] | DependentTasks[T]
 
 #: Tasks that are sent together, each with the key of its journal entry.
@@ -53,7 +60,7 @@ class TaskRequest(Generic[S, K, T]):
     Attributes:
         subject: The study's own label of the task; returned with the answer.
         key: Key of the task's journal entry. Tasks with the same key are the same.
-        task: What to carry out.
+        task: Task to carry out.
         refused: Why the task can't be carried out, if that is known. Then it is neither sent nor journalled.
         steps: Number of engine steps. Tasks of few steps share a batch, others have a batch of their own.
     """
@@ -72,7 +79,7 @@ def run_tasks(
 
     Args:
         requests: The tasks; those with the same key are carried out once.
-        pool: Where the tasks are carried out; it stays open.
+        pool: Pool that carries out the tasks; it stays open.
         journal: The known answers. New answers are added before they are yielded.
         alone: Whether tasks are carried out one at a time, with nothing else running.
     """
@@ -85,16 +92,21 @@ def run_tasks(
         else:
             pending.setdefault(request.key, []).append(request)
     batches = build_batches((key, same_key[0].task, same_key[0].steps) for key, same_key in pending.items())
-    results: Iterator[list[JournalEntry[K, T]]]
+    results: Iterator[list[JournalEntry[K, Any]]]
     if alone:
         results = ([entry] for _, batch in batches for entry in _run_batch(batch, pool))
     else:
         results = pool.each(batches, _run_batch)
-    for entries in results:
+    for several in results:
+        entries = [_complete(entry, pending[entry.key][0].task) for entry in several]
         journal.add(entries)
         for entry in entries:
             for request in pending[entry.key]:
                 yield request.subject, entry.answer
+
+
+def _complete(entry: JournalEntry[K, Any], task: AnyTask[T]) -> JournalEntry[K, T]:
+    return replace(entry, answer=task.complete(entry.answer)) if isinstance(task, DependentTasks) else entry
 
 
 def build_batches(tasks: Iterable[tuple[K, AnyTask[T], float]]) -> list[tuple[str, Batch[K, T]]]:
@@ -111,7 +123,7 @@ def build_batches(tasks: Iterable[tuple[K, AnyTask[T], float]]) -> list[tuple[st
     return batches
 
 
-def _run_batch(batch: Batch[K, T], runner: TaskRunner) -> Iterator[JournalEntry[K, T]]:
+def _run_batch(batch: Batch[K, T], runner: TaskRunner) -> Iterator[JournalEntry[K, Any]]:
     """Carry out the tasks of a batch."""
     tasks = [task for _, task in batch if not isinstance(task, DependentTasks)]
     dependent = [task for _, task in batch if isinstance(task, DependentTasks)]  # always alone in a batch

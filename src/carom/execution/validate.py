@@ -288,9 +288,7 @@ class Validator:
         # Engines sum their own clocks. A step on either side is more than the rounding of that sum.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{number(begin_s, 9)} to {number(end_s, 9)} s"
-            raise adapter_error(
-                f"time_s {of} must lie within the step that reports it, {step}, got {number(time_s, 9)}"
-            )
+            raise adapter_error(f"time_s {of} must be within the step that reports it, {step}, got {number(time_s, 9)}")
         x, y = _vector(found.normal, "normal", of)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
             raise adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")

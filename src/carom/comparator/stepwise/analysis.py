@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -80,7 +80,7 @@ class StepWatch:
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
-        self._slips: dict[tuple[int, str], tuple[float | int, ...]] = {}
+        self._slips: dict[tuple[int, int], tuple[float | int, ...]] = {}
         self._scale = np.full(len(scene.discs), self._law.fast)
         self._ahead = 0
         self._turned = self._moved = self._steps = self._resting = 0
@@ -134,13 +134,13 @@ class StepWatch:
             sunk_radii=self._rest.sunk_radii,
             sinks_s=self._rest.sinks_s,
             polygon=self._polygon,
-            rests=np.array(sorted(self._resting_spans()), REST_DTYPE),
+            rests=np.array(
+                sorted(
+                    (i, self._body_number(j), *span) for (i, j), spans in self._rest.held_s.items() for span in spans
+                ),
+                REST_DTYPE,
+            ),
         )
-
-    def _resting_spans(self) -> Iterator[tuple[int, int, float, float]]:
-        """Yield the rows of `REST_DTYPE`."""
-        for (i, j), spans in self._rest.held_s.items():
-            yield from ((i, self._body_number(j), *span) for span in spans)
 
     def _body_number(self, j: int) -> int:
         """Return the number that traces give the second of a pair."""
@@ -170,8 +170,7 @@ class StepWatch:
             flown = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
             self._check_free_flight(block, activity, [*finished, *held], flown, np.maximum(scale, block.own_speed))
         self._flown = self._gone + flown.stop
-        done = min([chain.begin for chain in held], default=flown.stop)
-        done = min(done, flown.stop)
+        done = min([flown.stop, *(chain.begin for chain in held)])
         self._gone += done
         self._states = [states.part(slice(done, None))]
 
@@ -191,16 +190,12 @@ class StepWatch:
         return known
 
     def _record(self, block: Block, chain: StepChain, judged: Comparison) -> None:
-        times = block.states.time_s
-        number = len(self._windows)
-        begin_s, end_s = float(times[chain.begin]), float(times[chain.end])
-        self._windows.append((begin_s, end_s, *(getattr(judged, name) for name in _ROW)))
-        for meeting in judged.meetings:
-            i, j = meeting.pair
-            steps_s = (float(times[meeting.begin]), float(times[meeting.end]))
-            self._meetings.append(
-                (number, i, self._body_number(j), *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed)
-            )
+        times, number = block.states.time_s, len(self._windows)
+        self._windows.append((times[chain.begin], times[chain.end], *(getattr(judged, name) for name in _ROW)))
+        for (i, j), steps in chain.pairs.items():
+            due_s, steps_s = judged.due_s.get((i, j), math.nan), (times[steps[0]], times[steps[-1] + 1])
+            passed, pit_passed = ((i, j) in found for found in (judged.passed, judged.pit_passed))
+            self._meetings.append((number, i, self._body_number(j), *steps_s, due_s, passed, pit_passed))
 
     def _check_free_flight(
         self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array
@@ -212,7 +207,7 @@ class StepWatch:
         free[: flown.start] = free[flown.stop :] = False
         h = block.step_s[:, None]
         # Paths bend by gravity or slowing.
-        bends = np.hypot(*block.pull.T) + self._law.slowing.all_bends(block.own_speed)
+        bends = np.hypot(*block.pull.T) + self._law.slowing.bends(block.own_speed)
         turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h
@@ -231,26 +226,11 @@ class StepWatch:
                 turned[step, disc] = False
                 self._ahead += 1
         beyond = np.where(moved, block.moved_by - allowed, 0.0)
-        for kind, sizes in (
-            ("velocity", np.where(turned, relative, 0.0)),
-            ("spin", np.where(turned, spinning, 0.0)),
-            ("place", beyond),
-        ):
-            self._record_largest_slips(block, kind, sizes, beyond)
-
-    def _record_largest_slips(self, block: Block, kind: str, sizes: Array, moved_m: Array) -> None:
-        for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
-            step = int(np.argmax(sizes[:, disc]))
-            row = (
-                float(block.states.time_s[step]),
-                disc,
-                float(block.turned_by[step, disc]),
-                float(block.spun_by[step, disc]),
-                float(moved_m[step, disc]),
-                float(block.own_speed[step, disc]),
-                float(block.place_rounding[step, disc]),
-            )
-            key = (disc, kind)
-            column = {"velocity": 2, "spin": 3, "place": 4}[kind]
-            if key not in self._slips or row[column] > self._slips[key][column]:
-                self._slips[key] = row
+        # The largest slip of each disc is kept, of velocity, spin and place, by the column that it is in.
+        columns = (block.turned_by, block.spun_by, beyond, block.own_speed, rounding)
+        for column, sizes in ((2, np.where(turned, relative, 0.0)), (3, np.where(turned, spinning, 0.0)), (4, beyond)):
+            for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
+                step, key = int(np.argmax(sizes[:, disc])), (disc, -column)
+                row = (float(block.states.time_s[step]), disc, *(float(of[step, disc]) for of in columns))
+                if key not in self._slips or row[column] > self._slips[key][column]:
+                    self._slips[key] = row

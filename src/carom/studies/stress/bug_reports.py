@@ -1,10 +1,9 @@
-"""Whether today's version of an engine still does what a complaint reported."""
+"""Check whether an engine still shows a reported bug."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,50 +13,46 @@ from carom.catalogue.entry import deepest_overlap
 from carom.execution.job import Job, Method, Status
 from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
-from carom.model.scene import Chain, Ring, Scene, Wall, save_scene
+from carom.model.scene import Chain, Ring, Scene, Wall
 from carom.model.trace import Outcome, Trace, kinetic_energy
-from carom.studies.stress.failure_points import Spot, SpotEnding
-from carom.support.folders import file_name
+from carom.studies.stress.failure_points import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
-#: A per cent of the scene's speed or energy: what people notice and write about, and above float32's rounding.
+#: A per cent of the scene's speed or energy, which people notice and report, and which is above float32's rounding.
 NOTICED = 0.01
 
 
-def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner, *, scenes: Path) -> Spot:
-    """Return the cell of a complaint and a method; the scene is saved into `scenes`."""
+def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner) -> FoundSpot:
+    """Return the cell of a complaint and a method, with its scene."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
-    scenes.mkdir(parents=True, exist_ok=True)
-    file = f"{file_name(complaint.name)}.toml"
-    save_scene(scene, scenes / file)
-    files = (f"{scenes.name}/{file}",)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
         ended = SpotEnding.NOT_RUN
-        return Spot("complaint", line, method.name, ended, reason=answer.said, scenes=files, status=answer.status)
+        spot = Spot("complaint", line, method.name, ended, reason=answer.said, status=answer.status)
+        return FoundSpot(spot, (scene,))
     if answer.value is None:
         seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
     else:
         seen, figure, reason = shows(complaint, answer.value)
-    return Spot(
+    spot = Spot(
         "complaint",
         line,
         method.name,
         SpotEnding.STILL_DOES if seen else SpotEnding.DOES_NOT,
         value=figure if math.isfinite(figure) else None,
         reason=reason if seen or not reason else f"not as reported, but {reason}",
-        scenes=files,
         runs=1,
         status=answer.status,
     )
+    return FoundSpot(spot, (scene,))
 
 
 def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
-    """Return whether a trace shows what was reported, the figure that says so, and the reason in words.
+    """Return whether a trace shows the reported bug, the deviation, and the reason in words.
 
-    The figure is the error of the energy where energy was reported on or nothing else is known, else that of the final
-    velocities, and of the speeds of rims where spins are known, over the scene's energy or speed. Where the trace does
-    not show what was reported, but is off by a per cent or more, the reason says so.
+    The deviation is the error of the energy if the report is on energy or nothing else is known. Otherwise it is that
+    of the final velocities, and of rim speeds where spins are known. It is relative to the scene's energy or speed. The
+    reason mentions a trace without the bug that is off by a per cent or more.
     """
     symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
@@ -104,7 +99,7 @@ def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
-    """Error of the mechanical energy at the end, over what was there at the start."""
+    """Error of the mechanical energy at the end, over that at the start."""
     weight = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
     floor = min(map(_height, scene.walls), default=0.0)
 
@@ -124,14 +119,14 @@ def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _height(wall: Wall | Chain | Ring) -> float:
-    """Return a height at which a wall is: of a chain that of its lowest point."""
+    """Return the height of a wall; a chain has that of its lowest point."""
     if isinstance(wall, Wall):
         return wall.point_m[1]
     return wall.centre_m[1] if isinstance(wall, Ring) else min(y for _, y in wall.points_m)
 
 
 def _missed(trace: Trace, known: KnownAnswer) -> int:
-    """Number of known impacts of pairs that the trace does not have."""
+    """Number of known impacts of pairs that are missing in the trace."""
     expected = Counter((impact.first, impact.second) for impact in known.impacts)
     found = Counter(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True))
     return (expected - found).total()
