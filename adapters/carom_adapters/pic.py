@@ -11,7 +11,6 @@ from carom.engines.api import (
     Capabilities,
     ContactTimes,
     Engine,
-    Observation,
     Profile,
     Scene,
     Setting,
@@ -20,23 +19,20 @@ from carom.engines.api import (
 )
 from carom.model.trace import Outcome
 from carom.solvers.pic import pic_run
-from carom_adapters.recorded_contacts import contacts_since
+from carom_adapters.recorded_world import RecordedWorld
 
 if TYPE_CHECKING:
     from carom.engines.api import World
     from carom.solvers.run import Run
 
 
-class PicWorld:
-    """A PIC run, observed every `dt_s`. The observations do not change the run."""
+class PicWorld(RecordedWorld):
+    """A PIC run, observed every `dt_s`."""
 
     def __init__(self, run: Run, settings: Mapping[str, Setting]) -> None:
-        self.settings = settings
-        self._run = run
+        super().__init__(run, settings)
         self._dt_s = float(settings["dt_s"])
         self._steps = 0
-        self._seen = 0
-        self._warning = ""
 
     def advance(self, steps: int) -> None:
         """Advance the run, with all its impacts, to the end of the last step."""
@@ -45,16 +41,6 @@ class PicWorld:
         # Lasting contact is not a failure: the state no longer changes, and the harness scores nothing after it.
         if outcome is not Outcome.COMPLETED and not outcome.in_contact:
             self._warning = outcome.value
-
-    def observe(self) -> Observation:
-        """Return the state at the end of the last step, and the impacts since the previous observation."""
-        contacts = contacts_since(self._run.log, self._seen)
-        self._seen += len(contacts)
-        run = self._run
-        return Observation(run.positions(), run.velocities(), contacts, self._warning, spin_rad_s=run.spins())
-
-    def close(self) -> None:
-        """Nothing to release."""
 
 
 class PicAdapter:

@@ -442,11 +442,11 @@ def kinetic_energy(
 
     `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has none of turning.
     """
-    mass = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
+    arrays = scene.arrays
+    mass = np.where(arrays.movable, arrays.mass_kg, 0.0)
     energy = float(0.5 * np.sum(mass * np.sum(velocity_m_s**2, axis=1)))
     if spin_rad_s is None:
         return energy
-    arrays = scene.arrays
     inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
     return energy + float(0.5 * np.sum(mass * inertia * (arrays.radius_m * spin_rad_s) ** 2))
 
