@@ -25,7 +25,7 @@ from carom.execution.phases import phase_values
 from carom.execution.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
 from carom.model.scene import Scene
 from carom.model.step_windows import States
-from carom.model.trace import Outcome, Samples, Setting, Trace
+from carom.model.trace import Outcome, Samples, Setting, Trace, canonical_profile
 
 #: In scenes in which discs may come to rest, states are kept: at most so many, of at most so many discs.
 MOST_LOOKED_AT = 10
@@ -150,7 +150,7 @@ def observe_run(
         counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
     return replace(
         run.trace(plain_text(adapter.name, "the name of an adapter")),
-        profile=profile,
+        profile=canonical_profile(adapter.name, profile),
         tried=dict(tried),
         settings=used,
         float_bits=adapter.capabilities.float_bits,

@@ -83,7 +83,7 @@ def replay_link(cell: GridCell) -> str:
 
 def _key(job: Job) -> str:
     """Return the key of a replay in a page, with the scene's name as it is shown."""
-    return f"{visible(job.scene.name)}/{job.engine}/{job.method.profile_shown}"
+    return f"{visible(job.scene.name)}/{job.method.name}"
 
 
 def run_command(scene: str, job: Job) -> str:

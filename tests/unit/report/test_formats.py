@@ -150,7 +150,7 @@ def test_html_shows_the_papers_cases(source: str) -> None:
     assert "dashed: those just before and just after what is missed" in section
     section = section[section.index("The source paper") :]
     assert "paper/missed" in section
-    assert "PIT tuned: 0 impacts" in section
+    assert "PIT: 0 impacts" in section
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, run_s
@@ -85,7 +86,7 @@ def _told(point: Point, kind: ErrorKind) -> str:
 
 
 def _method(point: Point) -> str:
-    return f"{point.engine} ({point.profile})"
+    return Method(point.engine, point.profile).phrase
 
 
 def _in(point: Point) -> str:

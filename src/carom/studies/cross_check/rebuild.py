@@ -36,9 +36,7 @@ def rebuild_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
     counted = "; ".join(f"{tally[mark]} {mark.word}" for mark in Mark if tally[mark])
     of = f"{formatting.count(len(coarse), 'cell')} of {formatting.count(len({line.scene for line in lines}), 'scene')}"
     unrun = (line for line in lines if line.reason)
-    reasons = dict.fromkeys(
-        f"{line.engine} {_method(line).profile_shown}, {_mark(line).word}: {line.reason}" for line in unrun
-    )
+    reasons = dict.fromkeys(f"{_method(line).label}, {_mark(line).word}: {line.reason}" for line in unrun)
     return Document(
         "Carom cross-check, from its records",
         Headline(f"Of {of} at each scene's coarsest step: {counted}."),
@@ -65,7 +63,7 @@ def _mark(line: RowLine) -> Mark:
 def _methods(found: Sequence[_Kind]) -> Table:
     present = {_mark(line) for _, lines in found for line in lines if line.refinement == 0}
     columns = (
-        Column("method", lambda item: f"{item[0].engine} {item[0].profile_shown}"),
+        Column("method", lambda item: item[0].label),
         *(Column(mark.word, partial(_count, mark), number=True) for mark in Mark if mark in present),
         Column("error / PIT's, median", _median_price, number=True),
     )

@@ -171,10 +171,10 @@ def _not_installed(results: Results, grid: Grid, *, in_full: bool) -> Iterator[s
 
 def _missing_profiles(results: Results, grid: Grid) -> Iterator[str]:
     """Describe why an engine does not have a profile that others were run with."""
-    profiles = dict.fromkeys(method.profile for method in grid.columns)
+    profiles = dict.fromkeys(method.profile for method, column in grid.columns.items() if not column.own)
     for info in results.engines:
         for profile in profiles:
-            if info.available and info.capabilities is not None and profile not in info.profiles:
+            if info.available and info.capabilities is not None and not info.own_profiles([profile]):
                 yield f"{info.name} has no profile {profile}: {missing_profile_reason(profile, info.capabilities)}"
 
 
@@ -389,7 +389,7 @@ def _impact_tables(results: Results) -> Iterator[Table]:
         yield Table(
             _IMPACT_COLUMNS if trace.spins is None else (*_IMPACT_COLUMNS, _SPIN_COLUMN),
             tuple(_impacts(score, trace, reference)),
-            title=f"{job.scene.name} on {job.engine} ({job.method.profile_shown}), dt = "
+            title=f"{job.scene.name} on {job.method.phrase}, dt = "
             f"{formatting.instant(job.dt_s)}: "
             f"{mark_of(row).sentence}",
             note="\n".join((*reasons_of(row), *more)),
