@@ -11,6 +11,7 @@ from tests.lengths import each, long_after
 from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 
+import carom
 from carom.cli.ascii import ERRORS
 from carom.execution.job import Method
 from carom.report import formatting
@@ -97,6 +98,13 @@ def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
     assert "every engine misses or invents impacts at every step; the fewest are box2d (default)'s" in text
     assert "which misses 2 and invents 1 of 4 impacts" in text
     assert " -2 +1 " in text
+    crowd = replace(lossy.scenes[0], scene=carom.scene("classics/gas"))
+    for scenes, answer in (
+        ((whole, crowd), "on 1; every engine misses or invents impacts on classics/gas."),
+        ((crowd, crowd), "Every engine misses or invents impacts on every scene."),
+    ):
+        text = " ".join(" ".join(printed(bench_document(replace(lossy, scenes=scenes)), 80)).split())
+        assert answer in text.partition(" Every method on ")[0]
 
 
 def test_the_bench_says_why_points_are_missing() -> None:
