@@ -1,4 +1,4 @@
-"""Another environment's Carom beside this one: the same measurement in both, in turn, so that only ratios count."""
+"""Baseline of another environment's Carom: the same measurement in both, in turn, so that only ratios count."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class Interpreter:
     """A process of a Python interpreter that answers each line it is sent with a line.
 
     Args:
-        code: What it runs; it reads lines from standard input, and prints one for each.
+        code: Program that reads lines from standard input, and prints one for each.
         python: The interpreter; this one where none is given.
     """
 

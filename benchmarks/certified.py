@@ -109,7 +109,7 @@ def main(*, with_long: bool, baseline: str | None, rounds: int) -> None:
 
 
 def _beside(numbers: list[float], form: str) -> str:
-    """Return a number, and beside it the baseline's and how many times that it is."""
+    """Return a number, followed by the baseline's and their ratio."""
     own, *other = numbers
     return f"{own:{form}}" + "".join(f" /{number:{form}} = {own / number:.2f}" for number in other)
 
@@ -117,6 +117,6 @@ def _beside(numbers: list[float], form: str) -> str:
 if __name__ == "__main__":
     command = parser("benchmarks.certified", __doc__)
     command.add_argument("--long", dest="with_long", action="store_true", help="also 30,000 impacts of 64 discs")
-    command.add_argument("--baseline", metavar="PYTHON", help="the interpreter of another environment, timed beside")
-    command.add_argument("--rounds", type=count, default=5, help="timings of each, of which the median stands")
+    command.add_argument("--baseline", metavar="PYTHON", help="the interpreter of another environment, also timed")
+    command.add_argument("--rounds", type=count, default=5, help="timings of each, of which the median counts")
     run(command, main)

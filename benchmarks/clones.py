@@ -1,7 +1,7 @@
-"""What whoever clones this waits for, beside another commit: ``python -m benchmarks.clones --since COMMIT``.
+"""Time of the first commands in a fresh clone: ``python -m benchmarks.clones --since COMMIT``, against another commit.
 
-Both are cloned into a folder that is removed at the end, and take turns. `make report` there finds nothing installed;
-then `make test` has installed what it needs, and all are timed again. That takes a quarter of an hour and the network.
+Both are cloned into a temporary folder, and take turns. `make report` starts with nothing installed. After `make test`
+has installed its packages, all commands are timed again. This takes a quarter of an hour and the network.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from benchmarks.arguments import count, parser, run
 from carom.errors import CaromError
 
 ROOT = Path(__file__).parents[1]
-#: Where an environment of its own is found by make; one that is active is another's.
+#: Environment without variables of an active virtual environment, so that make uses its own.
 _ENVIRONMENT = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "MAKEFLAGS"}}
 _CELL = (".venv/bin/carom", "run", "paper/missed", "-e", "pymunk", "-p", "tuned", "--dt", "1/24", "--fail-on", "never")
 #: With its report, as `make report`; in one lane, so that no processor time is lost to waiting for another.

@@ -1,8 +1,8 @@
-"""What a driven wall costs: ``python -m benchmarks.driven [discs ...]``.
+"""Cost of a driven wall: ``python -m benchmarks.driven [discs ...]``.
 
-A gas at packing .3 in a box of which one wall recedes at a thousandth of the discs' speed, beside the same gas in the
-box at rest; and the former by all pairs in plain Python, which the kernel is held to. Each row prints ratios of
-processor time an impact, the medians of paired ones with the quartiles.
+A gas at packing .3 in a box with one wall that recedes at a thousandth of the discs' speed is compared with the same
+gas in the box at rest. It is also compared with its run by all pairs in plain Python. Each row prints the medians of
+paired ratios of processor time an impact, with the quartiles.
 """
 
 from __future__ import annotations

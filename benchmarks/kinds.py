@@ -4,12 +4,13 @@ A gas of discs of 0.25 m, one per square metre, starts at 1 m/s in a box. Each r
 spin, a driven wall, a chain of 100 segments instead of the box, damping, gravity, a table that slows discs. The row
 "contact" drops ten balls on each of many separate floors until all rest or have left.
 
-PIC is timed in impacts (and changes of mode) per second, PIT in milliseconds per frame, both with the ratio to the
-plain gas of the same round. "recording" is the time of PIC with all impacts recorded over that with none. "small" is
-`carom.solve_pic` of 16 discs and 1,000 impacts. With ``--baseline`` (the path of its Python) another environment is
-timed in turn. Times are of the processor, medians over the rounds. What a run takes before its first impact or frame is
-subtracted, except in "small" and "recording". A star marks a slow kind: it was run once, up to 48 impacts or 4 frames,
-and its start is not subtracted. "<" or ">" marks a kind that did not get that far within the limit.
+PIC is timed in impacts (and changes of mode) per second, PIT in milliseconds per frame. Both have the ratio to the
+plain gas of the same round. Column "recording" is the time of PIC with all impacts recorded over that with none.
+Column "small" is `carom.solve_pic` of 16 discs and 1,000 impacts. With ``--baseline`` (the path of its Python) another
+environment is timed in turn. Times are of the processor, medians over the rounds. What a run takes before its first
+impact or frame is subtracted, except in "small" and "recording". A star marks a slow kind: it was run once, up to 48
+impacts or 4 frames, and its start is not subtracted. "<" or ">" marks a kind that did not get that far within the
+limit.
 """
 
 from __future__ import annotations
@@ -141,7 +142,7 @@ class Table:
                     worker.measure(method, kind, discs, speed)
 
     def speed(self, method: str, kind: str) -> dict[str, Any]:
-        """Return what is known of the speed of a kind by a method, as a row of the JSON file has it."""
+        """Return the speed of a kind by a method as a row of the JSON file."""
         if (method, kind) not in self._speeds:
             return {}
         ours, *baseline = self._speeds[method, kind]

@@ -1,8 +1,9 @@
 """Speed and memory of event-driven PIC on the hard-disc gas: ``python -m benchmarks.pic [discs ...]``.
 
-Each row times two things in turn, in interpreters of their own, and prints the median of their paired ratios, with the
-quartiles: a run beside that of another environment (``--baseline``: the path of its Python), a run that records all
-impacts (the finished array with its ambiguity) beside one that records none. Times are of the processor.
+Each row times two runs in turn, in interpreters of their own, and prints the median of their paired ratios, with the
+quartiles. The first rows compare a run with that of another environment (``--baseline``: the path of its Python). The
+others compare a run that records all impacts (the finished array with its ambiguity) with one that records none. Times
+are of the processor.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ _SMALL = ((2, 1, 2000), (3, 10, 400), (16, 100, 100), (16, 1000, 40), (128, 300,
 
 
 class Worker(Interpreter):
-    """An interpreter that times what it is told to, see `benchmarks.pic_worker`."""
+    """An interpreter that times a task, see `benchmarks.pic_worker`."""
 
     def __init__(self, python: str, *task: object) -> None:
         super().__init__(Path(__file__).with_name("pic_worker.py").read_text(encoding="utf-8"), python)

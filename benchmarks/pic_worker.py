@@ -1,9 +1,9 @@
-"""What the benchmark of PIC times, in an interpreter of its own: run by `benchmarks.pic`, as text.
+"""Timed part of the benchmark of PIC, which `benchmarks.pic` runs, as text, in a separate interpreter.
 
-Only what versions of Carom have in common stands here. The first line of standard input says what to prepare: "gas",
-discs, packing, and whether impacts are recorded; or "solve", discs, and impacts. Each line after that holds a number of
-impacts or solves; the answer is the processor time of so many, in seconds. The last answer, to "bytes", is the memory
-a disc.
+The module uses only what all versions of Carom have in common. The first line of standard input is the task: "gas",
+discs, packing, and whether impacts are recorded; or "solve", discs, and impacts. Each further line is a number of
+impacts or solves, and the answer is their processor time in seconds. The answer to the last line, "bytes", is the
+memory a disc.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from carom.solvers.event_driven.run import EventDrivenRun
 
 try:
     from carom.studies.bench.gas import gas_scene, hard_disc_gas
-except ImportError:  # where an older build, timed beside this one, has it
+except ImportError:  # its place in an older build that is also timed
     from carom.bench.gas import gas_scene, hard_disc_gas  # type: ignore[import-not-found, no-redef] # not in this build
 
 #: Impacts a disc before the clock starts, in which the lattice melts.
@@ -27,14 +27,14 @@ _MOST_MELT = 5_000_000
 
 
 def _gas(discs: int, packing: float, recorded: bool) -> tuple[Callable[[int], float], Callable[[], float]]:
-    """Return what times some impacts of a gas that has melted, and what says its memory a disc."""
+    """Return functions that time some impacts of a melted gas, and return its memory a disc."""
     start = hard_disc_gas(discs, packing)
     run = EventDrivenRun(start, record="none")
     run.advance_to(math.inf, min(_MELT * discs, _MOST_MELT))
 
     def advance(impacts: int) -> float:
         nonlocal run
-        if recorded:  # the array and its ambiguity, from a fresh log; what is predicted anew is not timed
+        if recorded:  # the array and its ambiguity, from a fresh log; the new predictions are not timed
             run = EventDrivenRun(start, record="all", resume=run.state())
             run.advance_to(math.inf, run.impacts + 1)
         last = run.impacts + impacts
@@ -49,7 +49,7 @@ def _gas(discs: int, packing: float, recorded: bool) -> tuple[Callable[[int], fl
 
 
 def _solve(discs: int, impacts: int) -> Callable[[int], float]:
-    """Return what times solves of a small scene, from `solve_pic` to the trace; two discs are a scene without walls."""
+    """Return a function that times solutions of a small scene by `solve_pic`; two discs have no walls."""
     scene = gas_scene(discs, 0.3)
     if discs == 2:
         pair = [Disc(position_m=(x, 0.1 * x), velocity_m_s=(1.0 - x, 0.0), radius_m=0.5) for x in (0.0, 3.0)]

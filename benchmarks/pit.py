@@ -1,4 +1,4 @@
-"""PIT with skipping and without, and beside another environment's: ``python -m benchmarks.pit [discs ...]``.
+"""PIT with skipping, without it, and in another environment: ``python -m benchmarks.pit [discs ...]``.
 
 A gas at packing .3, 60 frames a second; processor time, medians of alternating runs.
 """
@@ -31,7 +31,7 @@ for line in sys.stdin:
     print(time.process_time() - begin, flush=True)
 """
 
-#: From two discs, where skipping has least to save, to where a frame of plain looping takes seconds.
+#: Numbers of discs, from two, where skipping saves least, to where a frame of the plain loop takes seconds.
 _SIZES = (2, 16, 64, 1000, 100_000)
 #: Frames a round, times the discs: enough to take some hundredths of a second; and tests a round of plain looping.
 _DISC_FRAMES, _TESTS = 300_000, 2_000_000_000

@@ -1,9 +1,9 @@
-"""PIC beside pooltool, another event-driven simulation, impact by impact: ``python -m benchmarks.pooltool``.
+"""PIC against pooltool, another event-driven simulation, impact by impact: ``python -m benchmarks.pooltool``.
 
-Equal elastic balls in the open, without friction but for the least that pooltool takes. Told are how many impacts each
-finds, how many of them come in the same order from the first on, how far pooltool's times of these are from PIC's, and
-the ratio of processor times. pooltool 0.6.0 asks for a panda3d that PyPI has not: ``pip install --no-deps
-pooltool-billiards``, then the rest of what it asks for, with the panda3d that there is.
+The scenes have equal elastic balls without walls, and the least friction that pooltool takes. The output is the number
+of impacts of each, the number of first impacts in the same order, the differences of their times, and the ratio of
+processor times. Release 0.6.0 of pooltool requires a panda3d that PyPI lacks: ``pip install --no-deps
+pooltool-billiards``, then its other requirements, with an available panda3d.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the seam costs, an adapter's timed path over a loop written by hand: ``python -m benchmarks.seam``.
+"""Cost of the adapter interface: an adapter's timed path over a loop written by hand: ``python -m benchmarks.seam``.
 
 Both take the same steps of the engine, in turns, in processor time; the ratio is the median of the rounds'.
 """
@@ -22,7 +22,7 @@ from carom.engines.registry import load_adapter, unavailable_reason
 ROUNDS = 31
 DISCS = (2, 100)
 
-#: Long enough that the two readings of the clock are nothing beside it.
+#: Long enough that the two readings of the clock are negligible.
 LEAST_ROUND_S = 0.02
 
 
@@ -63,7 +63,7 @@ def ratio(name: str, discs: int, rounds: int = ROUNDS) -> tuple[float, float]:
 
 
 def reuse_ratio(name: str, worlds: int = 20, rounds: int = 5) -> float:
-    """Return how long a world of a sweep takes to prepare, over one that is like none before it."""
+    """Return the preparation time of a world in a sweep over that of a world unlike those before it."""
     adapter = load_adapter(name)
     settings = adapter.profiles["tuned"].settings(1 / 240)
     radii = itertools.count()

@@ -9,7 +9,7 @@ from typing import Any
 
 from carom.engines.api import Scene
 
-#: A function that takes so many steps, and one that lets go of what it needs.
+#: A function that takes a number of steps, and one that releases its resources.
 Loop = tuple[Callable[[int], object], Callable[[], object]]
 
 

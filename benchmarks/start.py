@@ -1,8 +1,8 @@
-"""What starting costs: processes, and the check of scenes for overlaps: ``python -m benchmarks.start``.
+"""Cost of starting: processes, and the check of scenes for overlaps: ``python -m benchmarks.start``.
 
-Each row is the median of repeats, in processor time, and beside it that of another environment (``--baseline``: the
-path of its Python), the two measured in turn. Memory is what the peak of a process grew by. Small scenes, from
-`solve_pic` to the trace, are rows of ``python -m benchmarks.pic``.
+Each row is the median of repeats, in processor time, followed by that of another environment (``--baseline``: the path
+of its Python), measured in turn. Memory is the growth of a process's peak. Small scenes, from `solve_pic` to the trace,
+are rows of ``python -m benchmarks.pic``.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def process_rows(baseline: str, repeats: int) -> None:
 
 
 def check_rows(tasks: list[tuple[str, str, int]], baseline: str, repeats: int) -> None:
-    """Print processor time and memory of checks: what is done, how the discs lie, and how many there are."""
+    """Print processor time and memory of checks, by task, arrangement and number of discs."""
     print(f"{'task':7} {'arrangement':21} {'discs':>8} {'s':>8} {'MiB':>6} {'baseline s':>11} {'MiB':>6}  outcome")
     for task in tasks:
         ours, theirs = [], []

@@ -1,9 +1,9 @@
-"""What the benchmark of starts measures, in an interpreter of its own: run by `benchmarks.start`, as text.
+"""Timed part of the benchmark of starts, which `benchmarks.start` runs, as text, in a separate interpreter.
 
-Only what versions of Carom have in common stands here. The arguments are what to do ("scene": make a scene of discs;
-"load": from a JSON file; "check": make a scene of valid discs, which looks for overlaps; "arrays": make
-`DiscArrays` and look for overlaps in them), how the discs lie, and how many there are. Printed are the processor time,
-in seconds, by how much the most memory that the process has had grew meanwhile, in MiB, and how it ended.
+The module uses only what all versions of Carom have in common. The arguments are the task, the arrangement of the
+discs, and their number. Task "scene" makes a scene of discs, and "load" loads it from a JSON file. Task "check" makes a
+scene of valid discs, which includes the search for overlaps; "arrays" makes `DiscArrays` and searches them. The output
+is the processor time in seconds, the growth of the process's peak memory in MiB, and the outcome.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def _discs(columns: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _prepared(what: str, columns: dict[str, Any]) -> Callable[[], object]:
-    """Return what is to be measured."""
+    """Return the measured function."""
     if what == "arrays":
         try:
             from carom import DiscArrays

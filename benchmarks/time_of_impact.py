@@ -1,4 +1,4 @@
-"""Accuracy and cost of the time of impact, beside the textbook form: ``python -m benchmarks.time_of_impact``."""
+"""Accuracy and cost of the time of impact, against the textbook form: ``python -m benchmarks.time_of_impact``."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""What walls cost a gas that meets few of them: ``python -m benchmarks.walls [walls ...]``.
+"""Cost of walls for a gas that meets few of them: ``python -m benchmarks.walls [walls ...]``.
 
-A gas at packing .3 in a box, and the same gas with walls more: half-planes, or segments that make up a polygon. "Far"
-are walls that touch a circle around the box, of the radius of its side, so that the gas meets none of them: what they
-cost is due to their number alone. "Around" the gas stands a polygon of that many walls instead of the box, and it meets
-them all.
+A gas at packing .3 in a box, and the same gas with walls more: half-planes, or segments that make up a polygon. Walls
+"far" touch a circle around the box, of the radius of its side, so the gas meets none of them and their cost is due to
+their number alone. Walls "around" are a polygon of that many walls instead of the box, and the gas meets them all.
 
 Each row times both gases in turn, each in an interpreter of its own, and prints the median of the paired ratios of
 processor time, with the quartiles; with ``--baseline`` (the path of its Python) the same of another environment.
@@ -58,9 +57,9 @@ for line in sys.stdin:
 
 
 def compare(discs: int, walls: int, kind: tuple[bool, bool], python: str | None, impacts: int, rounds: int) -> str:
-    """Return the time of a gas with walls more over that of the gas in its box: median and quartiles.
+    """Return the time of a gas with additional walls over that of the gas in its box: median and quartiles.
 
-    Of the kind of walls: whether they are segments, and whether they stand around the gas.
+    `kind` is whether the walls are segments, and whether they are around the gas.
     """
     segments, around = kind
     with ExitStack() as stack:

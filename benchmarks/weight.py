@@ -1,7 +1,6 @@
 """Lines of code of the harness: without blanks, comments and docstrings; ``python -m benchmarks.weight [REVISION]``.
 
-Counted is what stands in ``src/carom`` beside the numerics and local truth. With a revision of git, what stood there
-then is counted beside it.
+The harness is ``src/carom`` without the numerics and local truth. With a revision of git, its lines are also counted.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "src/carom/"
-#: What is no part of the harness.
+#: Packages that are no part of the harness.
 LEFT_OUT = (
     *("core", "solvers", "model/broad_phase", "comparator/stepwise", "model/step_windows.py"),
     *("physics", "broad_phase", "comparator/local_truth", "windows.py"),  # of earlier revisions
@@ -27,7 +26,7 @@ _NO_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, to
 
 
 def code_lines(text: str) -> int:
-    """Return how many lines of a module hold code."""
+    """Return the number of a module's lines with code."""
     lines: set[int] = set()
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type not in _NO_CODE:
@@ -41,7 +40,7 @@ def code_lines(text: str) -> int:
 
 
 def weight(texts: dict[str, str]) -> Counter[str]:
-    """Return the lines of code of each room of the harness, from the texts of modules by their path."""
+    """Return the lines of code of each package of the harness, from the texts of modules by their path."""
     found: Counter[str] = Counter()
     for path, text in texts.items():
         inside = path.removeprefix(PACKAGE)
@@ -51,12 +50,12 @@ def weight(texts: dict[str, str]) -> Counter[str]:
 
 
 def now() -> dict[str, str]:
-    """Return the modules as they stand."""
+    """Return the modules of the work tree."""
     return {path.relative_to(ROOT).as_posix(): path.read_text("utf-8") for path in (ROOT / PACKAGE).rglob("*.py")}
 
 
 def then(revision: str) -> dict[str, str]:
-    """Return the modules as they stood at a revision."""
+    """Return the modules of a revision."""
 
     def git(*words: str) -> str:
         return subprocess.run(  # noqa: S603 - git, with a revision that the caller names

@@ -1,4 +1,4 @@
-"""Word counts, style faults and reading ease of the hand-written documents.
+"""Style faults of documents and sources; word counts and reading ease of the hand-written documents.
 
 ``python -m docs.prose`` checks limits and style and exits with 1 on a fault; ``words`` prints the count of each
 section, ``ease`` the Flesch reading ease of each page. Blocks between the markers of a generator are not counted.
@@ -10,8 +10,10 @@ import re
 import statistics
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+
+from docs import prose_sources
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Pages that a generator writes as a whole.
@@ -45,11 +47,11 @@ INSTEAD = {
     r"stands?(?! (still|alone|out))": "is",
     r"(comes?|came) to(?! rest\b| a (stop|rest)\b)": "becomes, is",
     r"nothing of": "none of",
-    r"lies?|laid": "is",
+    r"lies?(?! (up)?on\b)|laid(?! out\b)": "is",
     r"let pass": "ignored",
     r"anew": "again",
     r"taken forward": "advanced",
-    r"answers? for": "is responsible",
+    r"(?<!the )(?<!an )(?<!no )answers? for": "is responsible",
     r"gives? way": "fails",
     r"hand(s|ed)? over": "return, pass",
     r"in place of": "instead of",
@@ -58,7 +60,7 @@ INSTEAD = {
 _WORDS = re.compile(rf"\b({'|'.join(INSTEAD)})\b", re.IGNORECASE)
 #: Word orders in which the subject comes last.
 _INVERSIONS = (
-    re.compile(r"^Of (?!course\b)[^,.;:]+, [^.]*", re.IGNORECASE),
+    re.compile(r"^Of (?!course\b)[^,.;:]+, [^.]*"),
     re.compile(r"^(Not|Neither|Nor|So|Nowhere|Never|Only then) (is|are|was|were|does|do|did|can|has|have)\b"),
     re.compile(r"^(Said|Left out|Counted|Asked|Measured|Compared|Meant|Kept|Shown) (is|are|was|were)\b"),
     re.compile(r"\bof which (it|they)\b|\bof it (is|are|it|they)\b", re.IGNORECASE),
@@ -114,6 +116,13 @@ def faults(name: str, text: str) -> Iterator[str]:
             yield f"{start}: the subject comes first"
 
 
+def source_faults(paths: Iterable[str]) -> Iterator[str]:
+    """Yield the faults of source files, each with its path and line."""
+    for path in paths:
+        for passage in prose_sources.passages(path, (ROOT / path).read_text(encoding="utf-8")):
+            yield from faults(f"{path}:{passage.line}", passage.text)
+
+
 def over_limit(texts: dict[str, str]) -> Iterator[str]:
     """Yield each page, and the whole, that has more words than its limit."""
     counts = {name: count_words(name, text) for name, text in texts.items()}
@@ -165,7 +174,8 @@ def main(task: str = "check") -> int:
         return 0
     texts["CHANGELOG.md"] = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     found = [*over_limit(texts), *(fault for name, text in texts.items() for fault in faults(name, text))]
-    print("\n".join(found) or "documents: no fault")
+    found += source_faults(prose_sources.source_paths())
+    print("\n".join(found) or "documents and sources: no fault")
     return bool(found)
 
 

@@ -1,9 +1,9 @@
-"""What the site adds to the documents as they stand in the repository: a hook of MkDocs, used by `make docs`.
+"""Hook of MkDocs for `make docs`: what the site adds to the documents of the repository.
 
 - The README is the first page, and CONTRIBUTING.md is a page.
 - A file outside docs/ that a page links to is a page with its text, so that no link leaves the site; the sample
   report is there as it is.
-- The page on which one throws the discs is a file of the site, and stands in the pages that say so.
+- The play page is a file of the site, and is embedded in the pages that mark a place for it.
 - The tutorial, a notebook, is a page with what its cells show, and the gallery has its replays.
 - The reference of commands and of the scene file is generated from their declarations.
 - Formulas become MathML here, so that a reader's browser fetches no script for them.
@@ -43,10 +43,10 @@ _LINK = re.compile(r"(\]\(|\b(?:src|srcset)=\")([^)#\":\s]+)(?=[)#\"])")
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 #: A replay of PIC and PIT: the name of a scene, and the frames a second of PIT, the scene's own by default.
 _REPLAY = re.compile(r"<!-- replay: (\S+)(?: (\d+))? -->")
-#: The page on which one throws the discs, as a file of the site, and where it stands in a page.
+#: The play page as a file of the site, and the mark of its place in a page.
 THROWN = "throw.html"
 _THROW = "<!-- throw -->"
-#: Where no such page can stand, pictures of its scenes do, which end here.
+#: Where no page can be embedded, pictures of its scenes are shown, which end here.
 _PICTURES = re.compile(rf"{_THROW}\n.*?<!-- thrown -->", re.DOTALL)
 _LANGUAGES = {".c": "c", ".h": "c", ".md": "markdown", ".py": "python", ".pyx": "cython", ".toml": "toml"}
 
@@ -120,7 +120,7 @@ def on_page_content(html_text: str, **_: Any) -> str:
 
 
 def replay(scene: str, rate: str | None) -> str:
-    """Return a replay of PIT beside PIC as a frame."""
+    """Return a replay of PIT next to PIC as a frame."""
     frames = float(rate) if rate else None
     frame = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene, frame_rate_hz=frames))._repr_html_()
     if frame is None:

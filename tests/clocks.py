@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 class Clock:
-    """Replaces the module `time` in a module under test, and advances only as it is told to.
+    """Replaces the module `time` in a module under test, and advances only by request.
 
     Args:
         tick_s: Seconds that pass with each reading.

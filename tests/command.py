@@ -8,7 +8,7 @@ from carom.cli import app
 
 
 def carom_command(*words: object, columns: int = 200) -> Result:
-    """Return what comes of some words, on a terminal of so many columns that shows no colours."""
+    """Return the result of a command, on a terminal of some columns without colours."""
     return CliRunner(env={"COLUMNS": str(columns), "TERM": "dumb"}).invoke(app, [str(word) for word in words])
 
 

@@ -33,7 +33,7 @@ Branches = dict[str, dict[tuple[int, int], int]]
 
 
 def build() -> Path:
-    """Build the package with counters, and return where it lies."""
+    """Build the package with counters, and return its path."""
     shutil.rmtree(BUILD, ignore_errors=True)
     library = BUILD / "lib"
     command = [sys.executable, "setup.py", "--quiet", "build", "--build-base", str(BUILD), "--build-lib", str(library)]

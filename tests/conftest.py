@@ -36,7 +36,7 @@ settings.register_profile("more", **UNTIMED, derandomize=True, max_examples=50)
 settings.register_profile("search", **UNTIMED, max_examples=2000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
 
-#: Where files lie in memory on Linux, and how much of it the tests may need at most, sparse files and all.
+#: Where files are in memory on Linux, and how much of it the tests may need at most, sparse files and all.
 MEMORY = Path("/dev/shm")  # noqa: S108 - each session has a folder of its own in it
 ROOM_BYTES = 2**30
 
@@ -70,8 +70,8 @@ def _template() -> ForkServer:
 def pytest_configure(config: pytest.Config) -> None:
     """Let workers be forked, as by the command, but in long tests and where lines are counted: there each is started.
 
-    Let short tests write in memory where it has room, unless told where: each line of a journal waits for a disk.
-    Refuse to test an extension that was built from other sources than those beside it.
+    Let short tests write in memory where it has room, unless a folder is set: each line of a journal waits for a disk.
+    Refuse to test an extension that was built from other sources than those next to it.
     """
     short = sys.platform == "linux" and str(config.getoption("markexpr")).startswith("not long")
     if short and MEMORY.is_dir() and "TMPDIR" not in os.environ:

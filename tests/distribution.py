@@ -19,7 +19,7 @@ def lay(site: Path, name: str, points: Mapping[str, str], version: str = "1.0") 
 
 
 def forget() -> None:
-    """Let entry points and versions be looked for anew."""
+    """Clear the caches of entry points and versions."""
     invalidate_caches()
     registry.adapter_points.cache_clear()
     cache_key.versions_of.cache_clear()

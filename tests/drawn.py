@@ -1,7 +1,8 @@
 """Scenes drawn at random, each from its kind and its number alone: what the solvers are compared by, in one place.
 
-A kind says how the discs lie and move. Walls, the law of impact, immovable discs, friction with spin and gravity are
-drawn besides, so each kind comes with each of them. `test_drawing.py` holds the drawing to what must occur how often.
+A kind is an arrangement and motion of the discs. Walls, the law of impact, immovable discs, friction with spin and
+gravity are drawn independently, so each kind comes with each of them. `test_drawing.py` holds the drawing to what must
+occur how often.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def drawn(
         gravity: In m/s^2.
         immovable: Some discs may be so.
         repeated: A wall may be given up to three times, by different points.
-        restitutions: Of discs and of walls, of which one is drawn for each.
+        restitutions: Choices for discs and for walls, of which one is drawn for each.
         rooms_m: Between the outermost discs and a box, of which one is drawn; at 0 they start in contact with it.
     """
     rng = random.Random(f"{kind} {number}")
@@ -92,7 +93,7 @@ def still(disc: Disc) -> Disc:
     return disc.model_copy(update={"mass_kg": math.inf, "velocity_m_s": (0.0, 0.0)})
 
 
-# Kinds: how the discs lie and move ------------------------------------------------------------------------------------
+# Kinds: arrangement and motion ------------------------------------------------------------------------------------
 
 
 def _disc(place: Vector, velocity: Vector = (0.0, 0.0), radius: float = 0.5, mass: float = 1.0) -> Disc:

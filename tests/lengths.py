@@ -1,4 +1,4 @@
-"""What `make test` tries of many, and what `make test-long` tries besides."""
+"""Rows of many that `make test` tries, and those that `make test-long` adds."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def by_group(*groups: str) -> list[Any]:
 def each(names: str | tuple[str, ...], values: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Run a test with each of these values, as `pytest.mark.parametrize` does, but as one test: for many quick ones.
 
-    The one that fails is told with what failed. A test that is skipped with every value is skipped.
+    The error names the failing row. A test that is skipped with every value is skipped.
     """
     several = len(wanted := names if isinstance(names, tuple) else tuple(names.replace(" ", "").split(","))) > 1
     rows = list[tuple[Any, ...]]()

@@ -50,5 +50,5 @@ def limit_only(patch: pytest.MonkeyPatch, *engines: str) -> None:
 
 
 def ran(command: Sequence[str | Path], *, check: bool = True, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Return what a command has printed, and its exit code, which must be 0 unless told otherwise."""
+    """Return what a command has printed, and its exit code, which must be 0 by default."""
     return subprocess.run(command, capture_output=True, text=True, check=check, **options)

@@ -46,7 +46,7 @@ def rebuilt(
     time: float = 1.0,
     mass: float = 1.0,
 ) -> Scene:
-    """Return a scene, each vector mapped, in units of measurement that are so many times smaller.
+    """Return a scene, each vector mapped, in units of measurement that are smaller by a factor.
 
     `turn` maps normals and gravity; spins change their sign where it is a mirror. Nothing may be driven.
     """
@@ -79,7 +79,7 @@ def rebuilt(
 
 
 def in_units(scene: Scene, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Scene:
-    """Return the scene in units that are so many times smaller."""
+    """Return the scene in units that are smaller by a factor."""
     return rebuilt(scene, same, same, length=length, time=time, mass=mass)
 
 

@@ -333,9 +333,9 @@ def _needs(methods: Sequence[Method]) -> Table:
             *(Column(head, partial(say, place)) for place, head in enumerate(heads)),
         ],
         NEEDS,
-        note="Of each engine the profile and the step, in frames of the scene, that meet the need in the most scenes: "
-        "in how many of how many, and the run time at one frame over PIT's. Among equals the coarsest step comes "
-        "first, then the least run time. A located profile costs what it costs: some 48 steps an impact.",
+        note="Each cell is the profile and step, in frames of the scene, of the engine that meet the need in the most "
+        "scenes, with their number and the run time at one frame over PIT's. Among equals the coarsest step "
+        "comes first, then the least run time. A located profile takes about 48 steps an impact.",
     )
 
 
@@ -390,9 +390,9 @@ def crowd_table(methods: Sequence[Method]) -> Table:
         "own state at its start, to the end of the run. Missed: two discs passed through each other; in brackets how "
         "many of these PIT misses, too, from the same state. The error is that of velocity over PIT's at worst from "
         "the same state: up to 1 checking once per step explains it. Energy is what is gained or lost that PIT's steps "
-        "do not gain or lose, over the scene's; below a millionth it ranks nobody. The best stands first: by misses "
-        "that checking once per step does not explain, inventions, early answers, the worst error, and energy; runs "
-        "that ended before the scene did stand last.",
+        "do not gain or lose, over the scene's; below a millionth it does not affect the rank. The best is first: by "
+        "misses that checking once per step does not explain, inventions, early answers, the worst error, and energy. "
+        "Runs that ended before the scene are last.",
     )
 
 

@@ -20,7 +20,7 @@ from carom.engines.registry import load_adapter
 from carom.execution.job import Method
 from carom.execution.results import Row
 from carom.model.scene import Disc, Scene, Wall
-from carom.report.grid import Mark, mark_of
+from carom.report.mark import Mark, mark_of
 
 HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE.parent / "results" / "contact.md", HERE / "contact.json"
@@ -157,7 +157,7 @@ def titled(figure: Figure) -> str:
 
 
 def filled(page: str, figures: list[Figure]) -> str:
-    """Return the page with its tables written anew.
+    """Return the page with new tables.
 
     Raises:
         ValueError: It has not one pair of marks of a table.

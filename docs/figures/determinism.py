@@ -46,7 +46,7 @@ The score counts all except *order*. Engines with several threads per step keep 
 
 
 def digest(trace: Trace, *, impacts: bool = True) -> str:
-    """Return a digest of what a run came to."""
+    """Return a digest of a run's results."""
     found = hashlib.sha256(np.ascontiguousarray(trace.final_position_m).tobytes())
     found.update(np.ascontiguousarray(trace.final_velocity_m_s).tobytes())
     if impacts:
@@ -60,7 +60,7 @@ def ran(engine: str, profile: str, scene: Scene) -> Trace:
 
 
 def measured(engine: str, profile: str) -> None:
-    """Print, as JSON, which runs of this process came to the bits of the first, and its digest."""
+    """Print, as JSON, which runs of this process are bit-identical to the first, and its digest."""
     scene, other = all_scenes()[SCENE].scene, all_scenes()["paper/late"].scene
     turned = scene.model_copy(update={"discs": scene.discs[::-1]})
     first = ran(engine, profile, scene)
@@ -99,7 +99,7 @@ def asked(engine: str, profile: str, how: str = "alone") -> dict[str, Any]:
 
 
 def in_threads(engine: str, profile: str, expected: str) -> str:
-    """Return whether two runs at once come to the expected digest, in a word of the table."""
+    """Return whether two runs at once have the expected digest, in a word of the table."""
     try:
         found = asked(engine, profile, "threads")
     except CaromError:

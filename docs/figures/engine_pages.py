@@ -103,7 +103,7 @@ def settings_of(engine: str) -> str:
 
 
 def history_of(engine: str) -> str:
-    """Return what an engine's releases came to: the sentences that stand over its tables on the page of histories."""
+    """Return the sentences about an engine's releases above its tables on the page of histories."""
     name = load_adapter(engine).engine.name
     part = HISTORY.read_text(encoding="utf-8").partition(f"\n## {name}\n")[2]
     said = [text for text in part.partition("\n### ")[0].split("\n\n") if text.strip()]
@@ -133,13 +133,13 @@ def _same_bits() -> Iterator[dict[str, str]]:
 
 
 def _not_same(row: dict[str, str]) -> str:
-    """Return in which of the tries that count a run did not come to the same bits."""
+    """Return the tries that count in which a run was not bit-identical."""
     counted = (name for name, word in row.items() if word in {"other", "ended"} and name != "order")
     return listed(list(counted)) or "none"
 
 
 def determinism_of(engine: str) -> str:
-    """Return whether an engine comes to the same bits again, a sentence a profile."""
+    """Return whether an engine is deterministic, in one sentence a profile."""
     rows = [row for row in _same_bits() if row["engine"] == engine]
     if not rows:
         return "Not measured: [the same bits again?](../results/determinism.md)\n"
@@ -148,7 +148,7 @@ def determinism_of(engine: str) -> str:
     for row in rows:
         same, _, ways = row["score"].partition(" of ")
         where = f"in all {ways} ways" if same == ways else f"in {same} of {ways} ways (not: {_not_same(row)})"
-        said.append(f"As `{row['profile']}` a run comes to the same bits again {where}, {turned[row['order']]} in the ")
+        said.append(f"As `{row['profile']}` a run repeats its bits {where}, {turned[row['order']]} in the ")
     return (
         "".join(f"{sentence}opposite order. " for sentence in said) + "[What is compared](../results/determinism.md).\n"
     )
@@ -186,7 +186,7 @@ def commands() -> str:
     return "```text\n" + "\n".join(measured()["commands"]) + "\n```\n"
 
 
-#: What stands on the page of all engines, and on that of one.
+#: Blocks of the page of all engines, and of the page of one.
 SHARED = {
     "version": version,
     "needs": lambda: table(measured()["needs"]),

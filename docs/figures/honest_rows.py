@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-#: From best to worst; what is not graded stands next to them.
+#: Grades from best to worst; "ungraded" is separate.
 WORSENING = ("exact", "close", "sampled", "inaccurate", "parted", "parted_inaccurate", "wrong")
 UNGRADED = "ungraded"
 

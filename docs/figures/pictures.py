@@ -1,7 +1,7 @@
-"""The pictures of the README and of docs/play.md, taken in Chromium: `make pictures` makes them anew.
+"""Pictures of the README and of docs/play.md, taken in Chromium by `make pictures`.
 
-Of the sample's page the first screen, and one of its replays as an animated picture; and the page on which one throws
-the discs. Each in light and in dark.
+They are the first screen of the sample's page, one of its replays as an animated picture, and the play page, each in
+light and in dark.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Scheme = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, Scheme] = ("light", "dark")
 
 REPLAY = "paper/missed/pymunk/tuned"
-#: How many pictures of how many seconds the replay is shown in, and how long the last one stands.
+#: Number of pictures of the replay, their seconds in all, and the seconds of the last one.
 _FRAMES, _LASTS_S, _LAST_S = 40, 5.0, 1.5
 #: The part of the time of paper/missed at which the discs have just met.
 _AT = 0.46

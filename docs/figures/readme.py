@@ -1,8 +1,8 @@
-"""The blocks of results in the README, from committed results: `make docs-figures` writes them.
+"""Blocks of results in the README, which `make docs-figures` writes from committed results.
 
-Run time against error is `reports/bench/bench.json`, which `make docs-bench` makes anew. Stability counts the table of
-the full stress campaign, and accuracy the rows of the committed sample, `reports/sample/results.jsonl`, at each scene's
-coarsest step.
+Run time against error is from `reports/bench/bench.json`, which `make docs-bench` writes. Stability is counted in the
+table of the full stress campaign, and accuracy in the rows of the committed sample, `reports/sample/results.jsonl`, at
+each scene's coarsest step.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ BENCH = ROOT / "reports" / "bench" / "bench.json"
 FIGURES = ROOT / "docs" / "figures"
 CAMPAIGN = stress_tables.PAGE
 
-#: Of each block, what stands between its first line and the end is written by this script.
+#: A block: this script writes the text between its first and its last line.
 BLOCK = re.compile(r"(<!-- made by docs/figures/readme\.py: (\w+) -->\n)((?s:.*?))(<!-- end -->\n)")
 
 #: The error whose cheapest engine is named, and the methods of the table of stability.
@@ -117,7 +117,7 @@ def bench_block() -> str:
         f'<img alt="{alt}" src="docs/figures/bench-light.svg"></picture>'
     )
     told = scene_answer(scene, TARGET, kind)
-    sampling = f"Checking once per step by itself (PIT) comes to {error_text(pit.error, kind)}." if pit else ""
+    sampling = f"The error of checking once per step alone (PIT) is {error_text(pit.error, kind)}." if pit else ""
     return f"{picture}\n\n{told} {sampling}\n"
 
 

@@ -1,4 +1,4 @@
-"""A small picture of each scene of the page of `carom play`, as PIT makes of it: `make pictures` makes them anew."""
+"""Small pictures of the scenes of the page of `carom play`, as PIT runs them; `make pictures` writes them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from carom.web.page import GALLERY, page_html
 
 FOLDER = Path(__file__).resolve().parent / "throw"
 _WIDTH, _QUALITY = 240, 40
-#: The time shown, of the first impact's: a little after it.
+#: The time shown, over that of the first impact: a little after it.
 _AFTER = 1.15
 
 
@@ -25,7 +25,7 @@ def picture(name: str) -> Path:
 
 
 def write() -> None:
-    """Write the pictures anew."""
+    """Write the pictures."""
     FOLDER.mkdir(exist_ok=True)
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:

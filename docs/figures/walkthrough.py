@@ -1,7 +1,7 @@
-"""A first try of the page of `carom play`, by one who never heard of PIT: docs/play.md has what was done and seen.
+"""First steps on the page of `carom play`, for a reader who never heard of PIT: docs/play.md shows them.
 
-`make pictures` drives Chromium through it and writes text and pictures anew; tests/browser/test_play.py drives
-it again, and asserts that the text is still what is seen.
+`make pictures` drives Chromium through them and writes text and pictures. tests/browser/test_play.py repeats them, and
+asserts that the text is still what the page shows.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
     if taken:
         _picture(page, "missed")
     yield (
-        f"Disc 1 dragged up by {_UP} pixels, so that the discs only clip each other: {_read(page)} That is why: the "
-        f"whole approach can lie between two looks. The box says that it does at {_share(page)} of all phases."
+        f"Disc 1 dragged up by {_UP} pixels, so that the discs only clip each other: {_read(page)} The reason: the "
+        f"whole approach can fall between two frames. The box says that it does at {_share(page)} of all phases."
     )
     phase = 0.0
     while "misses it" in page.inner_text("#sentence"):
@@ -114,7 +114,7 @@ def told(browser: Browser, taken: bool = False) -> str:
 
 
 def write(browser: Browser) -> None:
-    """Write the section of docs/play.md and its pictures anew."""
+    """Write the section of docs/play.md and its pictures."""
     text = DOCUMENT.read_text(encoding="utf-8")
     before, _, rest = text.partition(BEGIN)
     DOCUMENT.write_text(before + BEGIN + told(browser, taken=True) + END + rest.partition(END)[2], encoding="utf-8")

@@ -2,7 +2,7 @@
 
 It flies discs in the engines themselves, without adapters (`walls_python.py`, `walls_npm.mjs`), for each way of
 building a wall. `walls.json` keeps the figures. An engine that is not installed keeps its rows, which name its version;
-so do those that are not among the engines named: ``python docs/figures/walls.py [ENGINE...]``, all unless told.
+so do engines that are not named: ``python docs/figures/walls.py [ENGINE...]``, all by default.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ FLOOR_HZ = (60, 240)
 #: Velocities that differ by more than this are called others: 32-bit floats round them by some 1e-6 a step.
 OTHER_M_S = 1e-3
 
-#: An end, and a corner of 90 degrees: how far beside the end the centre flies, in reaches, and the seconds until then.
+#: An end, and a corner of 90 degrees: the distance, in reaches, at which the centre passes, and the seconds until then.
 OFFSETS, MEETS_S = (0.5, 0.95), 0.3
 
 
@@ -147,9 +147,9 @@ def along_a_floor(pieces: int, hz: int, approach_m_s: float, phase: float, half_
 
 
 def at_an_end(offset: float, hz: int, phase: float, half_width_m: float, *, rounded: bool) -> Flight:
-    """Return a flight across a wall's line that meets the wall's end at this part of the reach beside it.
+    """Return a flight across a wall's line that passes the wall's end at this part of the reach, and meets it.
 
-    That is a half circle of the half width, or the near corner of a flat end.
+    The end is a half circle of the half width, or the near corner of a flat end.
     """
     reach = FLOOR_RADIUS_M + half_width_m * rounded
     meets_m = -half_width_m * (not rounded) - reach * math.sqrt(1 - offset**2)

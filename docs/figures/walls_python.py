@@ -22,7 +22,7 @@ MASS_KG = 1.0
 
 
 def pymunk(way: str, flight: Flight) -> End:
-    """Segments, each told of its neighbours or not."""
+    """Segments, with or without their neighbours set."""
     import pymunk
 
     space, body = pymunk.Space(), pymunk.Body(MASS_KG, math.inf)
@@ -106,7 +106,7 @@ def pybullet(way: str, flight: Flight) -> End:
 
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         size = [math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"], 1]
-        if way == "capsules":  # along x: as made, they lie along z
+        if way == "capsules":  # along x: by default their axis is z
             lying = p.getQuaternionFromEuler([0, math.pi / 2, 0])
             of = {"radius": size[1], "height": 2 * size[0], "collisionFrameOrientation": lying}
             shape = p.createCollisionShape(p.GEOM_CAPSULE, **of, physicsClientId=client)
@@ -143,7 +143,7 @@ def dart(way: str, flight: Flight) -> End:
 
     for k, ((ax, ay), (bx, by)) in enumerate(pairwise(flight["points_m"])):
         length, half = math.hypot(bx - ax, by - ay), flight["half_width_m"]
-        # A capsule lies along z, and so does a box here.
+        # The axis of a capsule is z, and here also that of a box.
         shapes = dartpy.dynamics
         shape = shapes.CapsuleShape(half, length) if way == "capsules" else shapes.BoxShape([2 * half, 2, length])
         skeleton = dartpy.dynamics.Skeleton(f"piece {k}")
@@ -195,7 +195,7 @@ def drake(way: str, flight: Flight) -> End:
         length, half = math.hypot(bx - ax, by - ay), flight["half_width_m"]
         shape = geometry.Capsule(half, length) if way == "capsules" else geometry.Box(2 * half, 2, length)
         facing = poses.RotationMatrix.MakeFromOneVector([(bx - ax) / length, (by - ay) / length, 0.0], 2)
-        if way != "capsules":  # its width is to lie in the plane, across the piece
+        if way != "capsules":  # its width must be in the plane, across the piece
             x, y = (bx - ax) / length, (by - ay) / length
             facing = poses.RotationMatrix([[-y, 0.0, x], [x, 0.0, y], [0.0, 1.0, 0.0]])
         add(plant.world_body(), poses.RigidTransform(facing, [(ax + bx) / 2, (ay + by) / 2, 0.0]), shape)
@@ -222,12 +222,12 @@ def ode(way: str, flight: Flight) -> End:
     world.setGravity(0, 0, 0)
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         length, half = math.hypot(bx - ax, by - ay), flight["half_width_m"]
-        capsule = way == "capsules"  # which lies along z, as a box does here
+        capsule = way == "capsules"  # whose axis is z, here also that of a box
         piece = (
             ode.OdeCappedCylinderGeom(space, half, length) if capsule else ode.OdeBoxGeom(space, 2 * half, 2, length)
         )
         x, y = (bx - ax) / length, (by - ay) / length
-        # Its columns are where x, y and z come to lie.
+        # Its columns are the images of x, y and z.
         piece.setRotation(core.LMatrix3f(-y, 0, x, x, 0, y, 0, 1, 0))
         piece.setPosition((ax + bx) / 2, (ay + by) / 2, 0)
     ball, body, mass = ode.OdeSphereGeom(space, flight["radius_m"]), ode.OdeBody(world), ode.OdeMass()
@@ -292,7 +292,7 @@ def newton(way: str, flight: Flight) -> End:
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         half, thick = math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"]
         turned = warp.quat_from_axis_angle(warp.vec3(0, 0, 1), math.atan2(by - ay, bx - ax))
-        if way == "capsules":  # along x: as made, they lie along z
+        if way == "capsules":  # along x: by default their axis is z
             turned *= warp.quat_from_axis_angle(warp.vec3(0, 1, 0), math.pi / 2)
         at = warp.transform(((ax + bx) / 2, (ay + by) / 2, 0.0), turned)
         if way == "capsules":

@@ -116,14 +116,14 @@ def scene(name: str) -> Scene:
 
 
 def _find_scene(name: str) -> Scene:
-    """Return a scene of the catalogue; the model, which takes names too, is below the catalogue."""
+    """Return a scene of the catalogue, for the model, which is below the catalogue but also takes names."""
     from carom.catalogue import scene_named
 
     return scene_named(name)
 
 
 def _view(name: str) -> Callable[..., Any]:
-    """Return what shows a result; pages lie above results, and are imported when one is first shown."""
+    """Return a view of a result. Reports are above results, and are imported when one is first shown."""
     if name == "summary":
         from carom.report.summary import summary
 

@@ -7,18 +7,18 @@ import os
 import signal
 import sys
 
-#: Those of a keyboard, a terminal that is closed, and a system that is shut down; some systems lack some.
+#: Signals of a keyboard, a closed terminal, and a system that shuts down, as far as this system has them.
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 
-#: New objects from which on Python looks for cycles among them. What is imported stays: by default, 700, looking for
-#: them takes a fifteenth of the processor time of a short command.
+#: Number of new objects after which Python searches for cycles. Imported objects stay anyway. With the default of 700,
+#: the search takes a fifteenth of the processor time of a short command.
 _COLLECTED_FROM = 50_000
 
-#: A signal that was lost comes again this often, seconds, until a command has heard it: where it could not be heard is
-#: left in microseconds, and C code that called what it is raised in can drop it once more, without a word.
+#: A lost signal is raised again at this interval, seconds, until a command has handled it. Code that cannot handle it
+#: takes only microseconds. C code that called the interrupted function can drop it silently once more.
 AGAIN_S = 0.01
 
-#: Those that have come.
+#: Signals that have arrived.
 CAME: list[signal.Signals] = []
 
 

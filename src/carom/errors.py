@@ -18,7 +18,7 @@ class CaromError(Exception):
     As text it is one sentence, hints and all. A terminal prints each hint on a line of its own.
 
     Attributes:
-        hints: What to do about it, each a question or a phrase without a full stop.
+        hints: Remedies, each a question or a phrase without a full stop.
     """
 
     def __init__(self, *args: object, hints: Sequence[str] = ()) -> None:
@@ -27,7 +27,7 @@ class CaromError(Exception):
 
     @property
     def message(self) -> str:
-        """What is wrong, and where, without the hints."""
+        """The error and its place, without the hints."""
         return visible(super().__str__())
 
     def __str__(self) -> str:

@@ -1,7 +1,7 @@
-"""One disc that hits a level floor, in each engine by its own interface alone: no adapter, nothing of Carom.
+"""One disc that hits a level floor, in each engine by its own interface, without adapters and Carom.
 
-It has radius 1/2, mass 1 and inertia 1/8 unless told otherwise, and starts so that the first step at whose end an
-overlap is seen ends `LATE` of a step after the touch: an arm that is shortened by the overlap is whole to that.
+It has radius 1/2, mass 1 and inertia 1/8 by default. The first step with an overlap at its end ends `LATE` of a step
+after the touch, to which an arm that the overlap shortens is whole.
 """
 
 from __future__ import annotations

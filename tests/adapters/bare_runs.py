@@ -1,6 +1,6 @@
-"""Whole scenes in each engine by its own interface alone: no adapter, nothing of Carom.
+"""Whole scenes in each engine by its own interface, without adapters and Carom.
 
-What is told of an engine in a report is compared with these runs. `default` is the engine as shipped, elastic and
+Statements of a report about an engine are compared with these runs. `default` is the engine as shipped, elastic and
 undamped; `tuned` is what the pages of `docs/engines` say of the profile, written down once more.
 """
 
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 States = NDArray[np.float64]
 Vector = tuple[float, float]
 
-#: Longer and deeper than any of the scenes: no disc comes to the edge of what stands for a half-plane.
+#: Longer and deeper than any of the scenes: no disc reaches the edge of the box that replaces a half-plane.
 WALL_M = 64.0
 
 

@@ -1,4 +1,4 @@
-"""Discs and half-planes from impact to impact by quadratics alone: a truth for scenes, and nothing of Carom."""
+"""Discs and half-planes from impact to impact by quadratics alone: a truth for scenes, independent of Carom."""
 
 from __future__ import annotations
 

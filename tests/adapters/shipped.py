@@ -1,8 +1,8 @@
 """What engines ship, read from the engines themselves, and two discs that meet in an engine that is left as shipped.
 
-Nothing of the adapters takes part. `Shipped.values` are by the names that the profile `default` uses, those of its
-settings and those of `Profile.changed`; None where an engine has no such value. `Shipped.run` makes two elastic discs
-meet with nothing but what `changed` lists set otherwise, save that no disc is kept from turning.
+The adapters take no part. `Shipped.values` are by the names that the profile `default` uses, those of its settings and
+those of `Profile.changed`; None where an engine has no such value. `Shipped.run` makes two elastic discs meet with
+nothing but what `changed` lists set otherwise, save that no disc is kept from turning.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def meeting(speed_m_s: float, phase: float) -> Scene:
 
 
 def assert_default_is_shipped(adapter: Adapter, shipped: Shipped) -> None:
-    """What `default` uses is what the engine ships, but for what the profile lists, of which each is otherwise."""
+    """What `default` uses are the engine's defaults, except for those that the profile lists, all of which differ."""
     profile = adapter.profiles["default"]
     changed = set(profile.changed)
     scene = meeting(SPEEDS[0], 0.0)

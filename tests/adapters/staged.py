@@ -35,7 +35,7 @@ def cradle() -> Scene:
 
 def break_() -> Scene:
     """A disc that runs into the tip of a triangle of ten in contact."""
-    pitch = 1 + 1e-7  # touching, but for the rounding of the root of 3
+    pitch = 1 + 1e-7  # touching, except for the rounding of the root of 3
     rack = [disc_at(math.sqrt(0.75) * pitch * row, (k - row / 2) * pitch) for row in range(4) for k in range(row + 1)]
     cue = disc_at(-3, 0.013, 5)
     return staged("break", cue, *rack, duration_s=1.0)
@@ -82,7 +82,7 @@ def at_a_paddle(phase: float, *, disc: bool = False, half_width_m: float = 0.0) 
 
 
 def with_a_late_leg(phase: float, dt_s: float) -> Scene:
-    """Return a disc that stands until this part of a step after 0.25 s, and is then driven at (2, -1) m/s."""
+    """Return a disc that is at rest until this part of a step after 0.25 s, and is then driven at (2, -1) m/s."""
     late = disc_at(
         0.0,
         0.0,

@@ -62,7 +62,7 @@ class Shot:
         return ((speed - one * normal[0], -one * normal[1]), (two * normal[0], two * normal[1]))
 
     def run(self, engine: str, dt_s: float, earlier_s: float) -> NDArray[np.float64]:
-        """Return the velocities that an engine comes to, tuned, where the shot begins so much earlier."""
+        """Return the final velocities of a tuned engine for an earlier start of the shot."""
         x, y = self.shot.place
         begun = replace(self.shot, place=(x - self.shot.velocity[0] * earlier_s, y))
         stage = Stage((begun, self.target), (), self.restitution, self.restitution, (0.0, 0.0))
@@ -82,7 +82,7 @@ def judged(engine: str, shot: Shot, dt_s: float) -> Iterator[tuple[bool, float]]
 
 
 def puck() -> Scene:
-    """A puck of 3 cm at 20 m/s that another one of its kind stands in the way of, a third of a radius aside."""
+    """A puck of 3 cm at 20 m/s that meets another one of its kind, a third of a radius aside."""
     discs = [
         {"position_m": (0.0, 0.0), "velocity_m_s": (20.0, 0.0), "radius_m": 0.03},
         {"position_m": (2.0, 0.01), "radius_m": 0.03},
@@ -133,7 +133,7 @@ def test_a_bare_engine_passes_at_the_step_advised_and_fails_at_the_next(
 def test_engines_that_sweep_need_few_steps_and_those_that_look_need_what_pit_needs(
     advised: tuple[str, Advice],
 ) -> None:
-    """Of the bullet 60 steps a second are enough for Box2D and MuJoCo, 15 for PyBullet, and 30 of the puck.
+    """For the bullet 60 steps a second are enough for Box2D and MuJoCo, 15 for PyBullet; for the puck 30.
 
     Pymunk needs what PIT needs: what checks once per step passes at or below the closed form only, and no more than one
     step of the grid below it.

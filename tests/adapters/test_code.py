@@ -182,7 +182,7 @@ def test_what_is_pasted_gives_the_digits_of_an_engine_of_ones_own(named: Named, 
     """The program of each profile, run without Carom, ends with every digit of the adapter, on three scenes or more."""
     adapter, node = named(name), name not in PYTHON
     assert isinstance(adapter, CodedAdapter)
-    if node:  # a module of node finds its engine beside it
+    if node:  # a module of node finds its engine next to it
         shutil.copy(NPM / "package.json", tmp_path)
         (tmp_path / "node_modules").symlink_to(NPM / "node_modules")
     for key, profile in adapter.profiles.items():
@@ -197,7 +197,7 @@ def test_what_is_pasted_gives_the_digits_of_an_engine_of_ones_own(named: Named, 
 
 
 def assert_same_end(adapter: CodedAdapter, scene: Scene, profile: str, text: str, found: State) -> None:
-    """A program says nothing of Carom, and what it ends with has every digit of the adapter's own run."""
+    """A program does not mention Carom, and its final state has every digit of the adapter's own run."""
     expected = adapters_end(adapter, scene, profile, 1 / scene.frame_rate_hz)
     assert "carom" not in text.lower()
     if Need.SPIN not in scene.needs and Need.FRICTION not in scene.needs:
@@ -231,7 +231,7 @@ def test_every_engine_that_comes_with_carom_writes_code() -> None:
 
 @each("name", [*WRITING, *OTHERS])
 def test_the_lines_of_a_step_are_all_that_a_steps_length_changes(name: str) -> None:
-    """Where they are put in place of those of another step, the program is that of this step, to the letter."""
+    """If they replace those of another step, the program is that of this step, to the letter."""
     adapter = load_adapter(name)
     assert isinstance(adapter, CodedAdapter)
     slow = staged("slow", disc_at(0, 0, 0.1, r=1.0), duration_s=1 / 60)
@@ -249,5 +249,5 @@ def test_the_lines_of_a_step_are_all_that_a_steps_length_changes(name: str) -> N
 
 
 def uncommented(code: str) -> str:
-    """Code without what a model in XML says beside it."""
+    """Code without the additional data of a model in XML."""
     return re.sub("<!--.*?-->", "", code, flags=re.DOTALL)

@@ -1,4 +1,4 @@
-"""Carom's own adapters, held to the suite that everybody else's are held to, by the command that everybody runs."""
+"""Carom's own adapters in the conformance suite, by the command for third-party adapters."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from carom.execution.plan import DEFAULT_PROFILES
 KNOWN_FAILURES = Path(__file__).parent / "carom-known-failures.toml"
 OF_ENGINES = Path(__file__).parents[1] / "engines"
 
-#: Profiles other than the usual ones. Left out are those in which one setting is put back (`no-ccd`), and the cylinders
-#: that are free to turn: that they tip over is what they are for.
+#: Profiles other than the usual ones. The list has none of those in which one setting is put back (`no-ccd`), and no
+#: cylinders that are free to turn, whose purpose is to tip over.
 PROFILES = {
     "pic": ["tuned"],  # there is nothing to tune: its profiles are the same settings
     "pit": ["tuned"],
@@ -112,7 +112,7 @@ def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: N
 
 
 def test_the_world_of_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(pybullet: Adapter) -> None:
-    """Of one pair of spheres, only the start state is set anew; of more bodies Bullet keeps an order that can't be.
+    """For one pair of spheres only the start state is reset; with more bodies Bullet keeps an order that cannot be.
 
     For those the client is emptied.
     """
@@ -129,7 +129,7 @@ def test_the_world_of_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing
 
 
 def test_a_pybullet_client_that_is_emptied_is_that_of_the_closed_world_and_no_other(pybullet: Adapter) -> None:
-    """Beside a world that is open, and beside a client of somebody else's, a world after another is as a first one."""
+    """With an open world, and with another client, a world after another equals a first one."""
     import carom_adapters.pybullet.world as module
 
     bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs

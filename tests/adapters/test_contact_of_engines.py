@@ -1,4 +1,4 @@
-"""How high discs lie, how they roll on, run down slopes and leave edges, in each engine: from eight starts each."""
+"""Resting height, rolling, slopes and edges of discs in each engine, from eight starts each."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Rows(NamedTuple):
     """What an engine does at 240 steps a second, as the least and the most of eight starts.
 
     Attributes:
-        gap_mm: How high above its floor a ball lies that has bounced out.
+        gap_mm: Height above its floor of a ball at rest after its bounces.
         kept: What is left after 10 s of a speed of about 2 m/s at which a disc rolls.
         held: By how much a disc that rolls down a slope is off in a second, m/s; of slopes up to tan .57.
         slipped: The same where it slips, of slopes up to tan 1.
-        edge: How far a disc that rolls off an edge at about 3 m/s is too high a second later, over ``g dt t / 2``, by
-            which an integrator is off that falls by steps; all of it is paid by one that leaves with a step.
+        edge: How far a disc that rolls off an edge at about 3 m/s is too high a second later, over ``g dt t / 2``, the
+            error of an integrator that falls by steps. The error is largest for a disc that leaves with a step.
     """
 
     gap_mm: tuple[float, float]
@@ -92,7 +92,7 @@ def _rolling(speed: float) -> Disc:
 
 @pytest.mark.parametrize(("name", "profile"), ROWS)
 def test_what_each_engine_makes_of_contact(named: Named, finish: Finish, name: str, profile: str) -> None:
-    """All of a row lies between its bounds, from each start."""
+    """All values of a row are between its bounds, from each start."""
     engine, row, dt_s = named(name), ROWS[name, profile], 1 / RATE_HZ
     found: dict[str, list[float]] = {field: [] for field in Rows._fields}
     for up in _starts(1.0, 1.03):

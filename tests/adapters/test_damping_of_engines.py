@@ -118,7 +118,7 @@ def _thrown(speed: float, degrees: float, **fields: Any) -> Scene:
 
 
 def _off(place: tuple[float, float], speed: float, degrees: float) -> tuple[float, float]:
-    """Return how far beyond the stop of the law a disc lies along its way, and how far aside."""
+    """Return the distance of a disc from the stop of the law, along its way and across."""
     found = complex(*place) / complex(math.cos(math.radians(degrees)), math.sin(math.radians(degrees)))
     return found.real - speed * speed / (2.0 * SLOWER), found.imag
 
@@ -161,7 +161,7 @@ def test_a_table_s_force_that_32_bits_can_t_hold_is_refused(named: Named) -> Non
     named("pymunk").prepare(scene, settings["pymunk"]).close()
 
 
-# Bare engines: nothing of Carom below; see docs/theory/contact.md. ----------------------------------------------------
+# Bare engines, without Carom; see docs/theory/contact.md. ----------------------------------------------------
 
 
 def _bare_pymunk(speed: float, degrees: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from carom import Disc, Scene, Wall, solve_pic, solve_pit
 from carom.engines.api import Adapter, AdapterError, Observation, Setting, unsupported_reason
 
 #: The promise of every tuned profile: PIT at the same step, to 1e-12 of speeds of a few m/s and lengths of a few m.
-#: Rounding alone, half an ulp of such a position (2.2e-16 m) at every one of 1500 steps, may come to 3.3e-13.
+#: Rounding alone, half an ulp of such a position (2.2e-16 m) at every one of 1500 steps, may be 3.3e-13.
 AGREEMENT = 1e-12
 
 #: The longest lets discs sink 0.2 m into each other: twice what pymunk ships as not to be pushed apart.
@@ -40,7 +40,7 @@ SCENES = {
 
 
 def _largest_difference(scene: Scene, dt_s: float, end: Observation) -> tuple[float, float]:
-    """Of velocity and position, from PIT with a frame at every step."""
+    """Differences of velocity and position from PIT with a frame at every step."""
     pit = solve_pit(scene, frame_rate_hz=1 / dt_s)
     # An impact seen at the very last boundary is answered there by pymunk and after it by the rest: no test of either.
     assert len(pit.impacts) > 0
@@ -96,7 +96,7 @@ def test_tuned_engine_knows_no_unit(engine: Adapter, finish: Finish, scale: dict
 
 
 def test_tuned_engine_stands_far_from_the_origin(engine: Adapter, finish: Finish) -> None:
-    """A million metres out (64 with 32-bit floats), an engine is PIT but for the rounding of such coordinates."""
+    """A million metres out (64 with 32-bit floats), an engine is PIT except for the rounding of such coordinates."""
     x_m, dt_s = 1e6 if engine.capabilities.float_bits == 64 else 64.0, 1 / 240
     scene = oblique(x_m=x_m)
     velocity, position = _largest_difference(scene, dt_s, finish(engine, scene, dt_s))

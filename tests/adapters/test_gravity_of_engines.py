@@ -52,8 +52,8 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
     scene = staged("drop", disc_at(0, 0.5 + height), wall_at(0, 0, 0, 1), gravity_m_s2=(0, -g), duration_s=2.0)
     dt_s, fall_s = 1 / 500, math.sqrt(2 * height / g)
     trace = observe_run(engine, scene, "tuned", dt_s)
-    # Noticed up to a step late, stamped up to one more; an integrator of first order is another half a step off in a
-    # fall, and a bounce at a depth of g t dt keeps as much of the fall's energy again.
+    # An impact is found up to a step late, and stamped up to one step later. An integrator of first order is off by
+    # another half step in a fall. A bounce at a depth of g t dt keeps as much of the fall's energy again.
     assert trace.impacts["time_s"][:2].tolist() == pytest.approx([fall_s, 3 * fall_s], abs=8 * dt_s)
     # Where the parabolas before and after meet, which are the engine's own.
     assert sure(trace.effective_time_s)[:2].tolist() == pytest.approx([fall_s, 3 * fall_s], abs=8 * dt_s)
@@ -213,7 +213,7 @@ def test_two_contacts_of_one_disc_in_one_step_are_two_impacts(engine: Adapter) -
 
 
 def test_velocities_are_those_outside_the_contact(engine: Adapter) -> None:
-    """Before and after an impact stand the velocities of free flight: the scene's own, and the final ones."""
+    """The velocities before and after an impact are those of free flight: the scene's own, and the final ones."""
     for profile in ("default", "tuned", "located"):
         trace = observe_run(engine, _head_on(), profile, 1 / 240)
         (impact,) = trace.impacts

@@ -28,7 +28,7 @@ from carom.execution.plan import build_plan, capabilities_of
 from carom.execution.pool import InProcessPool
 from carom.execution.results import Row
 from carom.model.trace import Outcome
-from carom.report.grid import reasons_of
+from carom.report.row_lines import line_of, reasons_of
 from carom.studies.cross_check.explain import explain
 
 #: Beyond what any engine simulates; each is refused by its adapter, or by the scene itself.
@@ -126,7 +126,7 @@ def test_a_reset_is_a_row_that_says_so_and_harms_no_other() -> None:
     _require_ran(reset)
     assert sure(reset.trace).outcome is Outcome.WARNED
     assert sure(reset.trace).end_time_s == pytest.approx(0.1, abs=0.02)
-    assert "MuJoCo reset the state" in reasons_of(reset)[0]
+    assert "MuJoCo reset the state" in reasons_of(line_of(reset))[0]
     assert found["far", "mujoco"].status is Status.UNSUPPORTED
     assert "2e+10 m" in found["far", "mujoco"].reason
     for key in (("near", "mujoco"), ("far", "pymunk"), ("leaving", "pymunk"), ("near", "pymunk")):
@@ -224,7 +224,7 @@ def test_pybullet_keeps_nothing_of_one_world_in_the_next(pybullet: Adapter) -> N
 
 @pytest.mark.long
 def test_box2d_survives_warnings_that_are_errors() -> None:
-    """Where warnings are errors, importing Box2D ends the process; its adapter doesn't let it come to that."""
+    """Where warnings are errors, importing Box2D ends the process; its adapter prevents that."""
     program = (
         "from carom import Disc, Scene; from carom.engines.registry import load_adapter; a = load_adapter('box2d');"
         "w = a.prepare(Scene(name='x', discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1),"
@@ -322,7 +322,7 @@ def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(pybullet: 
             found[profile, speed] = world.observe()
             world.close()
         assert found["default", 90.0].velocity_m_s[1, 0] == 100
-        assert "velocity to 100 m/s, and disc 1 has come to that" in found["default", 90.0].warning
+        assert "velocity to 100 m/s, and disc 1 has reached that" in found["default", 90.0].warning
         assert found["default", 40.0].velocity_m_s[1, 0] > 70
         assert found["default", 40.0].warning == found["tuned", 90.0].warning == ""
         # Twice the speed of the centre of mass.
@@ -349,7 +349,7 @@ def test_a_disc_too_large_for_pybullet_is_refused(pybullet: Adapter) -> None:
 
 
 def _row_of(discs: int) -> Scene:
-    """So many discs in a row, two and two of them closing."""
+    """Discs in a row, two and two of them approaching."""
     return staged(
         "row", *[disc_at(2 * k + (0.49 if k % 2 == 0 else -0.49), 0, (-1) ** k) for k in range(discs)], duration_s=0.1
     )

@@ -40,7 +40,7 @@ def assert_shown(name: str, *tables: str) -> None:
 
 @pytest.mark.parametrize("name", [*long_after(0, NAMES), *(row for row in FURTHER if row.values != ("drake",))])
 def test_a_crowd_is_within_the_range_of_the_page(name: str, named: Named) -> None:
-    """The median over 16 starts lies in the range of the page, which is that of a chaotic run."""
+    """The median over 16 starts is in the range of the page, which is that of a chaotic run."""
     named(name)
     text = PAGE.read_text(encoding="utf-8")
     gas, findings = ranges(text, "A gas"), ranges(text, "Findings")

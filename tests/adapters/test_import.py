@@ -105,7 +105,7 @@ def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
         "its body has 2 shapes",
         "a sensor",
         "its kinematic body moves by itself",
-        "a disc lies behind each of its faces",
+        "a disc is inside it or behind each of its faces",
         "of disc 0: its filter",
     ):
         assert what in told
@@ -179,7 +179,7 @@ def carom_function(body: pymunk.Body, gravity: tuple[float, float], damping: flo
     ],
 )
 def test_a_file_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, content: bytes, words: str) -> None:
-    """What is no space, or has no disc, is told so by the file's name."""
+    """A file that is no space, or has no disc, is refused by its name."""
     path = tmp_path / "space.pkl"
     path.write_bytes(content)
     with pytest.raises(AdapterError, match=words):
@@ -270,7 +270,7 @@ MODEL = """<mujoco>
 
 @pytest.mark.usefixtures("in_process")
 def test_all_that_a_scene_has_no_place_for_in_a_model_is_named(tmp_path: Path) -> None:
-    """Boxes, planes across z, hinges, what is out of the plane or lies down, MuJoCo's own gravity: each is a line."""
+    """Boxes, planes across z, hinges, bodies out of the plane or lying, MuJoCo's own gravity: each is a line."""
     path = tmp_path / "model.xml"
     path.write_text(MODEL)
     found = import_scene(path)
@@ -303,7 +303,7 @@ def test_all_that_a_scene_has_no_place_for_in_a_model_is_named(tmp_path: Path) -
     ],
 )
 def test_a_model_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, text: str, words: str) -> None:
-    """What is no model, or names other files, which are not read, or has no disc, is told so by the file's name."""
+    """A file that is no model, names other files, which are not read, or has no disc is refused by its name."""
     path = tmp_path / "model.xml"
     path.write_text(text)
     with pytest.raises(AdapterError, match=words):

@@ -105,8 +105,8 @@ class Knob:
         return f"{self.engine} {self.name}={self.value}"
 
 
-#: The least effects are a tenth of what was measured, in metres a second or metres; all are far above rounding, but for
-#: an order of solving, and for MuJoCo's tolerance, which are about that.
+#: The least effects are a tenth of what was measured, in metres a second or metres; all are far above rounding, except
+#: for an order of solving, and for MuJoCo's tolerance.
 KNOBS = [
     Knob("pymunk", "iterations", 10, _break, 1e-7),
     Knob("pymunk", "collision_bias", 0.0018, _coarse, 1e-2, of="position"),
@@ -151,7 +151,7 @@ def test_a_tuned_setting_has_effect(named: Named, finish: Finish, knob: Knob) ->
 
 
 def test_no_tuned_setting_is_without_a_test(engine: Adapter) -> None:
-    """Each setting of a tuned profile but the step is in the list above: what has no effect does not stand there."""
+    """Each setting of a tuned profile except the step is in the list above, so it has an effect."""
     claimed = set(engine.profiles["tuned"].settings(1 / 60)) - {"dt_s"}
     assert claimed == {knob.name for knob in KNOBS if knob.engine == engine.name}
 

@@ -56,7 +56,7 @@ def test_a_ball_hops_for_ever_unless_slow_contacts_are_inelastic(named: Named, n
 @pytest.mark.long
 @pytest.mark.parametrize("rate_hz", RATES_HZ)
 def test_with_those_box2d_hops_for_ever_and_rests_with_its_own(box2d: Adapter, rate_hz: float) -> None:
-    """Every third step it takes off; with contacts inelastic below 2.5 steps' fall or more it lies still."""
+    """Every third step it takes off; with contacts inelastic below 2.5 steps' fall or more it rests."""
     assert all(hops(speeds_at_rest(box2d, "tuned", rate_hz), rate_hz))
     assert not any(speeds.any() for speeds in speeds_at_rest(box2d, "resting", rate_hz))
 
@@ -86,7 +86,7 @@ def test_a_lively_ball_never_rests_in_box2d_as_shipped(named: Named, e: float, l
 
 @pytest.mark.long
 def test_pybullet_hops_for_ever_as_shipped_at_60_steps_a_second(named: Named) -> None:
-    """Of multibodies, whatever the threshold below a step's fall and a half; above, or of others, they rest."""
+    """Multibodies hop with any threshold below a step's fall and a half; above it, or other bodies, rest."""
     pybullet, own = named("pybullet"), {"useMaximalCoordinates": False}
     assert all(hops(speeds_at_rest(pybullet, "default", 60.0), 60.0))
     for rate_hz in RATES_HZ:
@@ -183,7 +183,7 @@ def test_pybullet_s_damping_eats_what_rolls(named: Named, finish: Finish) -> Non
 def test_what_friction_holds_creeps_in_mujoco(
     named: Named, finish: Finish, name: str, profile: str, least: float, most: float
 ) -> None:
-    """From slopes of a third of what holds up to nearly all, m/s: its friction gives way; as tuned by micrometres."""
+    """From slopes of a third of what holds up to nearly all, m/s: its friction fails; as tuned by micrometres."""
     for fall in np.linspace(0.1, 0.28, STARTS).tolist():
         disc = Disc(position_m=(0, RADIUS_M), radius_m=RADIUS_M, inertia_factor=math.inf)
         end = finish(named(name), on_a_floor(disc, 2.5, fall=fall, friction=0.3), 1 / 240, profile)

@@ -216,7 +216,7 @@ def test_discs_of_the_declared_sizes_are_simulated_and_no_others(engine: Adapter
     end = finish(engine, scene, dt_s)
     pit = solve_pit(scene, frame_rate_hz=1 / dt_s)
     assert len(pit.impacts) == 1
-    # Of PIT's own agreement, see test_engine_accuracy; MuJoCo's solver works to an absolute precision.
+    # For PIT's own agreement, see test_engine_accuracy; MuJoCo's solver works to an absolute precision.
     tolerance = 1e-3 if engine.name == "mujoco" else width(engine, 1e-12)
     assert np.abs(end.velocity_m_s - pit.final_velocity_m_s).max() / length < tolerance
     beyond = oblique(length=length * (0.5 if limit == "min_radius_m" else 2.0))
@@ -242,7 +242,7 @@ def test_a_scene_too_far_out_for_the_declared_floats_is_unsupported(engine: Adap
 
 @pytest.mark.parametrize("name", [*OF_ALL, *(pytest.param(name, marks=pytest.mark.engines) for name in OF_ENGINES)])
 def test_default_uses_what_is_shipped_and_runs_as_the_bare_engine(name: str, named: Named) -> None:
-    """Each value of `default` is read from the engine, but for what is listed as changed; discs end where it has them.
+    """Each value of `default` is read from the engine, except for those listed as changed; discs end where it has them.
 
     To the roundings of a turn, where only what is listed is changed.
     """

@@ -1,6 +1,6 @@
 """What a report says of an engine's impacts is what the engine does alone, against quadratics: no adapter in between.
 
-Each sentence on a scene of the groups `engines` and `gravity` that gives a number of the trajectory is derived anew
+Each sentence on a scene of the groups `engines` and `gravity` that gives a number of the trajectory is derived again
 from `bare_runs` (the engine by its own interface) and `by_hand` (what should happen). A sentence agrees to half of the
 last of its three digits, and to as much as the same run differs by from one way to build it to another.
 """
@@ -149,7 +149,7 @@ SAID: Mapping[Verdict, tuple[int, Callable[[Bare], float], float]] = {
     Verdict.MULTIPLE_MISSED: (0, lambda bare: bare.lost, 0.0),
     Verdict.PARTED: (2, lambda bare: bare.lost, 0.0),
 }
-#: Contacts of MuJoCo's spring with floor and side wall overlap here: what each of them did is not told apart.
+#: Contacts of MuJoCo's spring with floor and side wall overlap here: their effects are not separated.
 OVERLAPPING = {("gravity/box", "mujoco", "default")}
 
 

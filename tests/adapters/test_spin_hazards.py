@@ -1,7 +1,7 @@
 """What the engines do with spin and friction by themselves, which is why their adapters set them up as they do.
 
 The law is `tests.validation.exact_impact`. A disc of radius 1/2 that is thrown at a floor as `Thrown` has it by default
-slips at 2 m/s and approaches at 3; with friction 0.1 and restitution 1 it slides, and leaves with (1.4, 3) and -2.4.
+slips at 2 m/s and approaches at 3. With friction 0.1 and restitution 1 it slides, and leaves with (1.4, 3) and -2.4.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ LATES = tuple(LATE + k / 16 for k in range(16))
 #: Where friction acts in the middle of the overlap, an approach at 3 m/s shortens the arm by up to this part.
 SHORTER = 3.0 * DT_S / 2 / RADIUS_M
 
-#: One pass that answers push and friction in turn, and friction that ends the slip in a step, its regularisation made
-#: up for: 1/m along the normal, 3/m along the slip of a disc of inertia factor 1/2.
+#: Settings of one pass that solves push and friction in turn, and of friction that ends the slip in a step. The
+#: regularisation is compensated: 1/m along the normal, 3/m along the slip of a disc of inertia factor 1/2.
 IN_TURN = 'cone="elliptic" solver="PGS" iterations="1"'
 MADE_UP = (0.9999 + 0.0001 / 3) / DT_S
 
@@ -64,7 +64,7 @@ def test_the_law_has_the_answer_that_these_tests_quote() -> None:
 def test_each_engine_has_the_law_with_the_right_settings(
     named: Named, restitution: float, spin: float, friction: float
 ) -> None:
-    """Sliding, sticking, with spin either way: what an engine makes of a floor is the law, but for a shortened arm."""
+    """Sliding, sticking, with spin either way: an engine follows the law on a floor, except for a shortened arm."""
     thrown = Thrown(spin=spin, restitution=restitution)
     product, pair = Thrown(spin=spin, restitution=restitution, friction=roots(friction)), listed(friction)
     expected = law(thrown, friction)
@@ -97,7 +97,7 @@ def test_each_engine_has_the_law_with_the_right_settings(
 def test_frictions_are_combined_as_the_pages_say(
     named: Named, name: str, combine: Callable[[float, float], float], frictions: tuple[float, float]
 ) -> None:
-    """Of two coefficients the impact shows one, by each engine's rule: friction's impulse over the push, sliding."""
+    """The impact shows one of two coefficients, by each engine's rule: friction's impulse over the push, sliding."""
     named(name)
     throw: Callable[[Thrown], Left] = {
         "pymunk": bare.pymunk,
@@ -166,7 +166,7 @@ def test_pybullet_damps_spin_as_shipped(named: Named) -> None:
 
 
 def test_pybullet_clamps_the_spin_of_a_multibody(named: Named) -> None:
-    """At 100 rad/s, without a word; with maximal coordinates a body spins as fast as it is told to."""
+    """It clamps spins at 100 rad/s silently; with maximal coordinates a body keeps any spin."""
     named("pybullet")
     assert _spun_for_a_second(150.0, maximal=False, angularDamping=0) == 100.0
     assert _spun_for_a_second(150.0, maximal=True, angularDamping=0) == pytest.approx(150.0, rel=240 * 2.0**-53)
@@ -222,7 +222,7 @@ def test_box2d_makes_nothing_of_a_friction_beyond_its_floats(named: Named) -> No
 
 @pytest.mark.parametrize("velocity_scale", [1.0, 2.0**20])
 def test_box2d_turns_a_body_by_a_quarter_at_most(named: Named, velocity_scale: float) -> None:
-    """A body slows down to pi/2 a step, 377 rad/s here, also in scaled time; at what is declared it spins as told."""
+    """A body slows down to pi/2 a step, 377 rad/s here, also in scaled time; at the declared limit it does not."""
     declared = named("box2d").capabilities.max_turn_rad
     far_above = Thrown(velocity=(0.0, 3.0), spin=500.0)
     assert bare.box2d(far_above, velocity_scale=velocity_scale)[2] == pytest.approx(math.pi / 2 / DT_S, rel=1e-6)

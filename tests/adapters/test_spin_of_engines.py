@@ -39,7 +39,7 @@ LINE = (0.8, 0.6)
 
 
 def meeting(first: Disc, second: Disc, friction: float, restitution: float, mass: float = 1.0) -> Scene:
-    """The two discs as they are before they touch along `LINE` at `TOUCH_S`; masses are so many times as large."""
+    """The two discs as they are before they touch along `LINE` at `TOUCH_S`; masses are scaled."""
     apart = first.radius_m + second.radius_m
     discs = []
     for disc, (x, y) in ((first, (0.0, 0.0)), (second, (LINE[0] * apart, LINE[1] * apart))):
@@ -83,7 +83,7 @@ def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, fr
 
 
 def test_the_least_inertia_is_turned_by_friction_alone(engine: Adapter) -> None:
-    """At the least declared inertia factor an oblique impact leaves what the law says, but for a rounding over it.
+    """At the least declared inertia factor an oblique impact follows the law, except for a rounding over it.
 
     By so much, a few units of 1 m, a contact point is off the line of centres; the push there is of some 4 N s.
     """
@@ -209,7 +209,7 @@ def test_without_friction_and_spin_each_engine_is_set_up_as_it_was(named: Named)
 
 
 def test_an_inertia_factor_changes_nothing_without_friction(engine: Adapter, drive: Drive) -> None:
-    """Where nothing rubs and nothing spins, a hoop moves as a disc does, to the bit, and no spin is told."""
+    """Where nothing rubs and nothing spins, a hoop moves as a disc does, to the bit, and no spin is reported."""
     plain = oblique()
     hoops = with_discs(plain, inertia_factor=1.0)
     for profile in ("default", "tuned"):

@@ -34,7 +34,7 @@ STARTS = 16
 HALF_WIDTHS = {"pymunk": 0.0, "box2d": 0.0, "mujoco": 0.02, "pybullet": 0.0}
 #: What of a velocity of some 5 m/s is its rounding, and what is left of it in a floor in pieces.
 ROUNDING_M_S = {"pymunk": 1e-12, "box2d": 0.0}
-#: Of planar engines what velocities of 32-bit floats are off by, of the speed.
+#: Error of velocities in 32-bit floats of planar engines, relative to the speed.
 SINGLE = {"box2d3": 1e-5, "rapier2d": 1e-5}
 
 
@@ -65,7 +65,7 @@ def of_engines(**profiles: str) -> list[Any]:
 def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
     named: Named, finish: Finish, name: str, profile: str, half_width_m: float, q: float
 ) -> None:
-    """Of evenly spread starts the fraction max(0, 1 - 1/q) passes, to the one start that even spreading may miss."""
+    """The fraction max(0, 1 - 1/q) of evenly spread starts passes, to the one start that even spreading may miss."""
     scenes = [at_a_thin_wall(q, k / STARTS, half_width_m=half_width_m) for k in range(STARTS)]
     passed = sum(finish(named(name), scene, 1 / 60, profile).position_m[0, 0] > 0 for scene in scenes)
     assert abs(passed - STARTS * max(0.0, 1 - 1 / q)) <= 1
@@ -198,7 +198,7 @@ def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(pymunk: 
 def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wrongly_as_shipped(
     pybullet: Adapter, finish: Finish, q: float, passing: int, wrong: int
 ) -> None:
-    """Of sixteen starts none passes a thin wall, tuned; as shipped max(0, 1 - 1/q) pass, and most others are off."""
+    """Tuned, none of sixteen starts passes a thin wall; as shipped max(0, 1 - 1/q) pass, and most others are off."""
     ends = [
         [finish(pybullet, at_a_thin_wall(q, k / STARTS), 1 / 60, profile) for k in range(STARTS)]
         for profile in ("tuned", "default")
@@ -332,7 +332,7 @@ def test_a_floor_in_pieces_is_as_smooth_as_the_engine_can_make_it(named: Named, 
 def test_a_disc_catches_on_joints_of_some(
     name: str, profile: str, least: int, most: int, by_m_s: float, half_width_m: float, named: Named, finish: Finish
 ) -> None:
-    """Of 16 starts, 2 m/s down, a floor in ten pieces turns as many discs; planar ones one in one piece mirrors."""
+    """A floor in ten pieces turns this many of 16 discs, 2 m/s down; one piece reflects all in planar engines."""
 
     def end(pieces: int, phase: float) -> np.ndarray:
         scene = along_a_floor(pieces, phase, half_width_m=half_width_m)

@@ -1,4 +1,4 @@
-"""Attack Carom for so many minutes, and print the table of all that was tried: ``python -m tests.attacks``.
+"""Attack Carom for a number of minutes, and print the table of all attempts: ``python -m tests.attacks``.
 
 Counts add up from call to call in ``reports/attacks/``; `--anew` begins at nought. Each attack gets its share of the
 time, those whose goal is not met first. Exit code 1 tells that something was lost: what, is printed and kept.
@@ -33,7 +33,7 @@ from tests.attacks import (
 
 Tries = Callable[[Random, Path], Iterator[str]]
 
-#: An attack is broken off for another after so many seconds.
+#: Seconds after which an attack is stopped for another.
 TURN_S = 60.0
 #: In the folder of each attack.
 COUNT = "count.json"
@@ -49,7 +49,7 @@ class Attack:
     Attributes:
         what: What is tried, for the table.
         held: What has to hold.
-        goal: So many tries are wanted.
+        goal: Number of wanted tries.
         tries: Yields a try after the other.
     """
 

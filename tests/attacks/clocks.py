@@ -31,7 +31,7 @@ ODD: tuple[Any, ...] = (math.inf, -math.inf, math.nan, -1e-3, 1e300, 5e-324, Non
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Time a scene by such a clock, beside PIT."""
+    """Time a scene by such a clock, and PIT."""
     del folder
     while True:
         seed = rng.random()

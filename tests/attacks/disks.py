@@ -19,7 +19,7 @@ COMMAND = (
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Let no file be longer than so many bytes, a system's own limit; and print to a full device."""
+    """Limit the length of files, by a system's own limit; and print to a full device."""
     rmtree(folder / "work", ignore_errors=True)
     alone, out = folder / "work" / "alone", folder / "work" / "full"
     _bench(alone, None)

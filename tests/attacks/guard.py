@@ -58,7 +58,7 @@ def within(limit_s: float = HANG_S, busy: float = _BUSY) -> Iterator[None]:
 def tried(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float = HANG_S) -> str:
     """Return what an act says is lost, or what it raises: all but a refusal in a sentence that has one of some names.
 
-    A sentence shows no control characters, and has fewer than so many characters.
+    A sentence shows no control characters, and has a limited length.
     """
     try:
         with within(limit_s):

@@ -1,7 +1,7 @@
 """Hostile adapters: each act ends in a row that says what happened, in bounded time, and nothing is left over.
 
-The acts are those of the tests. They are done in worker processes, as whoever runs the campaign, and write and delete
-in folders of their own.
+The acts are those of the tests. Worker processes carry them out, as the user of the campaign; they write and delete in
+folders of their own.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ LONGEST_S = 4.0 * PATIENT_S
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Run each act beside PIT."""
+    """Run each act next to PIT."""
     while True:
         # The act that kills a template has no answer of its own: here there is none, and it would kill the campaign.
         for name in rng.sample([*SAYS], len(SAYS)):

@@ -17,7 +17,7 @@ from tests.attacks.guard import left_over
 
 from carom.execution.journal import canonical
 
-#: In the environment of all that is started, so that what is left over can be told.
+#: Mark in the environment of all started processes, so that remaining ones can be identified.
 MARK = "CAROM_ATTACK=kills"
 #: Kills of one piece of work; then it is let end.
 KILLS = 10
@@ -64,7 +64,7 @@ def _said(folder: Path) -> Any:
 
 
 def _certified(folder: Path) -> Any:
-    """Return what was proven; nothing else may lie there."""
+    """Return the proven results; no other files may be there."""
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != SAID}
 
 
@@ -172,6 +172,6 @@ def carom(
 
 
 def _orphans(name: str) -> str:
-    """Say what processes of a killed command live on; its temporary folders may lie there until the next start."""
+    """Return the processes that survive a killed command; its temporary folders may remain until the next start."""
     found = left_over(MARK, Path("/nowhere"))
     return found and f"{name}: {found}"

@@ -24,7 +24,7 @@ PIECES = [
     *(b"[[discs]]\n", b"[[walls]]\n", b"[discs]\n", b"mass_kg = inf\n", b"position_m = [0, 0]\n"),
     *(b"normal = [0, 0]\n", b"friction = 1e9\n", b'name = ""\n'),
 ]
-#: Of a corpus that grows by each input that is refused, or loaded, in a way that was not seen before.
+#: Draws from a corpus that grows by each input that is refused, or loaded, in a new way.
 MOST_KEPT = 2000
 MOST_BYTES = 20_000
 

@@ -54,7 +54,7 @@ def test_every_attack_has_a_short_form() -> None:
 def test_counts_add_up_and_a_loss_fails(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Counts go on from call to call; a loss is printed, kept, told in the table and exit code 1 from then on."""
+    """Counts go on from call to call; a loss is printed, kept, in the table and exit code 1 from then on."""
 
     def tries(rng: Random, folder: Path) -> Iterator[str]:
         del rng

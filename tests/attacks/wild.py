@@ -1,7 +1,7 @@
-"""Numbers that an engine could hand over: whatever they are, they cost their own row alone, and a page is written.
+"""Numbers that an engine could return: they affect only their own row, and a page is written.
 
-The adapter runs in this process, and draws what it hands over by lot: sound numbers, neighbours of them, the extremes
-of floats, NaN, and now and then what is of another type. What is tried is the way from the door to the report.
+The adapter runs in this process, and returns random values: sound numbers, neighbours of them, the extremes of floats,
+NaN, and now and then what is of another type. What is tried is the way from the door to the report.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from carom.engines.api import Contact, Observation
 from carom.execution.job import Status
 from carom.execution.pool import InProcessPool
 from carom.execution.results import Results
-from carom.report.grid import build_grid
 from carom.report.records import records
 from carom.report.render.markdown import markdown
-from carom.report.replay import scene_replays
 from carom.studies.cross_check.document import cross_check_document, report_of
+from carom.studies.cross_check.grid import build_grid
+from carom.studies.cross_check.scenes import pack_replays
 
 NAME = "wild-numbers"
 SOURCE = """
@@ -87,7 +87,7 @@ NOT_FINITE = (math.nan, math.inf, -math.inf)
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Cross-check an engine that hands over what is drawn, beside PIT, and write the report."""
+    """Cross-check an engine that returns drawn values, with PIT, and write the report."""
     known = all_scenes()
     scenes = [known[name].scene for name in SCENES]
     while True:
@@ -118,7 +118,7 @@ def _lost(scene: Scene, folder: Path, *, whole: bool) -> str:
             else:
                 text, grid = records(results), build_grid(results)
                 markdown(cross_check_document(results))
-                list(scene_replays(results, grid))
+                list(pack_replays(grid))
     except HangError:
         return "no end after 60 s"
     except Exception as error:  # noqa: BLE001 - this is what is looked for

@@ -12,7 +12,7 @@ from playwright.sync_api import Page
 from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.browser.test_replay import MISSED, opened
 
-from carom.report.grid import parse_mark
+from carom.report.mark import parse_mark
 from carom.report.records import read_records
 from carom.support.escaping import visible
 
@@ -27,9 +27,9 @@ def test_the_page_is_as_wide_as_the_window(window: Window, wide_report: Path, wi
 
 
 def test_the_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_report: Path) -> None:
-    """At 1,280 pixels PIT and four engines with three profiles stand below each other, uncut; a click plays the worst.
+    """At 1,280 pixels PIT and four engines with three profiles are below each other, uncut; a click plays the worst.
 
-    The best stands first, by what the rows themselves say, and a mark stands wherever an impact is missed.
+    The best is first, by the rows themselves, and a mark is wherever an impact is missed.
     """
     page = window(wide_report)
     frame = page.locator(".scroll", has=page.locator("table.methods"))
@@ -50,7 +50,7 @@ def test_the_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_
 
 
 def test_bars_are_as_long_as_their_shares(window: Window, wide_report: Path) -> None:
-    """Of a method's bar each part is as wide as its grade has scenes, the best at the left."""
+    """Each part of a method's bar is as wide as its grade has scenes, the best at the left."""
     page = window(wide_report)
     order = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong", "not-graded"]
     for cell in page.locator("table.methods tbody td:nth-child(2)").all():
@@ -64,7 +64,7 @@ def test_bars_are_as_long_as_their_shares(window: Window, wide_report: Path) -> 
 
 
 def test_a_switch_leaves_one_profile_in_both_tables(window: Window, wide_report: Path) -> None:
-    """Chosen above the ranking or beside the other filters, a profile leaves its rows and columns, PIC's and PIT's.
+    """Chosen above the ranking or next to the other filters, a profile leaves its rows and columns, PIC's and PIT's.
 
     PIT has one profile, and is what the others are read against.
     """
@@ -97,7 +97,7 @@ def test_a_switch_leaves_one_profile_in_both_tables(window: Window, wide_report:
 
 @pytest.mark.parametrize("name", ["methods", "grid"])
 def test_on_a_phone_every_cell_is_seen_with_its_heading(window: Window, wide_report: Path, name: str) -> None:
-    """At 360 pixels nothing of the ranking and of the scenes stands outside the window, and no text is cut."""
+    """At 360 pixels no part of the ranking and of the scenes is outside the window, and no text is cut."""
     page = window(wide_report, width=360, height=740)
     page.locator("fieldset.switch").get_by_label("all").check()
     cells = page.locator(f"table.{name} tbody td:visible")
@@ -118,7 +118,7 @@ def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(window: Window, 
     """The first screen says in words what goes wrong, and what was found; one click plays a run that misses."""
     page = window(wide_report)
     said = page.locator("header .about").inner_text()
-    assert all(word in said for word in ("once a step", "PIT", "PIC", "late"))
+    assert all(word in said for word in ("once per step", "PIT", "PIC", "late"))
     weights = page.locator(".verdict p").evaluate_all("all => all.map(one => Number(getComputedStyle(one).fontWeight))")
     assert weights[0] > max(weights[1:])  # the finding, and no tally
     page.locator("header .about a").click()
@@ -130,7 +130,7 @@ def test_no_words_of_the_first_chart_run_into_each_other(window: Window, wide_re
     """No two texts of the chart of what sampling costs overlap, as large as it is drawn and on a phone."""
     for width in (360, 1280):
         page = window(wide_report, width=width)
-        texts = page.locator(".charts svg").first.locator("text")
+        texts = page.locator(".charts svg:visible").first.locator("text")
         boxes = texts.evaluate_all(
             "all => all.map(one => one.getBoundingClientRect()).map(b => [b.x, b.y, b.right, b.bottom])"
         )
@@ -140,7 +140,7 @@ def test_no_words_of_the_first_chart_run_into_each_other(window: Window, wide_re
 
 
 def test_filters_leave_what_was_asked_for(page: Page) -> None:
-    """Engine, profile, grade and group each cut the table down, and say how much of it is left."""
+    """Engine, profile, grade and group each cut the table down, and show how much remains."""
     page.locator(".filters").get_by_label(re.compile("^engine")).select_option("pymunk")  # a group has the word, too
     heads = page.locator("table.grid thead th:visible").all_inner_texts()
     assert {head.split()[0] for head in heads} == {"scene", "pymunk"}

@@ -156,7 +156,7 @@ def test_keys_move_a_disc_and_its_velocity(file: Path, opened: Window) -> None:
 
 @pytest.mark.parametrize("on_disc", [True, False])
 def test_a_finger_scrolls_unless_it_begins_on_a_disc(file: Path, opened: Window, on_disc: bool) -> None:
-    """A swipe beside the discs scrolls the page and moves none; one that begins on a disc moves that and no page."""
+    """A swipe next to the discs scrolls the page and moves none; one that begins on a disc moves that and no page."""
     page = opened(file, width=360, height=640, has_touch=True, is_mobile=True)
     x, y = page.evaluate("caromPage.spot(0)")
     box = sure(page.locator("canvas").first.bounding_box())
@@ -295,7 +295,7 @@ def test_the_file_runs_and_gives_the_page_s_numbers(
     for what, trace in (("truth", carom.solve_pic(scene)), ("seen", carom.solve_pit(scene))):
         times = _state(page, f"{what}.impacts.map((r) => r.time_s)")
         assert times
-        # with a phase the start is taken forward, once rounded
+        # with a phase the start is advanced, once rounded
         assert trace.impacts["time_s"].tolist() == pytest.approx([t - early for t in times], abs=1e-9 if phase else 0)
 
 
@@ -421,7 +421,7 @@ def test_an_engine_s_impacts_are_the_harness_s(name: str, with_engines: Path, op
 
 
 def _charted(page: Page, method: str) -> Any:
-    """Return the chart of the scene as it now is, when all of it is there."""
+    """Return the chart of the present scene, when it is complete."""
     page.wait_for_function("(method) => caromPage.state.chart?.[method] != null", arg=method)
     return _state(page, "chart")
 

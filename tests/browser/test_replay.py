@@ -88,7 +88,7 @@ def test_discs_are_drawn_where_the_reference_has_them_at_an_impact(page: Page, r
         knot = times.index(when)
         discs.append([xs[knot], ys[knot], data["discs"][disc][0]])
     for inside, outside in page.evaluate(PIXELS, discs):
-        colour, times_seen = Counter(inside).most_common(1)[0]  # a path or a flag may stand on a disc
+        colour, times_seen = Counter(inside).most_common(1)[0]  # a path or a flag may be on a disc
         assert times_seen >= len(inside) / 2
         assert colour.split(",")[3] != "0"
         assert outside.count(colour) == 0
@@ -129,7 +129,7 @@ def test_play_pause_speed_frames_and_impacts(page: Page, report: Path) -> None:
 
 
 def test_both_pictures_are_in_sight_and_level(window: Window, report: Path) -> None:
-    """Opened on a phone, both pictures and the line of time stand in the window; side by side they stand level."""
+    """Opened on a phone, both pictures and the line of time are in the window; side by side they are level."""
     for width, height in ((360, 740), (768, 900), (1280, 900)):
         page = window(report, width=width, height=height, reduced_motion="reduce")
         opened(page, "paper/multiple/pymunk/tuned")
@@ -238,7 +238,7 @@ HELD = """async () => {
 
 
 def test_it_holds_where_the_impact_is_missed_and_goes_on(page: Page, report: Path) -> None:
-    """Played, the clock stands at the middle of the approach in overlap for a while, and ends at the end."""
+    """Played, the clock stops at the middle of the approach in overlap for a while, and ends at the end."""
     data = data_of(report, "paper/missed")
     opened(page, MISSED)
     run = next(run for run in data["runs"] if run["key"] == MISSED)
@@ -255,7 +255,7 @@ def test_it_holds_where_the_impact_is_missed_and_goes_on(page: Page, report: Pat
 
 
 def test_what_is_off_is_said_and_each_sign_explained(page: Page, report: Path) -> None:
-    """The sentence of the first failure stands below the signs, as Python words it; a command leads to throwing it."""
+    """The sentence of the first failure is below the signs, as Python words it; a command leads to throwing it."""
     opened(page, MISSED)
     run = next(run for run in data_of(report, "paper/missed")["runs"] if run["key"] == MISSED)
     assert page.locator(".fault").inner_text() == run["fault"]["said"]
@@ -266,7 +266,7 @@ def test_what_is_off_is_said_and_each_sign_explained(page: Page, report: Path) -
 
 
 def test_a_replay_leads_to_the_page_on_which_its_discs_are_thrown(page: Page) -> None:
-    """The link opens the page beside the report with that very scene, and asks for nothing."""
+    """The link opens the page next to the report with that scene, without a request."""
     opened(page, MISSED)
     link = page.locator("#replay a", has_text="Drag this scene")
     assert link.get_attribute("href") == "play.html#paper%2Fmissed"
@@ -300,7 +300,7 @@ def test_every_scene_that_a_report_links_to_is_taken_or_refused_by_name(page: Pa
     assert sum(not text for text in said) > 30
 
 
-#: The smallest target of a finger that WCAG 2.2 lets stand (2.5.8, level AA), pixels.
+#: The smallest target of a finger by WCAG 2.2 (2.5.8, level AA), pixels.
 TARGET = 24
 
 
@@ -360,6 +360,6 @@ def test_the_time_follows_a_finger(phone: Page, where: str) -> None:
 
 
 def test_the_slider_follows_a_finger(phone: Page) -> None:
-    """So does the slider's knob."""
+    """The slider's knob does so, too."""
     times = drag(phone, phone.get_by_label("Time in the scene"), 0.3, 0.9)
     assert times[0] < times[5] < times[-1]

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.browser
 @pytest.mark.parametrize("width", [390, 500, 720, 1280])
 @pytest.mark.parametrize("name", ["paper/missed", "paper/multiple", "classics/bullet"])
 def test_pictures_and_buttons_fit_the_frame_of_a_cell(window: Window, tmp_path: Path, name: str, width: int) -> None:
-    """Nothing that moves has to be scrolled to; from the width of a page of text on, pictures stand side by side."""
+    """Nothing that moves has to be scrolled to; from the width of a page of text on, pictures are side by side."""
     reference = carom.solve_pic(name)
     cell = carom.replay(reference, carom.solve_pit(name))._repr_html_()
     path = tmp_path / "cell.html"

@@ -1,8 +1,8 @@
 """Check PIC over many millions of impacts: ``python -m tests.campaign --impacts 300e6``.
 
-Gas after gas is drawn and run, and each impact held against every rule of `tests.checker`. A run is taken up again from
-its saved state every 200,000 impacts. With ``--state`` counts add up from call to call, up to ``--impacts`` in all.
-Ctrl-C ends with the gases under way. Exit code 1 tells that a rule was broken: which, and how to see it again, is
+Gas after gas is drawn and run, and each impact compared with every rule of `tests.checker`. A run is taken up again
+from its saved state every 200,000 impacts. With ``--state`` counts add up from call to call, up to ``--impacts`` in
+all. Ctrl-C ends with the gases under way. Exit code 1 tells that a rule was broken: which, and how to see it again, is
 printed.
 """
 

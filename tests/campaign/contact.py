@@ -2,8 +2,8 @@
 
 One to three discs are thrown on floors, slopes, edges that end, and between walls, with friction, rolling resistance
 and any restitution. Each run is compared up to its end, or to just before the first impact without a unique answer, or
-the end by name: places have to agree to the order of small steps, g h T, where these are refined up to 64 times, or
-come nearer by half at least each time.
+the end by name. Places have to agree to the order of small steps, g h T, refined up to 64 times, or approach by at
+least half each time.
 
 In some scenes they do neither. A fall by such steps is off by g h T / 2, and bounces, friction and impacts in a step
 give as much again: so they run the scene from a start about g h T away. Where discs strike one another, PIC's own end

@@ -62,7 +62,7 @@ class Copies:
         self.run(FEW)
 
     def run(self, count: int) -> None:
-        """Run copies until there are so many, and find before what time all have the same events."""
+        """Run a number of copies, and find the time before which all have the same events."""
         while len(self._copies) < count:
             angle_rad = self._rng.uniform(0.0, math.tau)
             copy = rotate_scene(_moved(self._scene, self._gap_m, self._rng), turn_by(angle_rad))

@@ -1,7 +1,7 @@
 """Rounding envelope of a scene: balls that hold every run whose roundings stay within what PIC states.
 
-It is a certified run whose state is widened by the roundings of a float64 run: each centre by the resolution of a gap
-(`carom.core.resolution`), each velocity and spin after an impact by the roundings of the impact law that
+It is a certified run whose state is widened by the roundings of a float64 run. A centre is widened by the resolution of
+a gap (`carom.core.resolution`), a velocity or spin after an impact by the roundings of the impact law that
 `tests.checker.laws` derives. The widened balls grow from impact to impact as rounding errors do, so that nothing has to
 be said of how much a run amplifies them. The envelope ends where its balls no longer decide which event comes next:
 from there on rounding may change the order of events.
@@ -193,7 +193,7 @@ class _Widened:
         self._pull = math.hypot(*scene.gravity_m_s2) + scene.table_deceleration_m_s2
 
     def envelope(self, most: int, deadline_s: float) -> Envelope:
-        """Return the envelope, of so many events at most."""
+        """Return the envelope, with a limit of events."""
         found, bodies = self.found, self.bodies
         try:
             if (trouble := self._trouble_at_start()) is not None:

@@ -29,7 +29,7 @@ class Event(NamedTuple):
 
     Attributes:
         key: Bodies of an impact; disc, wall and both modes of a change.
-        landings: Of an impact on a wall, how often its disc had landed there before.
+        landings: Number of earlier landings of the disc on the wall of an impact.
         occurrence: How many events of that key came before it in its run, after as many landings.
         number: Index of the impact or mode in its run.
         time_s: When it is.
@@ -85,7 +85,8 @@ class Event(NamedTuple):
 def events_of(scene: Scene, record: Record, gap_m: float) -> list[Event]:
     """Return the events of a run, in their order, without the last bounces before each landing.
 
-    Of infinitely many bounces a run carries out those that its clock, or its digits, tell apart: how many is no answer.
+    A run applies those of infinitely many bounces that its clock, or its digits, distinguish; their number is
+    arbitrary.
     """
     found: list[Event] = []
     modes = [] if record.modes is None else list(enumerate(record.modes))
@@ -138,7 +139,7 @@ def _mode_event(scene: Scene, k: int, row: np.void, gap_m: float) -> Event:
 
 
 def is_in_landing(event: Event, run: Iterable[Event], clocks: float = AS_LANDING) -> bool:
-    """Whether a bounce is one of the last before a landing of its run: within so many resolutions of its clock."""
+    """Whether a bounce is one of the last before a landing of its run: within a number of resolutions of its clock."""
     if not event.can_bounce:
         return False
     known_s = clocks * clock_resolution(event.time_s)

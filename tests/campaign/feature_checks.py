@@ -88,7 +88,7 @@ class OutOfTimeError(BaseException):
 
 @contextlib.contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise `OutOfTimeError` in the block when so many seconds of processor time have passed."""
+    """Raise `OutOfTimeError` in the block after some seconds of processor time."""
 
     def end(_signal: int, _frame: FrameType | None) -> None:
         raise OutOfTimeError
@@ -99,7 +99,7 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _alarm(seconds: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Call a handler when so many seconds of processor time have passed in the block; an outer limit goes on after."""
+    """Call a handler after some seconds of processor time in the block; an outer limit continues after it."""
     before = signal.signal(signal.SIGPROF, handler)
     left, _ = signal.setitimer(signal.ITIMER_PROF, seconds)
     begin_s = time.process_time()
@@ -205,7 +205,7 @@ class Oracle:
 
 
 def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace:
-    """Return what `carom.certify` proves of a scene within so many seconds of processor time, or little more."""
+    """Return what `carom.certify` proves of a scene within some seconds of processor time, or little more."""
 
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt  # which ends a certified run, and keeps what was certified

@@ -106,7 +106,7 @@ class _Drawing:
         self.law = rng.choice(_LAWS)
         self.turns = self.law is not Law.TABLE and rng.random() < 0.5
         self.can_drive = self.law in {Law.STRAIGHT, Law.GRAVITY} and rng.random() < 0.6
-        self.is_plain = rng.random() < 0.3  # all walls stand, and are of the scene's own material
+        self.is_plain = rng.random() < 0.3  # all walls are at rest, and of the scene's own material
         self.on_grid = rng.random() < 0.1  # numbers are quarters: ties, corners and contact
         self.tilt = cmath.rect(1.0, rng.choice((0.0, 0.0, rng.uniform(0.0, math.tau)))) if not self.on_grid else 1.0
         self.lies = False  # whether the disc that is drawn touches the first wall
@@ -183,7 +183,7 @@ class _Drawing:
     # Walls ------------------------------------------------------------------------------------------------------------
 
     def walls(self) -> list[AnyWall]:
-        """Return a room or none, and what stands in it."""
+        """Return a room or none, and the obstacles in it."""
         rng = self.rng
         rooms = [self.box, self.box, self.polygon, self.polygon, self.ring, self.stadium, self.slopes, self.nothing]
         rooms += [self.box, self.polygon, self.slopes] if self.law is Law.GRAVITY else []

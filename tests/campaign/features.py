@@ -1,10 +1,10 @@
 """Compare PIC on random scenes in which all features meet: ``python -m tests.campaign.features --scenes 20000``.
 
-Each scene is run by PIC and compared with a certified run, with PIC on the same scene rotated by 90 degrees and with
-its discs in reverse order, with the run in pieces, and with the run by all pairs. `tests.campaign.envelope` and
-`tests.campaign.certified_comparison` derive how far roundings may have a run off. Every difference is saved as a scene
-file with its reason. With ``--state`` counts add up from call to call. Ctrl-C ends with the scenes under way. Exit code
-1 reports a difference.
+Each scene is run by PIC and compared with a certified run, with the run in pieces, and with the run by all pairs. It is
+also compared with PIC on the same scene rotated by 90 degrees and with its discs in reverse order.
+`tests.campaign.envelope` and `tests.campaign.certified_comparison` derive how far roundings may have a run off. Every
+difference is saved as a scene file with its reason. With ``--state`` counts add up from call to call. Ctrl-C ends with
+the scenes under way. Exit code 1 reports a difference.
 """
 
 from __future__ import annotations
@@ -206,7 +206,7 @@ class Campaign:
         self._before = tally.scenes
 
     def run(self, scenes: int, jobs: int, minutes: float) -> bool:
-        """Check scenes up to a number in all, or for so many minutes; return False after Ctrl-C."""
+        """Check scenes up to a number in all, or for some minutes; return False after Ctrl-C."""
         heard = signal.signal(signal.SIGINT, self._end)
         workers = [Worker() for _ in range(jobs)]
         end_s = time.monotonic() + 60.0 * minutes

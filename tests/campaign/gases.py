@@ -18,7 +18,7 @@ LEAST_DISCS, MOST_DISCS = 64, 10_000
 LEAST_PACKING, MOST_PACKING = 0.1, 0.7
 #: Least packing of gases by the TC model, which is for those in which discs meet again and again at short distances.
 DENSE_PACKING = 0.4
-#: Contact times of the TC model, seconds: between a disc's impacts lies a tenth of a second or so at first.
+#: Contact times of the TC model, seconds: at first about a tenth of a second is between a disc's impacts.
 LEAST_CONTACT_S, MOST_CONTACT_S = 1e-6, 1e-1
 #: Discs of gases that fall: a run under gravity is for some hundred discs at most.
 FEWEST_FALLING, MOST_FALLING = 4, 64

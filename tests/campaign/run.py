@@ -60,7 +60,7 @@ def _renewed(gas: Gas, run: Run) -> Run:
 
 
 def checked(gas: Gas, impacts: int | None = None) -> Report:
-    """Run a gas and check all its impacts, or the first so many, up to the first stretch that breaks a rule.
+    """Run a gas and check all its impacts, or the first ones, up to the first stretch that breaks a rule.
 
     What a broken kernel does after that has no bound. What it raises breaks the rule "end".
     """
@@ -98,7 +98,7 @@ def _deaf() -> None:
 
 
 def run_campaign(tally: Tally, state: Path | None, impacts: int, jobs: int, most_discs: int) -> bool:
-    """Check gas after gas, from the tally's next one on, until it holds so many impacts; return whether it does.
+    """Check gas after gas, from the tally's next one on, until it has a number of impacts; return whether it does.
 
     Ctrl-C ends it with the gases under way, the end of a process at once.
     """
@@ -125,7 +125,7 @@ def run_campaign(tally: Tally, state: Path | None, impacts: int, jobs: int, most
                     gas, report, spent = future.result()
                 except BrokenProcessPool:
                     go_on = False
-                    _tell(tally.find([Finding(number, "crash: the process ended in this gas, or in one beside it")]))
+                    _tell(tally.find([Finding(number, "crash: the process ended in this gas, or in one next to it")]))
                 except Exception as error:  # noqa: BLE001 - whatever a broken kernel raises is a finding
                     _tell(tally.find([Finding(number, f"raised {type(error).__name__}: {error}")]))
                 else:

@@ -1,9 +1,9 @@
 """Compare PIC with brute force on tables drawn by lot: ``python -m tests.campaign.tables --tables 20000``.
 
 Each table is followed by `tests.validation.table_runs`, which shares no code and no formula with Carom, from impact to
-impact, up to where the growth of rounding has passed a thousandth of a disc's radius: the walls that are met, the
-times, and the velocities. With ``--state`` counts add up from call to call. Exit code 1 tells of a contradiction; which
-table, and how to see it again, is printed.
+impact: walls, times and velocities. It ends where the growth of rounding has passed a thousandth of a disc's radius.
+With ``--state`` counts add up from call to call. Exit code 1 tells of a contradiction; which table, and how to see it
+again, is printed.
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ class Tally:
 
 
 def run_tables(tally: Tally, tables: int, minutes: float, state: Path | None) -> None:
-    """Go on until so many tables have been compared in all, or for so many minutes."""
+    """Continue up to a number of tables in all, or for some minutes."""
     end = time.monotonic() + 60 * minutes
     while tally.tables < tables and time.monotonic() < end:
         number = tally.begun

@@ -29,7 +29,7 @@ Doctor = Callable[[Trace], Trace]
 
 #: Laws of scenes of which every check is run: those that compiled code runs, then all.
 LAWS = {"compiled": {Law.STRAIGHT, Law.DAMPED}, "all": set(Law)}
-#: Scenes of these, with numbers below so many, that show no difference.
+#: Numbers of these scenes, below a limit, that show no difference.
 NUMBERS = 34
 
 #: Scenes whose events are all proven, so that nothing hides a fault: rough discs among driven walls, and contact.

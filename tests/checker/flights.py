@@ -1,21 +1,21 @@
 """The checker's own books: the straight flights of every disc between its impacts, and their rounding errors.
 
-With u = 2^-53, a flight of velocity v for a time d adds one product and one sum to a coordinate that is at most S
-before and after: an error below u S + 2 u |v| d, so below 5 u S, since |v| d <= 2 S. The books do this once a flight; a
-solver may do it twice (once more where it takes all discs to a new epoch), so 16 u S along both coordinates together
-hold them: sqrt(2) (5 + 6) < 16, where the two halves of its flight share |v| d. A recorded time is off by 2 u T (the
-sum of an epoch, its rest, and a time since; never less than the one before), at both ends of the flight: 4 u |v| T.
-Errors of a disc's flights add up, from one look at the run's state to the next.
+With u = 2^-53, a flight of velocity v for a time d adds one product and one sum to a coordinate. This is at most S
+before and after, which gives an error below u S + 2 u |v| d, so below 5 u S, since |v| d <= 2 S. The books do this once
+a flight; a solver may do it twice (once more where it takes all discs to a new epoch). So 16 u S along both coordinates
+together bound them: sqrt(2) (5 + 6) < 16, where the two halves of its flight share |v| d. A recorded time is off by 2 u
+T (the sum of an epoch, its rest, and a time since; never less than the one before), at both ends of the flight: 4 u |v|
+T. Errors of a disc's flights add up, from one look at the run's state to the next.
 
 Under gravity g a flight is a parabola, ``x + d (v + g d / 2)``. Let D be the time from the disc's last impact to the
 flight's end, V = |v| + |g| D, which bounds its speed all that time, and S the coordinates at the flight's beginning
-and V D. Then one evaluation adds 4 u S to a coordinate, and the rounding of d, which counts twice, 2 u S in the books
-and 4 u S in a solver, which does it twice (once to the look); the velocity at a look is off by 5 u V, and so the place
-later by 5 u S: sqrt(2) (6 + 16 + 5) < 39. A solver may set the disc on a wall or on a rim at an impact, which moves it
-by what rounding had made of the gap (8 u S of the place, 4 u S of the root, 6 u S of the speed at which it left), less
-than 20 u S. What it predicts with is off by as much again, along both coordinates: less than 37 u S. 96 u S hold all
-of this. A look is recorded to u T, too: 5 u V T. The velocity at the end of a flight is off by 4 u V in the solver,
-3 u V in the books and 5 u V from the look, along both coordinates, and by 4 u |g| T: 20 u V + 4 u |g| T.
+and V D. Then one evaluation adds 4 u S to a coordinate. The rounding of d counts twice: 2 u S in the books, and 4 u S
+in a solver, which does it twice (once to the look). The velocity at a look is off by 5 u V, and so the place later by 5
+u S: sqrt(2) (6 + 16 + 5) < 39. A solver may set the disc on a wall or on a rim at an impact, which moves it by the
+rounding of the gap. That is 8 u S of the place, 4 u S of the root, 6 u S of the speed at which it left: less than 20 u
+S. What it predicts with is off by as much again, along both coordinates: less than 37 u S. 96 u S hold all of this. A
+look is recorded to u T, too: 5 u V T. The velocity at the end of a flight is off by 4 u V in the solver, 3 u V in the
+books and 5 u V from the look. With both coordinates, and 4 u |g| T, that is 20 u V + 4 u |g| T.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ def flights_of(start: DiscArrays, stretch: Stretch, gravity_m_s2: tuple[float, f
     falls = np.tile(start.movable.astype(np.float64), looks).repeat(impacts_of + 1) * (gravity_m_s2 != (0.0, 0.0))
     half = 0.5 * falls * duration
     way_x, way_y = (vx + gravity_m_s2[0] * half) * duration, (vy + gravity_m_s2[1] * half) * duration
-    # One flight of every chain at a time, of those that have so many.
+    # One flight of every chain at a time, as far as chains have them.
     longest_first = first[np.argsort(-impacts_of, kind="stable")]
     chains_with = len(first) - np.cumsum(np.bincount(impacts_of))
     for step, chains in enumerate(chains_with[:-1], start=1):

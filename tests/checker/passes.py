@@ -151,8 +151,8 @@ def _near(x: Floats, y: Floats, radius: Floats) -> Iterator[tuple[Ranks, Ranks]]
     """Yield all pairs of circles that overlap, as indices into the flattened arrays, each of shape ``(w, n)``.
 
     A cell is as wide as the largest circle of its window, so that only circles in the same or in neighbouring cells
-    overlap. Beyond the last column and row lies an empty one, so that the neighbours of a row of cells are three in a
-    row, wherever it lies.
+    overlap. Beyond the last column and row there is an empty one, so that the neighbours of any row of cells are three
+    in a row.
     """
     windows, discs = x.shape
     east, north = x - x.min(axis=1, keepdims=True), y - y.min(axis=1, keepdims=True)
@@ -190,8 +190,8 @@ def _blocks(count: Ranks) -> Iterator[slice]:
 def _closest(start: DiscArrays, flights: Flights, a: Ranks, b: Ranks) -> tuple[Ranks, Floats, Ranks, Floats, Floats]:
     """Return where two of the discs of these pairs of flights overlap: bodies, times, looks, depths and their bounds.
 
-    Beside the errors of both places rounding leaves an overlap where an impact is found late (as for `contact`), and
-    where the velocities after one, right to 8 u of either, still approach.
+    In addition to the errors of both places, rounding leaves an overlap where an impact is found late (as for
+    `contact`), and where the velocities after one, right to 8 u of either, still approach.
     """
     begin = np.maximum(flights.begin_s[a], flights.begin_s[b])
     end = np.minimum(flights.end_s[a], flights.end_s[b])

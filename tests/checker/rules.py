@@ -138,9 +138,9 @@ def _differ(one: Floats, other: Floats, bound: Floats) -> NDArray[np.bool_]:
 def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, report: Report) -> list[Violation]:
     """Check touch, approach and normal of all impacts.
 
-    At the instant that a solver finds, its two bodies touch up to: what brings both to one instant (8 u S each), the
-    root's own rounding and that of the sum with the clock (4 u T + u T), and the difference, distance and sum of radii
-    here (4 u R). The normal is off by what its ends are, over R, and some roundings of its own.
+    At the instant that a solver finds, its two bodies touch up to three errors. The motion of both to one instant adds
+    8 u S each. The root and its sum with the clock round by 4 u T + u T, and the difference, distance and sum of radii
+    here by 4 u R. The normal is off by what its ends are, over R, and some roundings of its own.
     """
     rows, time = stretch.impacts, stretch.impacts["time_s"]
     first, second = rows["first"], rows["second"]
@@ -228,8 +228,8 @@ def _since_look(
     """Return by how much overlaps have become deeper since the last look at the state, where they exceed their bound.
 
     In an inelastic collapse two discs meet any number of times without moving away, and each flight's rounding adds to
-    the one before. What was there at the last look has been checked; what comes to it is bounded as all else. There may
-    be several looks at one instant.
+    the one before. What was there at the last look has been checked; later arrivals are bounded like all others. There
+    may be several looks at one instant.
     """
     deep = np.flatnonzero(depth > bound)
     look = looks[deep]

@@ -27,7 +27,7 @@ class Ends(NamedTuple):
 
 
 def stepped(scene: Scene, steps: int, until_s: float) -> Ends:
-    """Take a scene to `until_s` in so many steps."""
+    """Take a scene to `until_s` in a number of steps."""
     h, (gx, gy) = until_s / steps, scene.gravity_m_s2
     discs = scene.discs
     x, y = ([disc.position_m[k] for disc in discs] for k in (0, 1))

@@ -112,8 +112,8 @@ ONLY: list[tuple[str, Break, str]] = [
         for name in ("velocity_first_before", "velocity_second_before")
     ),
 ]
-#: What breaks these rules and perhaps others: an impact earlier, played backwards, on a normal a hair off the line of
-#: centres, velocities after it by another law, and a common one that two discs get besides.
+#: Changes that break these rules and perhaps others. They are an earlier impact, one played backwards, a normal
+#: slightly off the line of centres, velocities of another law, and an additional common velocity of two discs.
 AMONG: list[tuple[str, Break, str]] = [
     *((f"{off} s earlier", partial(earlier, off=off), "contact state") for off in (1e-12, 1e-9, 1e-6)),
     ("backwards", back, "approach law history"),
@@ -189,7 +189,7 @@ def test_two_discs_that_pass_through_each_other_are_found(y: float, size: float,
 
 
 def test_a_disc_that_goes_through_a_wall_is_found() -> None:
-    """A disc beyond a wall at a look has passed it; an immovable one may stand there."""
+    """A disc beyond a wall at a look has passed it; an immovable one may be there."""
     start = DiscArrays(
         np.array([[1.0, 1.0], [-5.0, 1.0]]),
         np.array([[-1.0, 0.0], [0.0, 0.0]]),
@@ -328,12 +328,12 @@ def test_sliding_where_friction_holds_breaks_the_law() -> None:
     """An impact by the other branch of friction keeps momentum and angular momentum, and is found all the same."""
     start, stretch = rough()
     assert stretch.spins is not None
-    # The same record, held against a friction that would have made some of its impacts slide otherwise, or stick.
+    # The same record, compared with a friction by which some of its impacts would slide differently, or stick.
     assert broken(replace(start, friction=0.31, wall_friction=0.31), stretch) == {"law"}
 
 
 def test_a_spin_of_the_run_that_its_impacts_do_not_lead_to_is_found() -> None:
-    """The spins of the run's own state are held against its impacts to the last bit."""
+    """The spins of the run's own state are compared with its impacts to the last bit."""
     start, stretch = rough()
     spins = sure(stretch.spin_rad_s).copy()
     spins[-1, int(np.argmax(start.movable))] += 1e-9

@@ -124,7 +124,7 @@ def test_a_rest_that_is_none_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 @each("restitution", [0.0, 0.5])
 @each("gravity", [(0.0, -9.8), (1.0, -9.8)])
 def test_a_rest_that_is_one_breaks_no_rule(restitution: float, gravity: tuple[float, float]) -> None:
-    """Discs that fall on a floor, or on a disc that stands on it, come to rest there after their last impact."""
+    """Discs that fall on a floor, or on a disc that rests on it, come to rest there after their last impact."""
     walls = ((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.0), (9.0, 0.0, -1.0, 0.0))
     for place in ([[3.0, 2.0]], [[3.0, 2.0], [3.0, 0.5]]):
         mass = np.array([1.0, math.inf][: len(place)])
@@ -140,7 +140,7 @@ def test_a_rest_that_is_one_breaks_no_rule(restitution: float, gravity: tuple[fl
 
 @pytest.mark.parametrize("over", [1e-11, -1e-11])
 def test_a_flight_that_reaches_into_a_wall_or_a_disc_and_back_is_found(over: float) -> None:
-    """A disc thrown up turns in a ceiling, or before it, and beside an immovable disc above it, likewise."""
+    """A disc thrown up turns in a ceiling, or before it, and next to an immovable disc above it, likewise."""
     height = 0.5 * 3.0**2 / 10.0  # of a throw at 3 m/s, 10 m/s^2
     for fixed in (False, True):
         place = [[0.0, 0.0]] + [[0.0, height + 1.0 - over]] * fixed

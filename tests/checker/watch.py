@@ -21,7 +21,7 @@ RunT = TypeVar("RunT", bound=Run)
 IMPACTS_PER_LOOK = 4
 #: Impacts of a stretch, or one look's where that is more: arrays of this length still fit into a cache.
 STRETCH_IMPACTS = 20_000
-#: Impacts after which a log is begun anew: to hand it over takes as long as it is.
+#: Impacts after which a new log begins, because reading a log takes a time in proportion to its length.
 RENEWED_AFTER = 200_000
 
 

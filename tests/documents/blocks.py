@@ -44,7 +44,7 @@ class Block:
 
     Attributes:
         page: The document, from the repository's root.
-        line: Where its fence stands.
+        line: Position of its fence.
         language: What the fence says.
         text: What is between the fences, without the fence's indentation.
         reason: Why it is not run, or an empty string.

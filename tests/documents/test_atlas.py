@@ -43,7 +43,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], lis
 
 
 def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
-    """A row a profile: how many scenes got which grade at their own frame rate, and where it gives way."""
+    """A row a profile: the numbers of scenes by grade at their own frame rate, and where the profile fails."""
     (pit,) = (method for method in atlas.methods_of(found[1], []) if method.engine == "pit")
     coarse = [row for row in found[1] if row["engine"] == "pit" and row["refinement"] == 0]
     assert sorted(row["grade"] for row in coarse) == ["sampled", "sampled", "ungraded", "wrong"]

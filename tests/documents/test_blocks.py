@@ -70,7 +70,7 @@ def run_of(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def is_shown_by(expected: str, printed: str) -> bool:
-    """Whether a command printed what is shown: line by line, of whatever width, where ... stands for any lines."""
+    """Whether a command printed the shown lines, of any width; ... matches any lines."""
     shown = [" ".join(line.split()) for line in expected.strip().splitlines()]
     pattern = "\n".join("(?s:.*)" if line == "..." else re.escape(line) for line in shown)
     lines = "\n".join(" ".join(line.split()) for line in printed.strip().splitlines())

@@ -144,7 +144,7 @@ def test_what_comes_of_ends_is_as_the_page_says() -> None:
 
 
 def test_who_comes_back_out_of_a_corner_is_as_the_page_says() -> None:
-    """To a millimetre a second, but for the engines that the page names with what they are off by."""
+    """To a millimetre a second, except for the engines that the page names with their errors."""
     off = {"ODE": 0.02, "p2-es": 0.57, "cannon-es": 0.79, "Havok": 0.37, "PyBullet": 2.82}
     for row in ROWS:
         if (row["engine"], row["way"]) != ("DART", "capsules") and row["engine"] not in off:
@@ -156,7 +156,7 @@ def test_who_comes_back_out_of_a_corner_is_as_the_page_says() -> None:
 
 @pytest.mark.parametrize("figure", long_after(1, ["corners", "thin", "seams", "ends"]))
 def test_the_figures_are_those_of_the_engine(figure: str) -> None:
-    """pymunk, flown again, comes to its row."""
+    """pymunk, run again, gives its row."""
     (way,) = (way for way in walls.WAYS if way.key == "neighbours")
     (kept,) = (row for row in ROWS if (row["engine"], row["way"]) == (way.engine, way.words))
     if walls.version_of(way) != kept["version"]:
@@ -184,7 +184,7 @@ def test_pic_comes_to_the_bits_that_the_page_says() -> None:
 
 @pytest.mark.long
 def test_a_run_that_ends_its_process_is_not_the_same() -> None:
-    """An engine that is not there fails in a process of its own: that is told as ended, and counts as not the same."""
+    """A missing engine fails in a process of its own, which is shown as ended and counts as not the same."""
     assert determinism.in_threads("no-such-engine", "default", "") == "ended"
 
 

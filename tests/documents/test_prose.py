@@ -1,4 +1,4 @@
-"""Hand-written documents are within their limits of words and follow the style guide; generated tables are current."""
+"""Documents are within their limits of words, they and sources follow the style guide; generated tables are current."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 
 import pytest
-from docs import prose
-from docs.figures import reference, scoring_tables
+from docs import prose, prose_sources
+from docs.figures import reference, scoring_tables, stages
 from tests.documents.blocks import ROOT
 
 TEXTS = prose.pages()
@@ -17,6 +17,12 @@ def test_the_documents_have_no_fault() -> None:
     """`python -m docs.prose` finds nothing: words, lengths of sentences and of pages, word order."""
     texts = TEXTS | {"CHANGELOG.md": (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")}
     assert [*prose.over_limit(texts), *(one for name, text in texts.items() for one in prose.faults(name, text))] == []
+
+
+@pytest.mark.long
+def test_the_sources_have_no_fault() -> None:
+    """`python -m docs.prose` finds nothing in docstrings, comments and messages of the files that it checks."""
+    assert list(prose.source_faults(prose_sources.source_paths())) == []
 
 
 def test_every_page_reads_easily() -> None:
@@ -50,6 +56,45 @@ def test_a_fault_is_found_where_it_is(text: str, fault: str) -> None:
     assert bool(fault) == bool(found)
 
 
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ('"""What it is.\n\nMore.\n"""', [(1, "What it is.\n\nMore.")]),
+        (
+            '"""It.\n\nArgs:\n    one (str): The one.\n    two: The\n        other.\n"""',
+            [(1, "It. The one. The other.")],
+        ),
+        ('"""It adds.\n\n>>> add(1, 2)\n3\n\nThat is all::\n\n    told\n"""', [(1, "It adds. That is all.")]),
+        ("x = 1  # a number\ny = 2  # another", [(1, "a number"), (2, "another")]),
+        ("#: This is\n#: one.\n\n# Another.  \nimport x  # noqa: F401", [(1, "This is one."), (4, "Another.")]),
+        ('f(f"{name} is not one, {other!r} is")', [(1, "Code is not one, Code is")]),
+        ('f("it is " "one message")', [(1, "it is one message")]),
+        ('f("two words", "x = one + two + three;")', []),
+    ],
+)
+def test_prose_is_found_in_a_python_file(source: str, found: list[tuple[int, str]]) -> None:
+    """Docstrings, comments and messages are read with their lines; code, short strings and entries' names are not."""
+    passages = prose_sources.passages("x.py", source)
+    assert [(line, " ".join(text.split())) for line, text in passages] == [(n, " ".join(t.split())) for n, t in found]
+
+
+def test_an_entry_of_a_docstring_is_a_paragraph() -> None:
+    """The entries of a docstring's section have sentences of their own."""
+    ((_, text),) = prose_sources.passages("x.py", '"""It.\n\nArgs:\n    one: One thing\n    two: another\n"""')
+    assert list(prose.paragraphs(text)) == ["It.", "One thing", "another"]
+
+
+def test_prose_is_found_in_compiled_sources() -> None:
+    """Comments of C, and comments and docstrings of Cython, are read; literals are not."""
+    c = '/* It is\n   one. */\nchar *x = "/* not one */"; // Another.\n'
+    assert [(line, " ".join(text.split())) for line, text in prose_sources.passages("x.h", c)] == [
+        (1, "It is one."),
+        (3, "Another."),
+    ]
+    cython = 'cdef class X:  # a class\n    """It is."""\n    cdef double x[3]\n'
+    assert list(prose_sources.passages("x.pyx", cython)) == [(2, "It is."), (1, "a class")]
+
+
 def test_words_outside_generated_blocks_are_counted() -> None:
     """A generated block and a generated page have no words; code and tables have."""
     assert prose.count_words("page.md", "one `two`\n<!-- made by x.py: y -->\nthree\n<!-- end -->\n| 4 |") == 5
@@ -72,6 +117,20 @@ def test_the_tables_of_verdicts_and_grades_are_generated() -> None:
     page = scoring_tables.PAGE.read_text(encoding="utf-8")
     assert scoring_tables.filled(page) == page
     assert page.count("made by docs/figures/scoring_tables.py") == 2
+
+
+def test_the_diagram_of_the_stages_is_generated() -> None:
+    """`python docs/figures/stages.py` would change nothing, and the diagram has the five stages."""
+    page = stages.PAGE.read_text(encoding="utf-8")
+    assert stages.filled(page) == page
+    assert [result for _, _, result in stages.stages()] == [
+        "ComparedRun",
+        "AlignedRun",
+        "MeasuredRun",
+        "JudgedRun",
+        "GradedRun",
+    ]
+    assert stages.diagram() in page
 
 
 def test_the_generated_reference_has_every_command_and_field() -> None:

@@ -79,7 +79,7 @@ def test_the_gallery_plays_scenes_of_the_catalogue() -> None:
 
 
 def test_contributors_have_a_part_of_their_own() -> None:
-    """What only who works on Carom needs stands in no other part of the navigation, and every page is in one."""
+    """Pages for contributors are in no other part of the navigation, and every page is in one part."""
     # Tags of Python are for extensions; what is asked for here is the navigation.
     nav = yaml.safe_load("nav:" + (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2])["nav"]
     parts = {name: part for one in nav for name, part in one.items()}
@@ -111,7 +111,7 @@ def replays(cell: Any) -> list[str]:
 
 @pytest.mark.long
 def test_every_cell_shows_what_is_kept_of_it() -> None:
-    """Run anew in an empty folder, no cell fails; each shows the same text, replay and kinds of picture."""
+    """Run again in an empty folder, no cell fails; each shows the same text, replay and kinds of picture."""
     for kept, run in zip(KEPT.cells, executed().cells, strict=True):
         assert texts(run) == texts(kept), kept.source
         assert [sorted(out.get("data", ())) for out in run.get("outputs", [])] == [
@@ -121,7 +121,7 @@ def test_every_cell_shows_what_is_kept_of_it() -> None:
 
 
 def test_it_reads_on_a_code_host() -> None:
-    """Each cell was run in order; pictures, a replay and tables are kept, and nothing of whose machine it was."""
+    """Each cell was run in order; pictures, a replay and tables are kept, without data of the machine."""
     assert [cell.execution_count for cell in CODE] == list(range(1, len(CODE) + 1))
     kinds = {kind for cell in CODE for output in cell.outputs for kind in output.get("data", ())}
     assert {"text/plain", "text/html", "image/png"} <= kinds
@@ -145,7 +145,7 @@ CHANGELOG = "# Changelog\n\n## 0.2.0 (unreleased)\n\n- Older.\n\n## 0.1.0\n\n- F
 
 
 def test_fragments_come_first_in_the_newest_section_and_are_gone(tmp_path: Path) -> None:
-    """By their names, above what stands there; what tells of fragments stays, and a second time nothing changes."""
+    """By their names, above the existing text; the note on fragments stays, and a second time nothing changes."""
     log = tmp_path / "CHANGELOG.md"
     log.write_text(CHANGELOG)
     fragments = tmp_path / "fragments"
@@ -171,7 +171,7 @@ def test_what_is_no_list_or_has_no_place_is_refused_and_kept(tmp_path: Path) -> 
 
 
 def test_the_fragments_of_this_repository_can_be_assembled(tmp_path: Path) -> None:
-    """Those that lie here now are lists, and the changelog has a section for them."""
+    """The present fragments are lists, and the changelog has a section for them."""
     fragments = tmp_path / "fragments"
     fragments.mkdir()
     for path in (ROOT / "changelog.d").glob("*.md"):

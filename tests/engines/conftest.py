@@ -13,7 +13,7 @@ HERE = Path(__file__).parent
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what lies in this folder."""
+    """Mark the tests of this folder."""
     here = {path for path in {item.path for item in items} if HERE in path.parents}
     for item in items:
         if item.path in here:

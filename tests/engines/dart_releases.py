@@ -28,8 +28,8 @@ def world_of(
 ) -> tuple[Any, list[Any]]:
     """Return a world of spheres on slides, each set back by a part of its first step, and of planes.
 
-    A wall is its normal and how far along that it stands; masses are 1 kg unless given. The coefficients are those of
-    discs and walls, which DART multiplies.
+    A wall is its normal and its position along that; masses are 1 kg by default. The coefficients are those of discs
+    and walls, which DART multiplies.
     """
     world = dartpy.simulation.World()
     world.setGravity([0, 0, 0])

@@ -73,7 +73,7 @@ def test_a_coefficient_above_one_is_made_none(capfd: pytest.CaptureFixture[str])
 
 
 def test_walls_can_have_no_more_restitution_than_discs_leave_them(dart: Adapter) -> None:
-    """A wall's coefficient of 1 beside discs of 0.25 asks for a factor of 2, which DART has not: that is refused."""
+    """A wall's coefficient of 1 with discs of 0.25 needs a factor of 2, which DART lacks: that is refused."""
     scene = staged(
         "hazard", *_towards(1.0).discs, wall_at(-30, 0, 1, 0), restitution=0.25, wall_restitution=1.0, duration_s=1.0
     )
@@ -101,7 +101,7 @@ def _head_on(closing: float, restitution: float = 1.0, away_s: float = 0.5) -> S
 
 
 def test_contacts_are_over_before_the_step_is(drake: Adapter, drive: Drive) -> None:
-    """Discs that part are apart: at no end of a step do they overlap, and yet the impact is told, by a monitor."""
+    """Discs that part are apart: at no end of a step do they overlap, and yet a monitor reports the impact."""
     scene = _head_on(4.0)
     seen = drive(drake, scene, 1 / 60)
     gaps = [math.dist(*one.position_m) - 1.0 for one in seen]

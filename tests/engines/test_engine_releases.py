@@ -156,7 +156,7 @@ def off(name: str, runs: list[Any], at: slice, over: float) -> list[float]:
 
 
 def assert_range(values: NDArray[np.float64], least: float, most: float) -> None:
-    """Assert what numbers lie between, as it is rounded."""
+    """Assert the rounded range of numbers."""
     assert (float(values.min()), float(values.max())) == pytest.approx((least, most), rel=1e-3)
 
 
@@ -253,9 +253,9 @@ def test_bare_states_have_not_moved(
             assert np.abs(np.subtract(*ends)).max() <= rounding, name
 
 
-#: Of releases of Newton, bare, with a gap of 0 and restitution asked for, least and most over 32 phases: the energy
-#: left where one disc strikes two that touch, and by a cradle that touches; the speed, in metres a second, at which two
-#: with restitution 0 part.
+#: Releases of Newton, bare, with a gap of 0 and restitution on, least and most over 32 phases. The numbers are the
+#: energy left after one disc strikes two that touch, and after a cradle that touches. The last is the speed, in metres
+#: a second, at which two with restitution 0 separate.
 NEWTON_4103 = {
     "1.5.2": {"one-into-two": (1.745, 1.910), "cradle-touching": (0.340, 0.581), "parted": (0.078, 0.152)},
     "1.6.1": {"one-into-two": (1.949, 1.970), "cradle-touching": (0.456, 0.802), "parted": (0.0, 0.0)},
@@ -301,8 +301,8 @@ def test_walls_fill_the_grid_of_old_releases_of_matter(kept: Kept) -> None:
     assert bare_matter("0.18.0", kept)["cells"] == [0, 0]
 
 
-#: Of releases of DART, bare, over 32 phases: the worst row, how far normals lean, the worst of `head-on` and the least
-#: of `cradle-gaps`; then fewest and most turns in `box`, `restitution-ladder` and `bank-shot`: 13, 8 and 3 are right.
+#: Releases of DART, bare, over 32 phases: the worst row, how far normals lean, the worst of `head-on` and the least of
+#: `cradle-gaps`; then fewest and most turns in `box`, `restitution-ladder` and `bank-shot`: 13, 8 and 3 are right.
 DART_BARE = {
     "6.16.2": ((1.1768, 0.3764, 7.292e-6, 0.19509), ((0, 0), (1, 1), (1, 2))),
     "6.17.1": ((1.1768, 0.3764, 7.292e-6, 0.19509), ((22, 30), (8, 10), (3, 3))),
@@ -357,13 +357,13 @@ def test_not_one_bit_has_moved(engine: str, versions: str, kept: Kept) -> None:
 def test_what_is_asked_otherwise_is_laid_to_no_release(
     engine: str, before: str, release: str, scenes: list[str], kept: Kept
 ) -> None:
-    """Where what is shipped or asked for changed, it is told, and nothing is called worse or better."""
+    """Changes of defaults or requested settings are reported, and not called worse or better."""
     moved = told(engine, f"{before},{release}", kept, *scenes)[release]
     assert Moved.ASKED in moved
     assert not any(one.real for one in moved)
 
 
-#: Of Rapier, tuned, bare, five eighths into a run: a disc's coordinate, and how far off it is over 32 phases, metres.
+#: Rapier, tuned, bare, five eighths into a run: a disc's coordinate, and how far off it is over 32 phases, metres.
 TURNED = {
     "paper/late": ((1, 1), (-0.02326, -0.01203), (-0.04059, -0.02906)),
     "classics/oblique-3-4-5": ((0, 1), (0.008483, 0.01793), (0.01866, 0.02833)),
@@ -373,7 +373,7 @@ TURNED = {
 
 @pytest.mark.parametrize(("version", "since"), [("0.19.3", 0), ("0.20.0", 1), ("0.21.0", 1)])
 def test_tuned_discs_of_rapier_turn_earlier_since_0_20(version: str, since: int, kept: Kept, tmp_path: Path) -> None:
-    """Bare, over 32 phases, a coordinate of each scene lies elsewhere at every phase."""
+    """Bare, over 32 phases, a coordinate of each scene differs at every phase."""
     asked = json.dumps({"lengthUnit": 1024, "normalizedPredictionDistance": 0, "contact_natural_frequency": 0})
     found = bare("rapier", version, kept, tmp_path, list(TURNED), asked=asked)
     for name, ((disc, axis), *ranges) in TURNED.items():
@@ -381,7 +381,7 @@ def test_tuned_discs_of_rapier_turn_earlier_since_0_20(version: str, since: int,
         assert_range((later - right(name, 0.625))[:, disc, axis], *ranges[since])
 
 
-#: Of DART, bare: a disc's coordinate at the end, and how far off it is over 32 phases, until 6.19 and since, metres.
+#: DART, bare: a disc's coordinate at the end, and how far off it is over 32 phases, until 6.19 and since, metres.
 LEANT = {
     "paper/late": ((0, 1), (0.1372, 0.6008), (-0.1243, -0.002226)),
     "paper/wrong-direction": ((0, 1), (-1.463, -0.03755), (0.01733, 1.249)),
@@ -398,7 +398,7 @@ def test_where_discs_of_dart_end(version: str, since: int, kept: Kept, tmp_path:
 
 
 def test_pymunk_before_5_7_is_refused_and_not_blamed(kept: Kept) -> None:
-    """Its arbiters tell the adapter of no contact, though it bounces: no row of it is run."""
+    """Its arbiters report no contact to the adapter, although discs bounce: no row is run."""
     plain = [entry.scene for entry in find_scenes(["classics/box"])]
     found = history("pymunk", plain, kept, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))
     assert found.releases[0].not_run == "older than 5.7, the oldest release that its adapter drives"

@@ -1,4 +1,4 @@
-"""What engines from npm except Planck do by themselves, each beside what mechanics says."""
+"""Behaviour of engines from npm except Planck by themselves, compared with mechanics."""
 
 from __future__ import annotations
 
@@ -90,7 +90,8 @@ def test_fast_discs_pass_each_other_as_shipped(name: str, named: Named, finish: 
     assert sum(bool(end.velocity_m_s[1, 0] > end.velocity_m_s[0, 0]) for end in ends) <= 2
 
 
-#: Discs of 1 kg, one at 5 m/s and one at rest, in Box2D v3 as shipped: the greatest impulse told of any step, by start.
+#: Discs of 1 kg, one at 5 m/s and one at rest, in Box2D v3 as shipped: the greatest reported impulse of any step, by
+#: start.
 BARE_BOX2D = """
 import create from "box2d3-wasm";
 const b2 = await create({ pthreadCount: 0 });
@@ -164,7 +165,7 @@ def given_back(adapter: Adapter, finish: Finish, profile: str, mass_kg: float = 
 def test_cannon_as_shipped_gives_back_what_a_stage_of_the_overlap_makes_of_it(named: Named, finish: Finish) -> None:
     """Of a relaxation of 3 steps: 12/13 of the impulse, and 4/13 of the overlap pushed apart, so 11/13 to 15/13.
 
-    By the formula of the SPOOK stepper (Lacoursiere 2007) a = 4 / (h (1 + 4 d)), b = 4 d / (1 + 4 d) with d = 3; its
+    By the formula of the SPOOK stepper (Lacoursiere 2007) a = 4 / (h (1 + 4 d)), b = 4 d / (1 + 4 d) with d = 3. Its
     softness, 4 / (h^2 k (1 + 4 d)) with k = 1e7, takes less than a thousandth of it from discs of 1 kg.
     """
     found = given_back(named("cannon"), finish, "default")
@@ -174,7 +175,7 @@ def test_cannon_as_shipped_gives_back_what_a_stage_of_the_overlap_makes_of_it(na
 
 
 def test_cannon_warns_of_an_impulse_that_it_cuts(named: Named, drive: Drive) -> None:
-    """An impulse of 1e6 N s, the most that it gives, is told of; a lesser one is not."""
+    """An impulse of 1e6 N s, the most that it gives, is reported; a lesser one is not."""
 
     def warned(mass_kg: float) -> bool:
         scene = head_on(5.0)
@@ -189,7 +190,7 @@ def test_cannon_warns_of_an_impulse_that_it_cuts(named: Named, drive: Drive) -> 
 def test_p2_as_shipped_gives_less_back_of_a_finer_step_and_of_a_heavier_disc(
     rate_hz: int, mass_kg: float, named: Named, finish: Finish
 ) -> None:
-    """Of the law's impulse it gives 1 / (1 + e / (2 / m)), e = 4 / (h^2 k (1 + 4 d)), k = 1e6, d = 4 (Lacoursiere)."""
+    """It gives 1 / (1 + e / (2 / m)) of the law's impulse, e = 4 / (h^2 k (1 + 4 d)), k = 1e6, d = 4 (Lacoursiere)."""
     softness = 4 * rate_hz**2 / (1e6 * (1 + 4 * 4))
     given = 1 / (1 + softness / (2 / mass_kg))
     p2, dt_s = named("p2"), 1 / rate_hz

@@ -181,7 +181,7 @@ AS_NPM: dict[str, Setting] = {
 
 
 def impacts(look: Observation) -> set[tuple[object, ...]]:
-    """What is told of a step's contacts, in no order; normals are made unit vectors by two libraries' square roots."""
+    """Reported contacts of a step, in no order; normals are made unit vectors by two libraries' square roots."""
     return {
         (
             contact.first,
@@ -210,7 +210,7 @@ def test_both_are_the_same_to_the_bit(
 
 @pytest.mark.parametrize(("name", "same"), [("paper/multiple", True), ("classics/slanted-wall", False)])
 def test_the_tuned_ones_part_at_fixed_bodies(name: str, same: bool, named: Named, drive: Drive) -> None:
-    """The wheel leaves overlaps with walls alone, which npm's can't be told: without walls they are the same."""
+    """The wheel ignores overlaps with walls, which npm's build cannot do: without walls they are the same."""
     (scene,) = (scene for scene in SCENES if scene.name == name)
     changes = {setting: value for setting, value in AS_NPM.items() if setting != "static_contact_natural_frequency"}
     plane = drive(named("rapier2d"), scene, DT_S, "tuned")

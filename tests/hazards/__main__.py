@@ -1,6 +1,6 @@
 """Measure the hazards of engines: `python -m tests.hazards [ENGINE...] [--figures FILE] [--write PAGE] [--into PAGE]`.
 
-The figures of the engines that are named, all unless told, take the place of those that the file has of them.
+The figures of the named engines, by default all, replace theirs in the file.
 """
 
 from __future__ import annotations

@@ -50,8 +50,8 @@ class Figure:
     """One figure of one method.
 
     Attributes:
-        table: Which table of the page it stands in.
-        of: The row or column that it stands in there: a scene, a speed, a sentence.
+        table: Table of the page.
+        of: Row or column of the table: a scene, a speed, a sentence.
         engine: Name of the adapter.
         profile: Name of the profile, with the settings that were changed.
         spread: Its spread over starts; None where the engine refuses the scene.
@@ -200,7 +200,7 @@ class Finding:
         scene: The scene; it is begun at many starts.
         figure: What is read of a run.
         right: What mechanics says.
-        changes: Settings in place of the profile's.
+        changes: Settings that replace the profile's.
         count: At how many starts.
     """
 

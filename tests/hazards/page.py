@@ -133,8 +133,8 @@ NOTES = {
     "What is driven": "A driven edge strikes a disc head-on: separation speed over approach speed, as seen from the "
     "edge; exactly 1. At 1 m/s the edge meets a disc of 0.5 m that approaches at 2 m/s; at 65 m/s it meets one of 2 m "
     "at rest, which must leave at 130 m/s. A disc of 0.25 m between a wall and a piston of 0.5 m/s has no room after "
-    "3 s: its greatest speed until 3.5 s, which has no bound in mechanics, and how far its centre is then beyond the "
-    "wall or the piston, which must be 0.",
+    "3 s. The figures are its greatest speed until 3.5 s, which has no bound in mechanics, and the distance of its "
+    "centre beyond the wall or the piston, which must be 0.",
     "A gas": f"Change of the energy of the 25 discs of {GAS} in 20 s at 60 steps a second, over {GAS_STARTS} starts. "
     "A gas is chaotic: another build of an engine gives other figures of the same kind.",
     "Findings": "Single findings about engines. Right: the value by mechanics.",
@@ -171,7 +171,7 @@ def _with_rows(part: str, names: Sequence[str], rows: Sequence[str]) -> str:
 
 
 def with_engines(text: str, figures: Sequence[Figure], adapters: Sequence[Adapter], versions: Mapping[str, str]) -> str:
-    """Return a page with the rows of some engines measured again, and all others' as they stand.
+    """Return a page with the rows of some engines measured again, and all others' unchanged.
 
     `versions` are those of the engines that were measured, by their names.
     """

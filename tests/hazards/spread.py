@@ -23,7 +23,7 @@ class Spread:
     """One figure of many starts.
 
     Attributes:
-        values: What each start came to.
+        values: Result of each start.
         right: What mechanics says.
         off: From which difference on a start is off.
     """
@@ -63,7 +63,7 @@ class Spread:
 
 
 def starts_of(scene: Scene, count: int) -> list[Scene]:
-    """Return a scene at so many starts, spread evenly over a step of its frame rate."""
+    """Return a scene at a number of starts, spread evenly over a step of its frame rate."""
     return list(shifted_scenes(solve_pic(scene), 1 / scene.frame_rate_hz, even_phases(count)))
 
 

@@ -25,7 +25,7 @@ VARIABLE = "CAROM_FAULT"
 
 _PAIRS = ("< <=", "> >=", "== !=", "+ -", "and or", "&& ||", "True False", "true false", "min max", "greater lesser")
 _OTHER = {one: other for pair in _PAIRS for one, other in (pair.split(), pair.split()[::-1])} | {"*": "+", "/": "*"}
-#: What may stand before an operator of two sides.
+#: Tokens that may precede an operator of two sides.
 _ENDS = re.compile(r"[\w\])]$")
 _HEAD = r"\s+(?:(?:if|elif|while|return)\s|(?:cdef (?:double|bint) )?[\w.\[\]]+ [-+*]?= )"
 _STATEMENT = re.compile(rf"^(?P<head>{_HEAD})(?P<what>[^#]+?)(?P<tail>:?)$")
@@ -101,7 +101,7 @@ class Fault(NamedTuple):
 
     @property
     def key(self) -> str:
-        """What tells it from others as long as the line stands, wherever in the file."""
+        """Identity of the fault as long as the line exists, wherever in the file."""
         return f"{self.path}: {self.before} -> {self.after}"
 
 

@@ -53,7 +53,7 @@ class Failures:
 
 
 def pytest_runtestloop(session: pytest.Session) -> bool:
-    """Try every fault of the job in place of running the tests."""
+    """Try every fault of the job instead of running the tests."""
     job = json.loads(Path(os.environ[JOB]).read_text())
     faults = [(number, Fault(*fault)) for number, fault in job["faults"]]
     ends_s, stages = time.monotonic() + job["seconds"], dict[str, Stage]()

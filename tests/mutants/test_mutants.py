@@ -55,7 +55,7 @@ static inline double middle(double a, double b) {
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A project of one module that lies in the room of the physics, and is built by nothing."""
+    """A project of one module in the package of the physics, without a build."""
     root = tmp_path_factory.mktemp("project")
     (root / "src/carom/core").mkdir(parents=True)
     (root / "src/carom/__init__.py").write_text("")
@@ -194,7 +194,7 @@ def test_a_loop_without_end_is_ended_by_its_processor_time(monkeypatch: pytest.M
 
 
 def test_what_a_document_lists_is_tried_first_and_keeps_its_reason(project: Path) -> None:
-    """Of each room all that is listed, then others up to the number asked for; a row may have no reason."""
+    """All that is listed of each package, then others up to the requested number; a row may have no reason."""
     faults = list(enumerate(faults_in(project), start=1))
     last = faults[-1][1]
     row = f"- `{last.path}`: `{last.before}` as `{last.after}`"

@@ -38,7 +38,7 @@ _PACKAGES = (
 )
 #: With code of their own for each processor; what else is imported is plain Python, taken from this environment.
 _WHEELS = ("numpy", "pydantic_core", "python-flint")
-#: As in setup.py, but for the last.
+#: As in setup.py, except for the last.
 _FLAGS = ("-std=c11", "-O3", "-fno-math-errno", "-fno-trapping-math", "-g0", "-w", "-DPy_LIMITED_API=0x030B0000")
 _FORMS = {"as wheels are": "-ffp-contract=off", "with products fused into sums": "-ffp-contract=fast"}
 
@@ -101,7 +101,7 @@ def _own_machine() -> str:
 
 
 def _build(out: Path, system: Path, flag: str) -> Path:
-    """Compile every module for aarch64, beside the plain files of the package; return where that is."""
+    """Compile every module for aarch64, next to the plain files of the package; return the folder."""
     shutil.rmtree(out, ignore_errors=True)
     package = Path(carom.__file__).parent
     shutil.copytree(package, out / "carom", ignore=shutil.ignore_patterns("*.so", "__pycache__"))

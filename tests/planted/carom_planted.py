@@ -1,7 +1,7 @@
 """A method that is right, and one profile for each fault planted in it, to be installed as somebody else's would be.
 
-It plays back what `carom.solve_pic` found, step by step. `told` profiles hand over the velocities around a contact, as
-a method that knows them does; the others leave them to be read from the states, as an engine does.
+It plays back what `carom.solve_pic` found, step by step. `told` profiles return the velocities around a contact, as a
+method that knows them does; the others leave them to be read from the states, as an engine does.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class World:
         return Observation(position, velocity, tuple(contacts))
 
     def _contact(self, impact: np.void, last: bool) -> Contact:
-        """Return the contact, with the fault where it is the last one; told or to be read from the states."""
+        """Return the contact, with the fault where it is the last one; reported or to be read from the states."""
         fault, first, second = self._fault, int(impact["first"]), int(impact["second"])
         time_s, normal = float(impact["time_s"]), impact["normal"]
         impulse: float | None = None

@@ -1,7 +1,7 @@
 """Doctored runs: what a method shows of a scene, state by state, with a fault that begins at some time.
 
-A run is recorded from the impacts that a solver found, on free paths from impact to impact: nothing of what judges a
-run is used. `Playback` is the adapter that shows it, so that a run goes the same way as any engine's.
+A run is recorded from the impacts that a solver found, on free paths from impact to impact, without the code that
+judges a run. `Playback` is the adapter that shows it, so that a run goes the same way as any engine's.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Run:
         states: At time 0 and after each step.
         impacts: What it reports, `carom.model.trace.IMPACT_DTYPE`.
         spins: The spins of these, `carom.model.trace.SPIN_DTYPE`; None where no disc spins.
-        told: Whether it hands over the velocities around an impact; else they are read from the states.
+        told: Whether it returns the velocities around an impact; else they are read from the states.
         float_bits: Width of the floats that it declares.
         lasts: In how many steps it reports each impact, if it does not tell velocities.
     """
@@ -293,7 +293,7 @@ class Playback:
 
 
 def judged(run: Run, *, horizon_s: float | None = None) -> Score:
-    """Return what is said of a run, shown by an adapter, beside PIT at the same step."""
+    """Return the score of a run, shown by an adapter, with PIT at the same step."""
     trace = observe_run(Playback(run), run.scene, "default", DT)
     sampling = solve_pit(run.scene, frame_rate_hz=1 / DT)
     return compare(solve_pic(run.scene), trace, sampling=sampling, horizon=horizon_s)

@@ -1,7 +1,7 @@
 """What must be said of each doctored run, and why: faults from nothing to gross, each with its grades by hand.
 
-Where a hand's reckoning leaves one grade, the table names one. Where it leaves a few (what an error of a millionth
-costs beside the price of sampling depends on every impact of a crowd), it names the best and the worst that may be.
+Where a hand's reckoning leaves one grade, the table names one. Where it leaves a few (the cost of an error of a
+millionth relative to that of sampling depends on every impact of a crowd), it names the best and the worst that may be.
 """
 
 from __future__ import annotations
@@ -199,7 +199,7 @@ FALLING = {"gravity_m_s2": (0.0, -GRAVITY), "wall_restitution": 0.0, "duration_s
 
 THUD = staged("thud", disc_at(0.0, RADIUS_M + DROP_M, r=RADIUS_M), FLOOR, **FALLING)
 RESTING = staged("resting", disc_at(0.0, RADIUS_M, r=RADIUS_M), FLOOR, **FALLING)
-#: One lies from the start, so that the reference ends at once; another is dropped 5 m beside it.
+#: One rests from the start, so that the reference ends at once; another is dropped 5 m next to it.
 BESIDE = staged(
     "beside", disc_at(0.0, RADIUS_M, r=RADIUS_M), disc_at(5.0, RADIUS_M + DROP_M, r=RADIUS_M), FLOOR, **FALLING
 )
@@ -355,7 +355,7 @@ PAIR = staged("pair", disc_at(0.0, 0.0, SPEED, 0.0), disc_at(BESIDE_M, 0.0), dur
 
 
 def passing(steps: float, aside_m: float = 0.0, phase: float = 0.0) -> Run:
-    """Return two discs that pass through each other, in overlap for so many steps; 0 for faithful ones.
+    """Return two discs that pass through each other, in overlap for some steps; 0 for faithful ones.
 
     Off centre by `aside_m`, less than 1 m, they never have one centre. They touch so large a part of a step after a
     state: at 0 one of an even number of steps shows them at their nearest, where they neither close nor part.
@@ -371,7 +371,7 @@ def passing(steps: float, aside_m: float = 0.0, phase: float = 0.0) -> Run:
 
 
 def pressed(steps: float, energy: float = 1.0) -> Run:
-    """Return two discs that push each other for so many steps from the touch on, evenly, to `energy` of what is right.
+    """Return two discs that push each other for some steps from the touch on, evenly, to `energy` of what is right.
 
     The relative velocity goes in equal parts from what it was to what it should be, and places follow from velocities.
     """
@@ -393,7 +393,7 @@ def pressed(steps: float, energy: float = 1.0) -> Run:
     for disc, sign, start in ((0, 1.0, 0.0), (1, -1.0, BESIDE_M)):
         velocity[:, disc, 0] = centre + sign * relative / 2.0
         position[:, disc, 0] = start + centre * times + sign * closed / 2.0
-    # In a step that begins before they touch nothing is told but by its end, so a push of n steps is seen in n + 1.
+    # A step that begins before they touch is reported only by its end, so a push of n steps is seen in n + 1.
     return dataclasses.replace(right, states=States(times, position, velocity), lasts=math.ceil(steps) + 1)
 
 

@@ -87,7 +87,7 @@ def turned(vector: Array, angle: float) -> Array:
 
 @dataclass(frozen=True)
 class Expected:
-    """What a comparison must say of a fault of one size, with a PIT beside it that has no error.
+    """Required result of a comparison for a fault of one size, with a PIT without error.
 
     Attributes:
         size: The size planted.
@@ -205,7 +205,7 @@ def slower(reference: Trace, size: float) -> Trace:
 
 @fault(_thrown_aside, exact=(0, 1e-12), inaccurate=(1e-6, 0.5, 2, 90, 180))
 def thrown_aside(reference: Trace, size: float) -> Trace:
-    """The last impact sends its disc off turned by so many degrees."""
+    """The last impact turns its disc's velocity by the size, in degrees."""
     impacts, row = _last(reference)
     name = f"velocity_{_struck(reference)}_after"
     row[name] = turned(row[name], math.radians(size))
@@ -217,7 +217,7 @@ def thrown_aside(reference: Trace, size: float) -> Trace:
     exact=(0, 1e-11), close=(1e-6, 0.0099), sampled=(0.0101, 0.3, 1), inaccurate=(1.1, 20),
 )  # fmt: skip
 def delayed(reference: Trace, size: float) -> Trace:
-    """The last impact acts so many steps late."""
+    """The last impact acts late by the size, in steps."""
     impacts, row = _last(reference)
     row["time_s"] += size * DT
     return replayed(reference, impacts)
@@ -228,20 +228,20 @@ def delayed(reference: Trace, size: float) -> Trace:
     exact=(0, 1e-11), close=(1e-6, 0.0099), inaccurate=(0.0101, 0.5, 20),
 )  # fmt: skip
 def hasty(reference: Trace, size: float) -> Trace:
-    """The last impact acts so many steps early."""
+    """The last impact acts early by the size, in steps."""
     return delayed(reference, -size)
 
 
 # Impacts at the start of a step: within it any stamp is the step's own.
 @fault(lambda steps: {Verdict.WRONG_STAMP: (steps - 1) * DT}, exact=(0, 0.9), inaccurate=(1.5, 22))
 def stamped_late(reference: Trace, size: float) -> Trace:
-    """The last impact is stamped so many steps late, and acts in time."""
+    """The last impact is stamped late by the size, in steps, and acts in time."""
     return altered(faithful(reference), -1, time_s=reference.impacts["time_s"][-1] + size * DT)
 
 
 @fault(lambda steps: {Verdict.WRONG_STAMP: steps * DT}, exact=(0, 1e-11), inaccurate=(0.5, 22))
 def stamped_early(reference: Trace, size: float) -> Trace:
-    """The last impact is stamped so many steps early, and acts in time."""
+    """The last impact is stamped early by the size, in steps, and acts in time."""
     return stamped_late(reference, -size)
 
 
@@ -250,7 +250,7 @@ def stamped_early(reference: Trace, size: float) -> Trace:
     exact=(0,), wrong=(1, 2),
 )  # fmt: skip
 def tunnelling(reference: Trace, size: float) -> Trace:
-    """The last so many impacts do not happen: the discs pass through each other."""
+    """As many last impacts as the size do not happen: the discs pass through each other."""
     return replayed(reference, reference.impacts[: len(reference.impacts) - int(size)].copy())
 
 
@@ -267,13 +267,13 @@ def _reported(reference: Trace, rows: slice | list[int]) -> Trace:
     exact=(0,), wrong=(1, 2),
 )  # fmt: skip
 def unreported(reference: Trace, size: float) -> Trace:
-    """The last so many impacts happen and are not reported."""
+    """As many last impacts as the size happen and are not reported."""
     return _reported(reference, slice(len(reference.impacts) - int(size)))
 
 
 @fault(lambda more: {Verdict.SPURIOUS: more, Verdict.TURNS: 1}, exact=(0,), wrong=(1, 2))
 def doubled(reference: Trace, size: float) -> Trace:
-    """The last impact is reported so many times more."""
+    """The last impact is reported again, as often as the size."""
     return _reported(reference, [*range(len(reference.impacts)), *[-1] * int(size)])
 
 
@@ -313,7 +313,7 @@ def exchanged(reference: Trace, size: float) -> Trace:
     exact=(0, 1e-13), close=(1e-6,), inaccurate=(0.01, 10),
 )  # fmt: skip
 def drifting(reference: Trace, size: float) -> Trace:
-    """Every disc moves aside by so many radii a second that are not in its velocity."""
+    """Every disc moves aside by the size, in radii a second, without a velocity."""
     length = max(disc.radius_m for disc in reference.scene.discs)
     return replayed(
         reference, reference.impacts.copy(), lambda place, time: place + np.array([0.0, size * length * time])
@@ -340,7 +340,7 @@ def dragging(reference: Trace, size: float) -> Trace:
     exact=(0, 1e-12), inaccurate=(1e-6, 1, 90, 180),
 )  # fmt: skip
 def turning_later(reference: Trace, size: float) -> Trace:
-    """Half-way from the last impact to the end its disc turns by so many degrees, without any impact."""
+    """Half-way from the last impact to the end its disc turns by the size, in degrees, without any impact."""
     trace, row = faithful(reference), reference.impacts[-1]
     disc, left = int(row[_struck(reference)]), (trace.end_time_s - row["time_s"]) / 2
     place, velocity = trace.final_position_m.copy(), trace.final_velocity_m_s.copy()
@@ -372,7 +372,7 @@ def damped(reference: Trace, size: float) -> Trace:
     exact=(0, 1e-13), close=(1e-6,), inaccurate=(1, 2000),
 )  # fmt: skip
 def carried_off(reference: Trace, size: float) -> Trace:
-    """Every disc ends so many radii aside."""
+    """Every disc ends aside by the size, in radii."""
     trace = faithful(reference)
     length = max(disc.radius_m for disc in reference.scene.discs)
     return dataclasses.replace(trace, final_position_m=trace.final_position_m + np.array([0.0, size * length]))
@@ -380,7 +380,7 @@ def carried_off(reference: Trace, size: float) -> Trace:
 
 @fault(lambda degrees: {Verdict.WRONG_NORMAL: degrees}, exact=(0, 1e-12), inaccurate=(1, 90, 180))
 def normal_turned(reference: Trace, size: float) -> Trace:
-    """The normal of the last impact is reported turned by so many degrees."""
+    """The normal of the last impact is reported turned by the size, in degrees."""
     return altered(faithful(reference), -1, normal=turned(reference.impacts["normal"][-1], math.radians(size)))
 
 

@@ -1,4 +1,4 @@
-"""No doctored run is graded better than it is, or worse: to the end, in crowds, at rest, told and untold."""
+"""No doctored run is graded better than it is, or worse: to the end, in crowds, at rest, reported or not."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def of_alone(name: str, size: float, *, told: bool) -> Score:
     return judged(dataclasses.replace(ALONE[name].plant(size), told=told))
 
 
-#: What a run that is wrong is told at least one of; and what an exact one may be told.
+#: Verdicts of which a wrong run has at least one, and verdicts that an exact one may have.
 OF_WRONG = PASSES | {
     Verdict.SPURIOUS,
     Verdict.WRONG_ORDER,
@@ -147,7 +147,7 @@ KINDS = [
 def test_a_fault_in_a_crowd_is_graded_as_it_is(
     where: tuple[str, str], rung: Rung, begins: str, told: bool, bits: int
 ) -> None:
-    """Before the horizon or after it, in either width, told or untold: no better and no worse than the table says."""
+    """Before the horizon or after it, in either width, reported or not: no better and no worse than the table says."""
     score = of_crowd(where, rung.size, begins=begins, told=told, bits=bits)
     best = Grade.EXACT if bits == 32 and rung.size < SEEN_32 else rung.best
     require(score, best, worst_of(rung, begins), rung.says, FAULTS[where].why)
@@ -176,7 +176,7 @@ def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
 )
 def test_a_fault_of_a_disc_or_two_is_graded_as_it_is(name: str, rung: Rung, told: bool) -> None:
     """At rest and before it, from the start, in long contacts: no better and no worse than the table says."""
-    says = rung.says if not told or rung.says is not Verdict.LATE else None  # told, it names the right instant
+    says = rung.says if not told or rung.says is not Verdict.LATE else None  # if reported, it names the right instant
     require(of_alone(name, rung.size, told=told), rung.best, rung.worst, says, ALONE[name].why)
 
 

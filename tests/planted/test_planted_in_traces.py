@@ -71,7 +71,7 @@ def test_a_fault_beyond_the_horizon_is_found_in_the_run_itself(fault: Fault) -> 
 def test_another_path_beyond_the_horizon_is_nobodys_fault(name: str) -> None:
     """A run that takes another path where the reference is not to be believed, and agrees with itself, stays exact."""
     (fault,) = (fault for fault in FAULTS if fault.name == name)
-    size = 1 if name == "tunnelling" else fault.table[-1].size  # the other one lies within the horizon
+    size = 1 if name == "tunnelling" else fault.table[-1].size  # the other one is within the horizon
     score = compare(REFERENCE, fault.plant(REFERENCE, size), sampling=without_error(REFERENCE), horizon=BETWEEN_S)
     assert score.verdicts == (Verdict.CONFORMS,)
     assert score.grade is Grade.EXACT
@@ -95,7 +95,7 @@ def graded(fault: Fault, reference: Trace, sampling: Trace) -> Iterator[Grade]:
     ),
 )
 def test_a_fault_that_grows_never_improves_its_grade(name: str, exact: bool, fault: Fault) -> None:
-    """In scenes of every kind, beside a real PIT or one without error, each size is graded no better than a lesser."""
+    """In scenes of every kind, with a real PIT or one without error, each size is graded no better than a lesser."""
     reference = solve_pic(catalogue()[name].scene)
     if len(reference.impacts) < fault.impacts or len(reference.scene.discs) < fault.discs:
         pytest.skip(f"{name} has too few impacts or discs")
@@ -130,7 +130,7 @@ def test_every_size_of_a_ladder_is_larger_than_the_one_before() -> None:
 #: Discs that meet nobody: without looking at positions, free flight would begin after the third step.
 FREE = staged("free", disc_at(0, 0, 1, 0, r=LENGTH), disc_at(0, 5, 1, 1, r=LENGTH), duration_s=2.0)
 
-#: What must be said of the scene `ROW` beside the grade, with the number that the reason must show.
+#: What must be said of the scene `ROW` in addition to the grade, with the number that the reason must show.
 SAID: dict[str, tuple[Grade, dict[Verdict, str]]] = {
     "none": (Grade.EXACT, {Verdict.CONFORMS: "2 of 2"}),
     "told-none": (Grade.EXACT, {Verdict.CONFORMS: "2 of 2"}),
@@ -161,8 +161,8 @@ SAID: dict[str, tuple[Grade, dict[Verdict, str]]] = {
 
 #: Refused by name: what can't be is the adapter's slip, and no row is graded for it.
 REFUSED = {
-    "stamped-late": "time_s of a contact of bodies 1 and 2 must lie within the step that reports it",
-    "stamped-at-0": "must lie within the step that reports it",
+    "stamped-late": "time_s of a contact of bodies 1 and 2 must be within the step that reports it",
+    "stamped-at-0": "must be within the step that reports it",
     "normal-long": "normal of a contact of bodies 1 and 2 must have the length 1, got 5, 0",
     "nan-normal": "normal of a contact of bodies 1 and 2 must be finite, got nan",
     "nan-impulse": "impulse_n_s of a contact of bodies 1 and 2 must be finite, got nan",

@@ -15,7 +15,7 @@ import pytest
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 
-#: The adapter as its author published it, built beside Carom 0.1 (57060cb): what was written then still runs.
+#: The adapter as its author published it, built with Carom 0.1 (57060cb): old code still runs.
 BUILT_WITH_0_1 = HERE / "carom_penalty-0.1-py2.py3-none-any.whl"
 
 #: Runs pytest in the fresh environment, with these arguments, in this folder.
@@ -47,7 +47,7 @@ def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     What Carom depends on is lent by this environment, at the end of the path: nothing has to be downloaded.
     """
     folder = tmp_path_factory.mktemp("fresh")
-    # Building leaves metadata beside the sources, which would be an installed adapter to every other test.
+    # Building leaves metadata next to the sources, which would be an installed adapter to every other test.
     twin = folder / "twin"
     shutil.copytree(HERE / "broken", twin, ignore=shutil.ignore_patterns("*.egg-info", "build", "__pycache__"))
     wheels = [BUILT_WITH_0_1, *(_wheel(source, folder) for source in (ROOT, twin))]
@@ -69,7 +69,7 @@ def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def wheel_of_0_1() -> Path:
-    """The wheel that the author built beside Carom 0.1."""
+    """The wheel that the author built with Carom 0.1."""
     return BUILT_WITH_0_1
 
 

@@ -134,7 +134,7 @@ def test_a_third_party_adapter_is_scored_and_skipped_like_any_other() -> None:
 
 Pytest = Callable[..., subprocess.CompletedProcess[str]]
 
-#: Of each adapter of the twin: a case that finds its lie, and what the failure must say.
+#: For each adapter of the twin: a case that finds its false statement, and the words of the failure.
 LIES = {
     "turns-wrong": (
         "velocities[tuned-classics/oblique-3-4-5]",
@@ -230,7 +230,7 @@ NOT_DECLARED = {
 
 @pytest.mark.long
 def test_a_third_party_distribution_passes_in_a_fresh_environment(author_pytest: Pytest, fresh_python: Path) -> None:
-    """From its wheel built beside Carom 0.1, named by its distribution, it passes but for its known failures."""
+    """From its wheel built with Carom 0.1, named by its distribution, it passes except for its known failures."""
     code = "import carom, carom_penalty; print(carom.__file__); print(carom_penalty.__file__)"
     where = subprocess.run([str(fresh_python), "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert all(Path(file).is_relative_to(fresh_python.parents[1]) for file in where), where
@@ -244,7 +244,7 @@ def test_a_third_party_distribution_passes_in_a_fresh_environment(author_pytest:
 
 @pytest.mark.long
 def test_each_lie_is_found_and_told_with_value_expected_and_scene(fresh_python: Path, tmp_path: Path) -> None:
-    """Each lie of the broken twin fails its case, with the value, the expected value, the scene and how to see it."""
+    """Each false statement of the broken twin fails its case, with both values, the scene and a command."""
     failures = _failures(fresh_python, tmp_path)
     for name, (case, *phrases) in LIES.items():
         said = failures[f"{name}::{case}"]

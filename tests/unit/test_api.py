@@ -45,7 +45,7 @@ def test_every_public_name_resolves_to_the_object_of_its_home_module() -> None:
     ],
 )
 def test_an_import_path_of_an_earlier_version_has_the_same_objects(path: str, name: str, home: str) -> None:
-    """Adapters and programs of others import what documents told them to import, and get the very same."""
+    """Third-party adapters and programs import documented names, and get the same objects."""
     assert getattr(importlib.import_module(path), name) is getattr(importlib.import_module(home), name)
     program = f"from {path} import {name}; import carom; carom.scene('paper/missed'); print(carom.{path[6:]}.__name__)"
     named = program.replace("carom.scene.__name__", "'carom.scene'")  # the attribute is the function
@@ -165,7 +165,7 @@ finally:
 
 @pytest.mark.parametrize("command", long_after(2, COMMANDS))
 def test_a_command_loads_no_more_than_it_uses(command: str, tmp_path: Path) -> None:
-    """Of what the table names for a command, its process has imported nothing when it ends."""
+    """The process of a command has imported none of the modules that the table excludes."""
     found = tmp_path / "modules.json"
     subprocess.run([sys.executable, "-c", SCRIPT, str(found), *command.split()], capture_output=True, check=False)
     loaded = set(json.loads(found.read_text()))

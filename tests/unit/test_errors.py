@@ -11,7 +11,7 @@ from tests.lengths import each
 from carom import errors
 from carom.errors import AdapterError, CaromError, InputError, MissingExtraError, Problem, SceneError, UnknownNameError
 
-#: What code that knows nothing of Carom catches.
+#: Standard exceptions, for callers that do not import Carom's.
 BUILTINS: dict[type[CaromError], type[Exception]] = {
     InputError: ValueError,
     SceneError: ValueError,

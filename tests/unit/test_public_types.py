@@ -1,4 +1,4 @@
-"""The types of what people call, as mypy sees them: `make check` fails where one is not what stands here."""
+"""The types of what people call, as mypy sees them: `make check` fails if one differs from this file."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """What commands print, and documents of fixed results, kept whole in tests/snapshots: a change is read as a diff.
 
-`make generated` writes them anew. Only methods of Carom's own are asked, so no engine's version is in them.
+`make generated` rewrites them. Only methods of Carom's own are asked, so no engine's version is in them.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def assert_kept(name: str, text: str) -> None:
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At 80 columns, to the letter but for run times; CAROM_SNAPSHOTS=write keeps what is printed now."""
+    """At 80 columns, to the letter except for run times; CAROM_SNAPSHOTS=write keeps what is printed now."""
     monkeypatch.chdir(ROOT)
     result = carom_command(*COMMANDS[name].split(), columns=COLUMNS)
     text = f"$ carom {COMMANDS[name]}\n{normal(result.output)}exit code {result.exit_code}\n"
@@ -65,7 +65,7 @@ def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatc
         assert max(map(len, result.output.splitlines())) <= COLUMNS
 
 
-#: Documents of results that stand in the tests: whoever runs these studies asks engines, or a clock.
+#: Documents of results from tests, since these studies need engines, or a clock.
 DOCUMENTS = {
     "advise-document": lambda: advice_document(advice()),
     "bench-document": lambda: bench_document(bench("default", "tuned")),

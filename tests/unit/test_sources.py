@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCE = Path(carom.__file__).parent
 HEADING = "| old word | new word |\n| --- | --- |\n"
 
-#: Of each room, the lines of a function: a screen, or what a reader holds. As many arguments as a reader keeps apart.
+#: Most lines of a function by package, about a screen; most arguments of a function.
 MOST_LINES, MOST_PARAMETERS = {"cli/": 80, "studies/": 80, "execution/": 60}, 12
 #: What must not be read, and what to write instead.
 INSTEAD = {
@@ -131,7 +131,7 @@ def test_compiled_modules_import_what_is_below_them() -> None:
 
 
 def test_a_word_that_misleads_stands_nowhere() -> None:
-    """Whoever searches for the term of the field finds it; what is found is told with which that is."""
+    """A search for a term of the field finds it, and the result names the term."""
     words = re.compile("|".join(INSTEAD))  # all at once, four times as fast as one after the other
     found = [
         (str(path), hit[0], new)
@@ -144,7 +144,7 @@ def test_a_word_that_misleads_stands_nowhere() -> None:
 
 
 def test_the_documents_are_in_british_english() -> None:
-    """No American form stands in a document's sentences; code, and the names in it, are left out."""
+    """Sentences of documents have no American forms; code, and the names in it, are left out."""
     found = []
     for path, text in texts().items():
         if path.suffix == ".md":
@@ -196,7 +196,7 @@ def plain(text: str) -> str:
 
 
 def uses(word: str, text: str) -> list[str]:
-    """The places where a text says a word, with what stands around them."""
+    """The places of a word in a text, with their surroundings."""
     if plain(word) not in plain(text):
         return []
     pattern = r"\b" + r"\s+".join(map(re.escape, word.split())) + r"\b"

@@ -1,10 +1,10 @@
 """The impact of two rough rigid bodies in rational numbers, from Newton's laws alone: no code of Carom's.
 
 Two rigid bodies touch at one point. An impulse P there changes velocities by P/m and spins by r x P / I, with r from
-the centre to the point: so the velocity of one surface past the other changes by K P, K a symmetric 2 x 2 matrix. What
-is asked of P is solved as linear equations, whatever shape K has: the normal velocity ends turned round by e; where the
-bodies hold each other the tangential one is turned round by b; and where that takes more than Coulomb's cone allows, P
-lies on the cone's edge, against the slip.
+the centre to the point. So the velocity of one surface past the other changes by K P, K a symmetric 2 x 2 matrix. The
+conditions on P are linear equations, whatever shape K has. The normal velocity is reversed by e. Where the bodies hold
+each other the tangential one is reversed by b. If that takes more than Coulomb's cone allows, P is on the cone's edge,
+against the slip.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Brute force at hundreds of digits: event-driven discs in mpmath, sharing no code and no formula with Carom.
 
-Every pair is predicted anew after every impact, all discs are moved at every impact, and the time of impact is the root
-``(-b - sqrt(b^2 - a c)) / a`` of the textbook. Run as a program it is a campaign against `carom.certify`:
-``python -m tests.validation.mpmath_runs 1000``.
+Every pair is predicted again after every impact, all discs are moved at every impact, and the time of impact is the
+root ``(-b - sqrt(b^2 - a c)) / a`` of the textbook. Run as a program it is a campaign against `carom.certify`: ``python
+-m tests.validation.mpmath_runs 1000``.
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ def _rub(scene: Scene, before: Any, v: Any, spin: Any, i: int, j: int) -> None:
 
 
 def outside(values: Any, radii: Any, truths: Sequence[Any], digits: int = 0) -> list[int]:
-    """Return which of some numbers are not within their radii of the truth, known to so many digits, or all but 5."""
+    """Return the numbers that are not within their radii of the truth, which is known to some digits, or all but 5."""
     told = zip(np.ravel(values).tolist(), np.ravel(radii).tolist(), truths, strict=True)
     slack = mpf(10) ** -(digits or mp.dps - 5)
     return [

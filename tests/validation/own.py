@@ -1,4 +1,4 @@
-"""What Carom's own event-driven PIC must stand: conservation, no overlap, time that only advances, an end to collapse.
+"""Invariants of Carom's event-driven PIC: conservation, no overlap, time that only advances, an end to collapse.
 
 These are measured within the run, impact by impact, which no adapter shows; so they are of the event-driven form alone.
 """
@@ -23,12 +23,12 @@ _CHUNK = 100_000
 
 
 def mixed_gas() -> DiscArrays:
-    """Return thirty discs of radii 1:1.7 and masses 1:49 in a box, a third of which they cover."""
+    """Return thirty discs of radii 1:1.7 and masses 1:49 that cover a third of a box."""
     return jittered(np.random.default_rng(1), 30, spread=1.8)
 
 
 def _chunks(scene: Scene | DiscArrays, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArray[np.void]]]:
-    """Run for so many impacts and yield the run and its impacts, a chunk at a time, so that memory stays small."""
+    """Run for some impacts and yield the run and its impacts, a chunk at a time, so that memory stays small."""
     run, last_s = EventDrivenRun(scene), 0.0
     for until in range(_CHUNK, impacts + _CHUNK, _CHUNK):
         outcome = run.advance_to(math.inf, min(until, impacts))
@@ -63,9 +63,9 @@ def momentum(start: DiscArrays, impacts: int) -> float:
 def overlap(start: DiscArrays, run: EventDrivenRun) -> float:
     """Return the deepest overlap of two bodies now over what rounding explains.
 
-    The run stops at an instant that is a float, within half a unit in its last place of the impact; there each body is
-    off by its speed times that, and by the roundings of its coordinates: of the product, of the sum, and of the instant
-    at which its path began.
+    The run stops at an instant that is a float, within half a unit in its last place of the impact. There each body is
+    off by its speed times that, and by the roundings of its coordinates: of the product, of the sum, and of the start
+    of its path.
     """
     place, radius, walls = run.positions(), start.radius_m, np.array(start.half_planes())
     off = np.hypot(*run.velocities().T) * math.ulp(run.time_s) + 4 * math.ulp(float(np.abs(place).max()) + radius.max())

@@ -1,4 +1,4 @@
-"""What friction and spin make of an impact, held to the law in rational numbers."""
+"""Impacts with friction and spin, compared with the law in rational numbers."""
 
 from __future__ import annotations
 

@@ -4,9 +4,9 @@ Every edge has a vertex at both of its ends, two sides, and no joint is looked a
 circle follows from its chord by trigonometry, its sector from angles, and a fall's instant from all roots of a
 polynomial. The answer is that of the very floats of the scene.
 
-What rounding may do to a run of floats is followed beside it: the derivative of each flight and impact with respect to
-where it begins, and to the point of contact, by differences of 10^-40. The sum of what each rounding has grown to is a
-bound to first order; where it passes a part of the radius, floats say nothing more.
+The possible effect of rounding on a run of floats is computed with it: the derivative of each flight and impact with
+respect to where it begins, and to the point of contact, by differences of 10^-40. The sum of what each rounding has
+grown to is a bound to first order; where it passes a part of the radius, floats say nothing more.
 
 `tests.campaign.tables` runs it on as many random tables as are asked for.
 """
@@ -34,8 +34,8 @@ PRECISION = 600
 STEP = arb(10) ** -40
 #: An instant so soon after an impact is that impact.
 AT_ONCE = arb(10) ** -60
-#: Roundings of a coordinate on its way to a contact: the wait, its product with the velocity, the sum, and two in the
-#: normal of a circle, where a coordinate of the centre is subtracted; and one for the rounding of that centre.
+#: Roundings of a coordinate on its way to a contact: the wait, its product with the velocity, and the sum. Two more are
+#: in the normal of a circle, where a coordinate of the centre is subtracted, and one is that of the centre.
 ROUNDINGS_OF_PLACE = 6
 #: Roundings of a velocity in an impact: a normal's component, two products and a sum along it, one times 1 + e, a
 #: product and a difference. Where a line is driven, all are of what is seen from there, whose speed is added.
@@ -50,7 +50,7 @@ DURATION_S = 1e6
 class Line(NamedTuple):
     """A finite wall: points, bulges, whether it is closed, half width, restitution if not the table's, and its legs.
 
-    A leg is when it begins and a velocity; without any the wall stands.
+    A leg is when it begins and a velocity; without any the wall is at rest.
     """
 
     points: tuple[Point, ...]
@@ -122,7 +122,7 @@ def _stretches(line: Line) -> Iterator[tuple[arb, arb, arb, arb, arb, arb]]:
 
 
 def _seen(line: Line, s: State) -> State:
-    """Return a state as seen from a line, which stands where it began."""
+    """Return a state relative to a line, which is where it began."""
     for begin, end, x, y, u, v in _stretches(line):
         if s.time < end:
             lasted = s.time - begin
@@ -131,7 +131,7 @@ def _seen(line: Line, s: State) -> State:
 
 
 def _driven(table: Table, side: Side) -> Side:
-    """Return what may be met of a line that stands as what may be met of it on its way, leg by leg."""
+    """Return the features of a line at rest as those of the moving line, leg by leg."""
     line, (gx, gy) = table.lines[side.line], map(arb, table.gravity)
 
     def meet(s: State) -> arb | None:
@@ -186,7 +186,7 @@ def _bent(table: Table, line: int, a: Point, b: Point, bulge: float, reach: arb)
     radius, height = chord / (2 * (abs(turn) / 2).sin()), chord / 2 * (turn / 2).cos() / (turn / 2).sin()
     x = (arb(a[0]) + b[0]) / 2 - (arb(b[1]) - a[1]) / chord * height
     y = (arb(a[1]) + b[1]) / 2 + (arb(b[0]) - a[0]) / chord * height
-    # From the centre to the arc's middle: half a turn from there lies the seam of angles, and never the arc.
+    # From the centre to the arc's middle: half a turn from there is the seam of angles, and never the arc.
     mx = (arb(a[0]) + b[0]) / 2 + arb(bulge) * (arb(b[1]) - a[1]) / 2 - x
     my = (arb(a[1]) + b[1]) / 2 - arb(bulge) * (arb(b[0]) - a[0]) / 2 - y
 

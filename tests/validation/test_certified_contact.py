@@ -79,7 +79,7 @@ def test_discs_that_come_to_fall_alike_along_a_slope_never_meet_there(name: str)
 
 
 def test_a_run_of_another_friction_is_beyond_the_radii() -> None:
-    """Of friction that is one part in 10^14 more, a disc that slides ends elsewhere than is proven."""
+    """With friction that is one part in 10^14 larger, a sliding disc ends elsewhere than is proven."""
     scene = find_scenes(["contact/slide-to-roll"])[0].scene
     other = Scene(**{**dict(scene), "wall_friction": scene.wall_friction * (1 + 1e-14)})
     with mp.workdps(contact_runs.DIGITS):
@@ -117,7 +117,7 @@ def test_bounces_are_told_as_far_as_the_digits_tell_them_apart() -> None:
 
 
 def test_a_landing_on_a_slope_keeps_what_friction_can_not_change() -> None:
-    """Of ``2 u - R w`` friction takes nothing, and rolling is a third of it: at three digits, too."""
+    """Friction takes no part of ``2 u - R w``, and a third of this is rolling: at three digits, too."""
     pull = (10 * math.sin(0.3), -10 * math.cos(0.3))
     laws = {"wall_restitution": 0.5, "wall_friction": 1.0, "wall_tangential_restitution": 0.5}
     scene = staged("slope", disc_at(0.0, 1.0, 0.3), wall_at(0, 0, 0, 1), gravity_m_s2=pull, **laws, duration_s=4.0)

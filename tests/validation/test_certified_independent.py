@@ -12,8 +12,9 @@ import carom
 
 IMPACTS = 40
 
-#: What the scenes have besides masses of 1e-3 to infinity, losses and oblique walls, how many impacts are followed, and
-#: how many scenes are drawn. Discs that fall are movable: balls know no impact on an immovable one under gravity.
+#: Features of the scenes in addition to masses of 1e-3 to infinity, losses and oblique walls, how many impacts are
+#: followed, and how many scenes are drawn. Discs that fall are movable: balls know no impact on an immovable one under
+#: gravity.
 KINDS: dict[str, tuple[dict[str, Any], int, int]] = {
     "smooth": ({}, IMPACTS, 24),
     "falling": ({"gravity": (0.25, -1.0), "immovable": False}, 20, 12),

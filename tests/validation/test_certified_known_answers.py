@@ -1,4 +1,4 @@
-"""Certified runs against closed forms: each answer must lie within what was said to be proven."""
+"""Certified runs against closed forms: each answer must be within the proven radii."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_each_scene_is_certified_to_its_end_and_agrees_with_its_known_answer(ent
             for k, impact in enumerate(known.impacts if entry.group == "spin" else ()):
                 off = abs(certified.trace.impacts["time_s"][k] - impact.time_s)
                 assert off <= certified.radii["time_s"][k] + 1e-15 * impact.time_s * (k + 1), entry.name
-        # Impacts are compared up to a crush; of two walls at a right angle either may be told first.
+        # Impacts are compared up to a crush; either of two walls at a right angle may be reported first.
         if entry.name == "driven/crush" or entry.name not in {*ENDS, "issues/pooltool-217"}:
             assert deviation(certified.trace, known, scene) <= bound, entry.name
 

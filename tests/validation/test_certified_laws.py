@@ -129,7 +129,7 @@ def test_the_reference_of_a_ball_that_lands_is_the_certified_run_where_that_is_a
 
 @pytest.mark.parametrize("damping", [1e-9, 0.5, 30.0])
 def test_a_bounce_is_within_its_radii_of_60_digits(damping: float) -> None:
-    """A disc comes to a wall after -log(1 - c s)/c, and everything after it is in closed form."""
+    """A disc reaches a wall after -log(1 - c s)/c, and everything after it is in closed form."""
     disc, wall = disc_at(0.0, 0.0, -40.0, 3.0, r=0.5), wall_at(-1.5, 0.0, 1.0, 0.0)
     certified = certify(staged("bounce", disc, wall, wall_restitution=0.7, damping_per_s=damping, duration_s=0.9))
     with mp.workdps(60):
@@ -223,7 +223,7 @@ def apart(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
 
 
 def test_runs_of_15_and_50_digits_enclose_the_same_truth() -> None:
-    """Of small rough scenes, with gravity and without, no number contradicts the other run's."""
+    """In small rough scenes, with gravity and without, no number contradicts the other run's."""
     impacts = 0
     for number in range(40):
         scene = small(number, rough=True, gravity=(0.25, -1.0) if number % 4 == 3 else (0.0, 0.0))
@@ -231,7 +231,7 @@ def test_runs_of_15_and_50_digits_enclose_the_same_truth() -> None:
             continue
         try:
             found = certify(scene, max_impacts=10)
-        except InputError:  # falling discs beside immovable ones
+        except InputError:  # falling discs next to immovable ones
             continue
         assert apart(found, certify(scene, digits=50, max_impacts=10)) == [], number
         impacts += len(found)

@@ -171,7 +171,7 @@ def test_a_disc_that_passes_an_arc_as_far_inside_as_it_is_wide_meets_it() -> Non
 
 
 def test_a_disc_that_leaves_a_wall_which_it_touches_goes_on() -> None:
-    """Contact without approach is no impact, beside an edge or on its far side neither."""
+    """Contact without approach is no impact, nor is a disc next to an edge or on its far side."""
     for velocity in ((0.0, 1.0), (1.0, 0.0)):
         certified = certify(table(velocity, Chain(points_m=[(-1, -0.5), (1, -0.5)]), duration_s=0.5))
         assert certified.ending is Ending.COMPLETED
@@ -179,7 +179,7 @@ def test_a_disc_that_leaves_a_wall_which_it_touches_goes_on() -> None:
 
 
 def test_a_pass_that_exactly_grazes_a_vertex_is_no_impact() -> None:
-    """Of a disc on its first path rationals tell it, as of two discs; a hair nearer it is one."""
+    """Rationals decide it for a disc on its first path, as for two discs; slightly nearer it is an impact."""
     post = Ring(centre_m=(4, 0.5), radius_m=0.0)
     assert len(certify(table((1, 0), post)).trace.impacts) == 0
     nearer = Ring(centre_m=(4, 0.5 - 2**-52), radius_m=0.0)
@@ -214,7 +214,7 @@ def test_friction_on_chains_and_circles_is_certified_as_pic_computes_it() -> Non
 
 
 def test_walls_of_both_kinds_are_told_apart_under_gravity() -> None:
-    """A half-plane beside a chain keeps its own restitution, and each its own number: from 1.5 m at 3 m/s^2."""
+    """A half-plane next to a chain keeps its own restitution, and each its own number: from 1.5 m at 3 m/s^2."""
     floor = Wall(point_m=(0, -2), normal=(0, 1), restitution=0.5)
     post = Chain(points_m=[(3, 0), (3, 1), (4, 1)])
     for walls, body in (((post, floor), -2), ((floor, post), -1)):
@@ -225,7 +225,7 @@ def test_walls_of_both_kinds_are_told_apart_under_gravity() -> None:
 
 
 def test_each_impact_on_a_wall_of_several_edges_has_the_normal_of_its_own() -> None:
-    """A disc that meets three sides of one square is told each side's normal, which points into the wall."""
+    """A disc that meets three sides of one square gets each side's normal, which points into the wall."""
     square = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], closed=True)
     certified = certify(table((1.0, -2.0), square, duration_s=2.5))
     assert certified.trace.impacts["time_s"].tolist() == [0.75, 1.5, 2.25]

@@ -1,4 +1,4 @@
-"""Contact against what knows nothing of modes: many small steps, closed forms, and what must be conserved."""
+"""Contact against references without modes: many small steps, closed forms, and conservation laws."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ G = 10.0
 
 @pytest.mark.parametrize("seeds", long_after(1, [range(3), *(range(k, k + 100) for k in range(0, 1000, 100))]))
 def test_one_to_three_discs_agree_with_small_steps(seeds: range) -> None:
-    """Of scenes of the campaign none is contradicted, gains energy, or lets a disc sink into a wall."""
+    """No scene of the campaign is contradicted, gains energy, or lets a disc sink into a wall."""
     assert [said for seed in seeds if (said := contact.judged(contact.drawn(seed))) not in contact.RIGHT] == []
 
 
@@ -110,7 +110,7 @@ SIZES = [10.0**power for power in (-300, -12, -6, -2, -1, 0, 2, 6)]
 
 
 def on_a_slope(friction: float, resists: float = 0.0, *, tangent: float = 0.0, along: float = 0.0) -> Scene:
-    """Return a disc on the line y = 0 for a second, which slides or lies there; gravity leans by a tangent."""
+    """Return a disc on the line y = 0 for a second, which slides or rests there; gravity leans by a tangent."""
     long = math.hypot(1.0, tangent)
     return Scene(
         name="extreme",

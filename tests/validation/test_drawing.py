@@ -12,11 +12,11 @@ from tests.lengths import long_after
 from carom import Outcome, Scene, Trace, solve_pic
 from carom.model.trace import EdgeKind
 
-#: So many scenes of each kind are drawn, half of them rough.
+#: Number of drawn scenes of each kind, half of them rough.
 DRAWN = 40
 
 #: In which share of the scenes of all kinds something must occur at least: two thirds of what the drawing gives,
-#: rounded down, so that one which loses a kind of scene, or draws it seldom, is told.
+#: rounded down. So a drawing that loses a kind of scene, or draws it seldom, is noticed.
 LEAST = {
     "an impact": 0.55,
     "an impact of two discs": 0.46,

@@ -1,4 +1,4 @@
-"""Driven walls and discs against what knows nothing of them: Galileo, fractions, sixty digits, and books of energy."""
+"""Driven walls and discs against independent answers: Galileo, fractions, sixty digits, and books of energy."""
 
 from __future__ import annotations
 
@@ -98,8 +98,8 @@ def boosted(scene: Scene, drive: Vector) -> Scene:
 def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], Scene], seeds: range) -> None:
     """A scene of which everything is driven along has its impacts at the same times, and velocities more by the drive.
 
-    An error grows with each impact on something round: eight impacts are compared, six of what moves on legs, in which
-    it grows to no more than a thousandth of a millionth; and four of PIT in some, whose frames stand where they stood.
+    An error grows with each impact on a round body. So eight impacts are compared, and six of bodies on legs, in which
+    it grows to at most a thousandth of a millionth. Some scenes compare four of PIT, whose frames stay the same.
     """
     drive, most = (3.0, -2.0), 8 if draw is a_table else 6
     for seed in seeds:
@@ -126,7 +126,7 @@ def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], 
 def test_a_corner_that_is_driven_fast_is_no_more_certain_than_one_that_stands(speed: float) -> None:
     """Both edges of 80 degrees are met at one instant, in all directions: the order is a convention, and is said to be.
 
-    The instants are told apart by the rounding of where disc and corner are, which grows with how far they have come.
+    The rounding of the positions of disc and corner distinguishes the instants; it grows with their distance.
     """
     half = math.tan(math.radians(40.0))
 
@@ -253,7 +253,7 @@ def in_racks(*discs: Disc, turns_s: float = 9.0, friction: float = 0.0) -> Scene
 
 
 def test_a_disc_between_racks_is_called_crushed_only_where_it_stays() -> None:
-    """One that gets out at the side, or turns and is rubbed, or has another beside it, or that a rack frees is not."""
+    """One that gets out at the side, or turns and is rubbed, or has another next to it, or that a rack frees is not."""
     out, stays = (disc_at(1.0, 0.0, -1.0, aside, r=0.25) for aside in (2.0, 0.01))
     turning, beside = stays.model_copy(update={"spin_rad_s": 24.0}), disc_at(1.0, 0.505, r=0.25)
     crushed = solve_pic(in_racks(stays))

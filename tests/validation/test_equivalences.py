@@ -30,7 +30,7 @@ from carom.solvers.run import Run
 
 #: Scenes of a kind by their numbers: a few, and hundreds with `-m long`.
 BATCHES = [range(6), range(6, 24), *(range(first, first + 114) for first in range(24, 480, 114))]
-#: Of the kinds of few discs there are more, and of tables; half of all scenes of discs and half-planes are rough.
+#: Kinds of few discs, and tables, have more scenes; half of all scenes of discs and half-planes are rough.
 TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6) | dict.fromkeys(TABLES, 1)
 GRAVITY = (0.25, -1.0)
 #: What else may slow discs down, or pull them, so that PIC has another run for them.
@@ -46,7 +46,7 @@ each_batch = pytest.mark.parametrize("batch", long_after(1, BATCHES), ids=lambda
 
 
 def times(batch: range, more: float) -> range:
-    """Return a batch of so many times as many numbers."""
+    """Return a batch with a multiple of the numbers."""
     return range(int(batch.start * more), int(batch.stop * more))
 
 
@@ -204,7 +204,7 @@ def test_neither_pieces_nor_all_pairs_change_a_bit_under_any_law(kind: str, law:
 
 
 def same(one: Trace, other: Trace) -> bool:
-    """Whether two traces are the same but for their method and its steps."""
+    """Whether two traces are the same except for their method and its steps."""
     rows = [(trace.impacts, trace.spins, trace.final_spin_rad_s) for trace in (one, other)]
     found, expected = ([None if part is None else part.tobytes() for part in parts] for parts in rows)
     return (
@@ -251,7 +251,7 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
 def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
     """A run that skips tests, or sweeps, in one go or in pieces, has the bits of a run that makes every test.
 
-    Of drawn discs every fourth scene falls, and every fourth has friction.
+    Every fourth scene of drawn discs falls, and every fourth has friction.
     """
     impacts = 0
     for number in times(batch, 2 / 3):

@@ -333,7 +333,7 @@ def test_algorithm_2_as_printed_lets_discs_interfere() -> None:
 
 
 def test_algorithm_2_compares_a_span_with_an_instant() -> None:
-    """T counts from now, as in equations (1) and (2): held against an instant, it is taken up frames too early.
+    """T counts from now, as in equations (1) and (2): compared with an instant, it is taken up frames too early.
 
     A disc reaches another at 8 s, with a frame each second. At the frame of 4 s the impact is T = 4 s ahead, and
     4 < 5, "next frame instant", although it belongs to the frame that begins at 8 s.
@@ -349,7 +349,7 @@ def test_algorithm_2_compares_a_span_with_an_instant() -> None:
 
 
 def test_pit_does_not_always_detect_in_the_next_frame() -> None:
-    """Of PIT it says "it will be detected in the next frame", but the paper's own case 1 is missed altogether."""
+    """It says about PIT "it will be detected in the next frame", but the paper's own case 1 is missed altogether."""
     scene = staged("pass", disc_at(0, 0, 11, 0), disc_at(5.5, 0), duration_s=2)
     assert len(carom.solve_pit(scene, frame_rate_hz=1.0).impacts) == 0
     # The gap of 4.5 m closes at 11 m/s: 2 h/(h - R) = 2.4 and a dozen roundings.
@@ -358,10 +358,10 @@ def test_pit_does_not_always_detect_in_the_next_frame() -> None:
 
 @pytest.mark.parametrize("rate", [10.0, 100.0, 1000.0])
 def test_no_frame_rate_is_high_enough_for_pit(rate: float) -> None:
-    """At any frame rate there is a hit so oblique that entry and closest approach lie in one frame: PIT misses it."""
+    """At any frame rate there is a hit so oblique that entry and closest approach are in one frame: PIT misses it."""
     half_chord = 0.25 / rate  # at 1 m/s the discs approach in contact for a quarter of a frame
     depth = math.sqrt(1 - half_chord**2)
-    closest = 2.0 + 0.5 / rate  # and that quarter lies in the middle of a frame
+    closest = 2.0 + 0.5 / rate  # and that quarter is in the middle of a frame
     scene = staged("oblique", disc_at(-closest, depth, 1, 0), disc_at(0, 0), duration_s=4)
     assert len(carom.solve_pic(scene).impacts) == 1
     assert len(carom.solve_pit(scene, frame_rate_hz=rate).impacts) == 0

@@ -108,7 +108,7 @@ def test_the_numbering_of_the_discs_is_nothing_to_the_physics(seed: int) -> None
 @FEWER
 @given(length=st.floats(1e-6, 1e6), time=st.floats(1e-6, 1e6), mass=st.floats(1e-6, 1e6))
 def test_any_unit_will_do(length: float, time: float, mass: float) -> None:
-    """In units that are no powers of two every number is rounded anew, and nothing else changes."""
+    """In units that are no powers of two every number is rounded again, and nothing else changes."""
     for entry in STABLE:
         end = solve_pic(in_units(entry.scene, length=length, time=time, mass=mass))
         place, velocity = end.final_position_m / length, end.final_velocity_m_s / (length / time)
@@ -130,7 +130,7 @@ def test_a_run_may_be_split_anywhere(part: float) -> None:
 def test_a_disc_far_away_changes_no_bit(far: float, radius: float, turn: float) -> None:
     """A disc that nothing reaches takes no part: impacts and final state of the others stay the same to the bit.
 
-    Where there are walls it would have to lie behind them, so those scenes have nowhere for it.
+    With walls it would have to be behind them, so those scenes have no place for it.
     """
     stranger = Disc(position_m=(far * math.cos(turn), far * math.sin(turn)), radius_m=radius)
     for entry in (entry for entry in STABLE if not entry.scene.walls):

@@ -74,7 +74,7 @@ def test_the_gas_is_a_test_at_all() -> None:
     assert (impacts["second"] < 0).sum() >= 16
 
 
-# Theorems on collisions, tried on many scenes each; the sources stand in the docstrings -------------------------------
+# Theorems on collisions, tried on many scenes each; the sources are in the docstrings -------------------------------
 
 
 @given(

@@ -24,9 +24,9 @@ def bodies_of(trace: Trace) -> list[tuple[int, int]]:
 
 
 def test_a_lone_disc_that_leaves_its_cell_before_an_impact_does_not_end_the_interpreter() -> None:
-    """Of three discs one meets an immovable one just behind an edge, after 12 m - sqrt(6) m + 1e-9 m at 1 m/s.
+    """One of three discs meets an immovable one just behind an edge, after 12 m - sqrt(6) m + 1e-9 m at 1 m/s.
 
-    An edge that is taken for a disc lies beyond the arrays.
+    An edge that is taken for a disc is beyond the arrays.
     """
     discs = disc_at(0.0, 0.0), disc_at(12.0, 6.0, -1.0), disc_at(math.sqrt(6.0) - 1.0 - 1e-9, 6.0, m=math.inf)
     trace = solve_pic(Scene(name="three", discs=discs, duration_s=20.0))
@@ -63,7 +63,7 @@ def test_six_discs_on_whole_numbers_have_the_impacts_that_geometry_gives() -> No
         assert trace.impacts["time_s"].tolist() == [0.5, 1.25, 1.5, 2.25]
 
 
-#: Shares of the wait that lie between the edge and the impact: within 2^-22 a lower bound of its time may come before.
+#: Shares of the wait between the edge and the impact: within 2^-22 a lower bound of its time may come before.
 SHARES = st.one_of(st.just(0.0), st.floats(-60.0, -18.0).map(lambda exponent: 2.0**exponent))
 
 
@@ -93,7 +93,7 @@ def test_an_impact_just_behind_an_edge_is_the_only_one(
     """A disc at 1 m/s crosses the edge of a cell and meets a disc a share of its way on; two more are out of reach.
 
     The partner is immovable, or at rest, so that it predicts no impact itself. The time is the length of the way, to
-    the rounding of the coordinates; the centres are on one line, so all velocity is handed over, or turned round.
+    the rounding of the coordinates; the centres are on one line, so all velocity is exchanged, or reversed.
     """
     edge = column * CELL
     at = (edge - before, edge + 1.0 + before * share)

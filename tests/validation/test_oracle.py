@@ -1,7 +1,7 @@
-"""PIC against an oracle that shares no code with it: 50 digits, every pair anew at every step, textbook formulas.
+"""PIC against an oracle that shares no code with it: 50 digits, every pair again at every step, textbook formulas.
 
 How far float64 may be off is not guessed. The oracle also runs scenes that differ from the given one by a few units in
-the fiftieth digit; how much their impacts differ is the scene's own condition, and what float64 may be off is that
+the fiftieth digit; The difference of their impacts is the scene's own condition. The allowed error of float64 is that
 condition times the rounding of float64, times a few for the operations of each impact.
 """
 

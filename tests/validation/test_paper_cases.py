@@ -35,7 +35,7 @@ def overlap_while_approaching(scene: Scene) -> tuple[float, float]:
 def sampled_impact(scene: Scene) -> tuple[float, complex, complex]:
     """Time and velocities of the first impact of equal discs 0 and 1 under PIT: at the first frame that sees them.
 
-    Equal masses exchange the parts of their velocities along the line of centres as it stands at that frame.
+    Equal masses exchange the parts of their velocities along the line of centres at that frame.
     """
     enter, closest = overlap_while_approaching(scene)
     frame = math.ceil(enter * scene.frame_rate_hz)
@@ -67,7 +67,7 @@ def test_the_scenes_are_of_the_papers_kind(name: str) -> None:
 
 
 def test_case_1_no_frame_lies_where_pit_could_see_the_collision() -> None:
-    """Figure 2: discs meet and begin to part between two frames, so no frame lies in [contact, closest)."""
+    """Figure 2: discs meet and begin to part between two frames, so no frame is in [contact, closest)."""
     scene = catalogue()["paper/missed"].scene
     enter, closest = overlap_while_approaching(scene)
     assert math.ceil(enter * scene.frame_rate_hz) == math.ceil(closest * scene.frame_rate_hz)
@@ -150,7 +150,7 @@ def test_case_3_the_error_is_one_of_direction_not_of_energy() -> None:
 
 
 def test_case_4_all_collisions_fall_into_one_frame() -> None:
-    """Figure 9: PIC finds all four collisions, and they lie between the same two frames."""
+    """Figure 9: PIC finds all four collisions, and they are between the same two frames."""
     scene, pic, _ = both("paper/multiple")
     assert pic.impacts["second"].tolist() == [1, 2, 3, 4]
     frames = np.floor(pic.impacts["time_s"] * scene.frame_rate_hz)

@@ -1,4 +1,4 @@
-"""The event-driven kernel against answers that no code of Carom made, and what it must stand, whatever it is given."""
+"""The event-driven kernel against answers that no code of Carom made, and its invariants for any input."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_galperin_counts_the_digits_of_pi(k: int, count: int) -> None:
 
     In the coordinates (10^k V, v) each two impacts turn the velocity by 2 theta, tan(theta) = 10^-k (Galperin 2003).
     The roundings of that many impacts, 2^-53 of the greatest speed 10^k each, add up as their square root. Up to k = 5
-    each impact is held to its own answer, below.
+    each impact is compared with its own answer, below.
     """
     run = EventDrivenRun(galperin(k), record="none")
     assert run.advance_to(1e9) is Outcome.COMPLETED
@@ -135,7 +135,7 @@ def test_of_impacts_at_one_instant_the_first_by_their_bodies_goes_first() -> Non
     assert impacts[["first", "second"]].tolist() == [(0, -4), (0, 2), (2, -4)]
 
 
-# What PIC must stand, whatever it is given: conservation, no overlap, time that only advances, a named end ------------
+# Invariants of PIC for any input: conservation, no overlap, time that only advances, a named end ------------
 
 IMPACTS = 100_000
 

@@ -38,7 +38,7 @@ def gap_of(one: Disc, other: Disc) -> Callable[[float], float]:
 
 
 def test_two_discs_meet_when_bisection_says() -> None:
-    """Of 60 random pairs, the second at rest or not, those meet that come together, to 4e-15 s."""
+    """Those of 60 random pairs, the second at rest or not, that reach each other meet, to 4e-15 s."""
     rng, met = random.Random(3), 0
     for _ in range(60):
         one = disc_at(rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-4, 4), rng.uniform(-4, 4))
@@ -64,7 +64,7 @@ def test_two_discs_meet_when_bisection_says() -> None:
 
 
 def test_what_a_wall_leaves_of_a_speed_the_table_stops() -> None:
-    """Along a wall at any angle that gives nothing back a disc slides on for u^2 / 2a, and lies there."""
+    """Along a wall at any angle that gives nothing back a disc slides on for u^2 / 2a, and rests there."""
     rng = random.Random(5)
     for number in range(40):
         turn, u, radius = rng.uniform(0, 2 * math.pi), rng.uniform(0.1, 2), rng.uniform(0.1, 0.5)
@@ -78,7 +78,7 @@ def test_what_a_wall_leaves_of_a_speed_the_table_stops() -> None:
 
 
 def test_a_table_takes_m_a_per_metre_and_all_comes_to_rest() -> None:
-    """Of 20 tables drawn, energy falls by what impacts take and by m a times the ways; at the end nothing moves."""
+    """On 20 drawn tables energy falls by the loss in impacts and by m a times the ways; at the end nothing moves."""
     met = 0
     for number in range(20):
         scene = slowing(number).model_copy(update={"duration_s": 60.0})
@@ -143,7 +143,7 @@ ROUNDING = 1e-12
 
 @each("entry", SCENES)
 def test_pit_of_a_damped_scene_pays_for_sampling_alone(entry: CatalogueScene) -> None:
-    """PIC agrees with itself to rounding, and PIT is called sampled: nothing of damping is held against it."""
+    """PIC agrees with itself to rounding, and PIT is called sampled: damping is no error."""
     truth, pit = solve_pic(entry.scene), solve_pit(entry.scene, frame_rate_hz=60.0)
     assert compare(truth, truth).grade is Grade.EXACT
     score = compare(truth, pit, sampling=pit)

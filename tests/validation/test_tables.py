@@ -1,6 +1,6 @@
 """Finite walls against known answers: the group `tables`, wedges, long orbits and growth of errors, to 1e-12.
 
-The answers are theorems, or rational arithmetic here; nothing of them comes from the code under test.
+The answers are theorems, or rational arithmetic here, and independent of the code under test.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def thrown(degrees: float, place: complex, velocity: complex, restitution: float
 
 @each("degrees", [17, 30, 45, 77, 110])
 def test_a_wedge_is_left_after_as_many_impacts_as_unfolding_says(degrees: int) -> None:
-    """Seen from the apex a straight path turns from one angle to another, over as many images as lie between."""
+    """Seen from the apex a straight path turns from one angle to another, over the images between them."""
     draw = np.random.default_rng(degrees)
     angle = math.radians(degrees)
     for _ in range(20):
@@ -65,7 +65,7 @@ def test_a_wedge_with_losses_collapses_below_its_restitution(degrees: int) -> No
 
 @each("parts", [2, 3, 4, 5, 6])
 def test_a_corner_of_half_a_turn_over_n_is_left_alike_whichever_side_comes_first(parts: int) -> None:
-    """A disc that comes to both sides at once goes back, or for odd n is mirrored in the normal of the bisector."""
+    """A disc that reaches both sides at once goes back, or for odd n is mirrored in the normal of the bisector."""
     angle, radius = math.pi / parts, 0.25
     apex, middle = radius * complex(1.0 / math.tan(angle / 2.0), 1.0), cmath.exp(0.5j * angle)
     for part in (0.1, 0.3, 0.5, 0.8):

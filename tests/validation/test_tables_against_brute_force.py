@@ -46,7 +46,7 @@ def test_a_table_that_differs_in_one_digit_is_told(monkeypatch: pytest.MonkeyPat
 
 
 def test_a_nearly_flat_arc_under_gravity_costs_no_digits() -> None:
-    """A disc was set on an arc of 14 km with the rounding of 14 km, which its next impact told."""
+    """A disc was set on an arc of 14 km with the rounding of 14 km, which its next impact showed."""
     drawn = draw(874)
     assert drawn is not None
     assert any(0.0 < abs(bulge) < 1e-3 for line in drawn[1].lines for bulge in line.bulges)

@@ -11,8 +11,9 @@ from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, S
 WORLD_SETTINGS = ("warmStarting",)
 
 #: Arguments of `b2World.Step`; ``sleepingAllowed`` of every body (`b2World.allowSleeping` is without effect in pybox2d
-#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale`` (see the profile `tuned`); ``polygon_radius_m``, the skin
-#: of a wall's shape; and ``chains``, whether the edges of a wall are one chain, each with its neighbours as ghosts.
+#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale``, see the profile `tuned`. The value of ``polygon_radius_m``
+#: is the skin of a wall's shape; ``chains`` is whether the edges of a wall are one chain, each with its neighbours as
+#: ghosts.
 OTHER_SETTINGS = (
     "velocityIterations",
     "positionIterations",
@@ -23,17 +24,17 @@ OTHER_SETTINGS = (
     "chains",
 )
 
-#: Box2D's continuous detection: none; as shipped (every disc is swept against what can't move); or for a scene with a
-#: disc that moves by more than its radius in a step, which is then swept against all others, too (a "bullet"), or for
-#: one in which something is driven by more than a radius in a step.
+#: Box2D's continuous detection: "none"; "shipped", which sweeps every disc against immovable bodies; or "fast", which
+#: also sweeps discs against all others ("bullets"). The latter is for a scene with a disc that moves, or a body that is
+#: driven, by more than a radius in a step.
 SWEEPS = ("none", "shipped", "fast")
 
-#: Beyond these Box2D asserts, or makes no sense of them; a step, scaled, stays inside 32-bit floats.
+#: Beyond these limits Box2D asserts or fails; a scaled step stays inside 32-bit floats.
 LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1, "polygon_radius_m": 0, "dt_s": 1e-12}
 MOST = {"dt_s": 1e12}
 
-#: b2_maxTranslation is 2 m: a body that would move farther in one step is slowed down to that. A millionth below it, a
-#: body is not slowed down, and what was slowed down can be told from it.
+#: b2_maxTranslation is 2 m: a body that would move farther in one step is slowed down to that. A body a millionth below
+#: the limit is not slowed down, and differs from one that was.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
 #: b2_maxRotation is pi/2: a body that would turn farther in one step is slowed down to that, likewise.
@@ -58,7 +59,7 @@ SMALLEST_RADIUS_M = 1e-6
 SMALLEST_MASS_KG = 1e-20
 LARGEST_MASS_KG = 1e20
 
-#: Times the velocity scale (2**20) and squared, this comes to 1e36.
+#: Times the velocity scale (2**20) and squared, this is 1e36.
 LARGEST_SPEED_M_S = 1e12
 
 #: Far below the square root of the largest 32-bit float, 1.8e19: contacts compare squared distances.

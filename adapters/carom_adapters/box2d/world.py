@@ -36,9 +36,9 @@ from carom_adapters.box2d.limits import (
     require_usable,
 )
 from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
-from carom_adapters.engine_adapter import vectors
-from carom_adapters.legs import Driven, Legs, first_velocity
-from carom_adapters.pieces import thickness_of
+from carom_adapters.shared.engine_adapter import positions_and_velocities
+from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.walls import thickness_of
 
 #: Collision categories of the shapes that a disc has for other discs, and for walls.
 AMONG_DISCS, BEFORE_WALLS = 0x0001, 0x0002
@@ -165,7 +165,7 @@ class Box2dWorld:
         self._bodies.append(body)
 
     def _held(self, place: Point, of: Driven, spin: float = 0.0) -> Any:
-        """Return a body that no impact moves: it stands, or moves by itself."""
+        """Return a body that no impact moves: it is at rest or driven."""
         if not of.driven:
             return self._world.CreateStaticBody(position=place)
         velocity = first_velocity(of)
@@ -219,7 +219,7 @@ class Box2dWorld:
         return read
 
     def advance(self, steps: int) -> None:
-        """Call `b2World.Step` this many times; between steps driven bodies are told of their legs."""
+        """Call `b2World.Step` this many times; between steps driven bodies start their legs."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
         for count in self._legs.step_counts(steps):
@@ -230,15 +230,15 @@ class Box2dWorld:
             self._clock.count(count)
 
     def observe(self) -> Observation:
-        """Read every body, and what Box2D told its listener of the contacts that it solved.
+        """Read every body, and the contacts that Box2D reported to its listener.
 
-        Box2D looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``. The first
-        look sets the listener up: a world that is only timed has none.
+        Box2D finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``. The first
+        observation sets the listener up, so a world that is only timed has none.
         """
         if self._listener is None:
             self._listen()
-        places, speeds = [body.position for body in self._bodies], [body.linearVelocity for body in self._bodies]
-        position, velocity = vectors((one.x, one.y) for one in places), vectors((one.x, one.y) for one in speeds)
+        states = [(body.position, body.linearVelocity) for body in self._bodies]
+        position, velocity = positions_and_velocities((p.x, p.y, v.x, v.y) for p, v in states)
         contacts = self._contacts()
         self._solved.clear()
         spin = np.array([body.angularVelocity for body in self._bodies], dtype=np.float64) if self._turns else None
@@ -277,8 +277,8 @@ class Box2dWorld:
         return tuple(found)
 
     def _summed(self) -> list[tuple[Any, Any, Point, float, float]]:
-        """Return what was solved: what several edges of one chain gave a disc is told as one contact, their sum."""
-        # Box2D tells of a contact for as long as it lasts.
+        """Return the solved contacts; those of a disc with several edges of one chain are summed."""
+        # Box2D reports a contact for as long as it lasts.
         pushes = [push for push in self._solved if push[3] > 0]
         found = [push for push in pushes if not self._chains & {push[0], push[1]}]
         for pair in dict.fromkeys(push[:2] for push in pushes if self._chains & {push[0], push[1]}):

@@ -22,7 +22,7 @@ MIXING = 1e-5
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # Of a body whose coefficient is above 1 DART makes it 0, so that walls can't have what the discs' lack.
+    # DART replaces a coefficient above 1 by 0, so a wall's coefficient can't make up for a smaller one of the discs.
     restitution_combine="product",
     restitution_threshold_m_s=THRESHOLD_M_S,
     contact_times=ContactTimes.STEP,

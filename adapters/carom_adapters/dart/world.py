@@ -116,7 +116,7 @@ class DartWorld:
     def observe(self) -> Observation:
         """Read every body, and the contacts that the last step solved.
 
-        DART looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
+        DART finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
         position = np.array([skeleton.getPositions() for skeleton in self._discs])
         velocity = np.array([skeleton.getVelocities() for skeleton in self._discs])

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from carom.engines.api import Chain, Ring, Scene, Setting, Wall, reach, wall_body, wall_index
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
-from carom_adapters.pieces import cut_chain, thickness_of
+from carom_adapters.shared.walls import cut_chain, thickness_of
 
 #: `mju_QCQP2`, which fits friction into its cone, gives none where its determinant, friction**4 / mass**2 of a contact
 #: or more, is below 1e-10, and takes for exact what is wrong by 1e-10 N^2. In units in which the heaviest disc has this
@@ -194,7 +194,7 @@ def _driven(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = Fals
 
 
 def _option(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    # Of one pass without a warm start, each contact's push comes first, and friction within its bounds then.
+    # In one pass without a warm start, the solver computes each contact's push before its friction.
     one_pass: dict[str, Setting] = {"cone": "elliptic", "solver": "PGS", "iterations": 1, "warmstart": False}
     asked = (one_pass if answers_in_turn(scene, settings) else {}) | dict(settings)
     option = _attributes(

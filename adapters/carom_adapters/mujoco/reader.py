@@ -18,7 +18,7 @@ ROUNDING = 1e-12
 PLANE, SPHERE, CYLINDER = "plane", "sphere", "cylinder"
 
 
-def scene_of(content: bytes, name: str, duration_s: float) -> Imported:
+def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     """Return the discs and walls of a model at its first keyframe, or as built, and what a scene has no place for.
 
     Raises:

@@ -23,7 +23,6 @@ from carom.engines.api import (
     pair_of,
     require_supported,
 )
-from carom_adapters.legs import Driven, Legs, first_velocity
 from carom_adapters.mujoco.limits import (
     CAPABILITIES,
     LARGEST_VALUE,
@@ -31,7 +30,8 @@ from carom_adapters.mujoco.limits import (
     require_usable,
 )
 from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bodies, mass_unit, mjcf
-from carom_adapters.pieces import find_walls_in_pieces, sum_contacts
+from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
 
 #: Compiled models that are kept for scenes that differ in their start states alone: one for each profile, and a few
 #: steps of each.
@@ -80,7 +80,8 @@ class MujocoWorld:
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
-        self._warnings = self._data.warning.number  # a view, since reading it takes long
+        # Views, since reading them takes long.
+        self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and each by a step
         self._probe: Any = None
@@ -104,13 +105,13 @@ class MujocoWorld:
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         self._number = [body_of(self._model.geom(i).name) for i in range(self._model.ngeom)]
         self._spin = scene.arrays.spins.copy()
-        # Where x and y of each movable disc stand, which is a body of the model in this order; and who has a spin, the
-        # last of its coordinates.
+        # Indices of x and y of each movable disc (the bodies of the model are in this order), and of its spin, if any,
+        # which is its last coordinate.
         model, movable = self._model, slice(1, 1 + len(self._movable))
         joint = model.body_jntadr[movable]
         self._at = model.jnt_qposadr[joint][:, np.newaxis] + np.arange(2)
         self._moves = model.body_dofadr[movable][:, np.newaxis] + np.arange(2)
-        # Of a free joint the third coordinate is how far the centre is out of the plane, and nothing holds it there.
+        # The third coordinate of a free joint is the centre's distance from the plane, which is not constrained.
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
         for body in 1 + self._free:  # of the same values for all that share this model
@@ -176,7 +177,7 @@ class MujocoWorld:
         return read
 
     def advance(self, steps: int) -> None:
-        """Take the steps in MuJoCo's own loop; between steps driven bodies are told of their legs."""
+        """Take the steps in MuJoCo's own loop; between steps driven bodies start their legs."""
         for count in self._legs.step_counts(steps):
             for begin, velocity in self._legs.start_due(self._clock.now_s):
                 self._data.qvel[begin : begin + 2] = velocity
@@ -186,14 +187,14 @@ class MujocoWorld:
     def observe(self) -> Observation:
         """Read the coordinates, the contacts with a force, and the warning counters.
 
-        MuJoCo looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
+        MuJoCo finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
         position, velocity, spin = self._position.copy(), self._velocity.copy(), None
-        position[self._movable] = self._data.qpos[self._at]
-        velocity[self._movable] = self._data.qvel[self._moves]
+        position[self._movable] = self._qpos[self._at]
+        velocity[self._movable] = self._qvel[self._moves]
         if self._turns:
             spin = self._spin.copy()
-            spin[self._turning] = self._data.qvel[self._about]
+            spin[self._turning] = self._qvel[self._about]
         contacts = sum_contacts(self._contacts(), self._pieced) if self._data.ncon else ()
         return Observation(position, velocity, contacts, self._warning(), spin)
 
@@ -221,7 +222,7 @@ class MujocoWorld:
     def _impulses_of(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
         """Return a contact's force along its normal, and friction's impulse along that turned by +90 degrees.
 
-        Of a pyramidal cone the solver's rows are its edges, and MuJoCo puts both together.
+        With a pyramidal cone, the solver's rows are the cone's edges, and MuJoCo combines them.
         """
         force = np.zeros(6)
         self._mujoco.mj_contactForce(self._model, self._data, contact, force)
@@ -233,7 +234,7 @@ class MujocoWorld:
     def _warning(self) -> str:
         number, told = self._warnings, []
         if len(self._free):
-            height = self._data.qpos[self._height_at]
+            height = self._qpos[self._height_at]
             if not height.dot(height) <= self._low and np.count_nonzero((height := np.abs(height)) > self._radius):
                 k = int(np.argmax(height > self._radius))
                 disc = self._movable[self._free[k]]
@@ -291,4 +292,4 @@ class MujocoWorld:
 
     def close(self) -> None:
         """Let go of model and data; their memory goes with the last reference."""
-        del self._data, self._warnings, self._probe, self._dampings, self._model
+        del self._data, self._warnings, self._qpos, self._qvel, self._probe, self._dampings, self._model

@@ -23,9 +23,9 @@ from carom.engines.api import (
     require_supported,
     wall_body,
 )
-from carom_adapters.legs import Legs, first_velocity
-from carom_adapters.pieces import cut_chain, find_walls_in_pieces, sum_contacts, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
+from carom_adapters.shared.legs import Legs, first_velocity
+from carom_adapters.shared.walls import cut_chain, find_walls_in_pieces, sum_contacts, thickness_of
 
 #: Relative rounding of a 32-bit float.
 ROUNDING = 2.0**-23
@@ -95,11 +95,11 @@ class RapierWorld:
         return world, handles, number
 
     def _held(self, driven: bool) -> Any:
-        """Return a body that no impact moves: it stands, or moves by itself."""
+        """Return a body that no impact moves: it is at rest or driven."""
         return self._rapier.RigidBody.kinematic_velocity_based() if driven else self._rapier.RigidBody.fixed()
 
     def _shapes_of(self, wall: Wall | Chain | Ring) -> list[Any]:
-        """Return what a wall is: a half-space around its body, or where the scene has it, a ball, or capsules."""
+        """Return the shapes of a wall: a half-space around its body, or a ball or capsules in scene coordinates."""
         collider = self._rapier.Collider
         if isinstance(wall, Wall):
             return [collider.halfspace((*wall.normal, 0.0))]
@@ -125,7 +125,7 @@ class RapierWorld:
         return float(self._world.integration_parameters.dt)
 
     def advance(self, steps: int) -> None:
-        """Take steps; between them driven bodies are told of their legs."""
+        """Take steps; between them driven bodies start their legs."""
         step = self._world.step
         for count in self._legs.step_counts(steps):
             self._begin_legs()
@@ -140,7 +140,7 @@ class RapierWorld:
     def observe(self) -> Observation:
         """Read every body, and the contacts that the last step solved.
 
-        Rapier looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
+        Rapier finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
         position = np.array([body.translation.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
         velocity = np.array([body.linvel.to_tuple()[:2] for body in self._bodies], dtype=np.float64)

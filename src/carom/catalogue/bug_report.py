@@ -10,7 +10,7 @@ from carom.catalogue.entry import CatalogueScene, listed
 
 
 class Symptom(StrEnum):
-    """What was reported, as something that can be seen in a trace; the value is the phrase shown."""
+    """Symptoms of reported bugs that a trace shows; the value is the phrase shown."""
 
     MISSES = "an impact is missed"
     INVENTS = "an impact is invented"
@@ -20,10 +20,10 @@ class Symptom(StrEnum):
     NEVER_RESTS = "a body moves that should have come to rest"
     ESCAPES = "a body ends inside another or beyond a wall"
     NOT_FINITE = "the state is no longer a number"
-    NEVER_ENDS = "the run does not come to its end"
+    NEVER_ENDS = "the run does not end"
 
 
-#: What goes by another name than its repository.
+#: Names of packages that differ from their repositories.
 _PACKAGES = {
     "avian": "Avian",
     "box2d": "Box2D",
@@ -55,12 +55,12 @@ class Complaint(CatalogueScene):
 
     Attributes:
         thread: Address of the thread.
-        reported: What the thread reports, in our words.
-        symptom: What to look for in a trace.
-        at_least: How large an error counts as what was reported, as a share of the scene's speed or energy: a per cent,
-            which people notice, unless the report is of more.
-        made: What of the scene is the thread's and what was chosen here.
-        package: Name of what the thread is about, where its repository doesn't say it.
+        reported: Summary of the thread's report.
+        symptom: Symptom to find in a trace.
+        at_least: Least error that counts as the reported one, relative to the scene's speed or energy. The default is a
+            per cent, which people notice.
+        made: Which parts of the scene are the thread's, and which were chosen here.
+        package: Name of the engine or package, if it differs from the repository's.
     """
 
     thread: str = ""
@@ -72,22 +72,22 @@ class Complaint(CatalogueScene):
 
     @property
     def about(self) -> str:
-        """What the thread is about: an engine or package by its own name."""
+        """Engine or package of the thread, by its own name."""
         repository = self.thread.split("/")[4]
         return self.package or _PACKAGES.get(repository, repository)
 
     @property
     def engine(self) -> str:
-        """Name of Carom's adapter that drives what the thread is about; empty where there is none."""
+        """Name of Carom's adapter of that engine; empty where there is none."""
         return _ADAPTERS.get(self.about, "")
 
 
-#: Makes of a builder, as `listed` does, a complaint with the fields given by name.
+#: Decorator, like `listed`, that turns a builder into a complaint with fields by keyword.
 complained = partial(listed, "issues", kind=Complaint)
 
-#: The same of what is reported most.
+#: Decorators of the most frequent symptoms.
 misses = partial(complained, symptom=Symptom.MISSES)
 loses_energy = partial(complained, symptom=Symptom.LOSES_ENERGY)
 gains_energy = partial(complained, symptom=Symptom.GAINS_ENERGY)
-#: A velocity that is wrong as that of a body which keeps to what it should bounce off, or bounces by far too little.
+#: Decorator of a wrong velocity: the body sticks where it should bounce, or bounces far too little.
 never_bounces = partial(complained, at_least=0.25)

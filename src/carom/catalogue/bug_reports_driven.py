@@ -53,7 +53,7 @@ def _airhockey_56() -> Staged:
     made="The thread has no scene: paddle and flipper are two edges that meet and move together; all sizes are ours.",
 )
 def _matter_js_672() -> Staged:
-    """A ball comes to where a moving paddle and a flipper meet, and strikes the paddle beside that."""
+    """A ball strikes a moving paddle near the joint of paddle and flipper."""
     drive, velocity, radius, time = 2 + 0j, -6 + 0j, 0.25, 0.305
     begins = -drive * time
     paddle, flipper = (
@@ -98,11 +98,11 @@ def _box2d_130() -> Staged:
 
 @misses(
     thread="https://github.com/freezy/VisualPinball.Engine/issues/322",
-    reported="The time of impact is solved for with colliders that stand; it should be with those that move, too.",
+    reported="The time of impact is computed with colliders at rest; it should also be computed with moving ones.",
     made="The thread has no scene: a pinball meets a post that moves across its way; all sizes are ours.",
 )
 def _visualpinball_322() -> Staged:
-    """A ball and a post that moves meet aslant, by more than their reach in a frame."""
+    """A ball and a moving post meet obliquely, at more than their reach in a frame."""
     drive, velocity, radius, post, time = 3 + 12j, 4 - 9j, 0.125, 0.0625, 0.255
     normal = complex(-0.28, 0.96)  # from the post to the ball
     start = (radius + post) * normal - velocity * time
@@ -115,12 +115,13 @@ def _visualpinball_322() -> Staged:
     package="Flutter's pinball",
     thread="https://github.com/flutter/pinball/issues/470",
     reported="A flipper now and then goes through a ball that has some momentum, instead of hitting it.",
-    made="The flipper is an edge that moves straight, at the speed at which it turns where it hits; sizes are ours.",
+    made="The flipper is an edge that moves straight, at the speed that its rotation has at the impact; sizes are "
+    "ours.",
 )
 def _pinball_470() -> Staged:
-    """A flipper at full speed meets a ball that comes down to it."""
+    """A flipper at full speed meets a ball that falls towards it."""
     drive, velocity, radius, time = -9 + 12j, 1 - 4j, 0.25, 0.155
-    normal = complex(-0.6, 0.8)  # of the flipper, which lies along (0.8, 0.6)
+    normal = complex(-0.6, 0.8)  # of the flipper, whose direction is (0.8, 0.6)
     ends = (along * complex(0.8, 0.6) - drive * time for along in (-0.5, 1.0))
     flipper = edges(*ends, velocity_m_s=vector(drive))
     scene = scene_of(
@@ -153,7 +154,7 @@ def _pico8_pinball_6() -> Staged:
     made="The thread has no numbers: the paddle strikes a ball at rest before a thin wall; all sizes are ours.",
 )
 def _escape_space_1() -> Staged:
-    """A paddle strikes a ball at rest, which then comes to a thin wall at twice the paddle's speed."""
+    """A paddle strikes a ball at rest, which then meets a thin wall at twice the paddle's speed."""
     drive, radius, gap, room = 6.0, 0.125, 1.5, 2.25
     paddle = edges(complex(-radius - gap, -1), complex(-radius - gap, 1), velocity_m_s=(drive, 0.0))
     wall = edges(complex(radius + room, -1), complex(radius + room, 1))

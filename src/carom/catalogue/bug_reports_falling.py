@@ -82,7 +82,7 @@ def _rapier_974() -> Staged:
 
 @gains_energy(
     thread="https://github.com/erincatto/box2d/issues/76",
-    reported="Of the balls of the test of varying restitution the last, of restitution 1, jumps higher than before.",
+    reported="In the test of varying restitution the last ball, of restitution 1, jumps higher than before.",
     made=f"The thread names the test; {_OURS[0].lower()}{_OURS[1:]}",
 )
 def _box2d_76() -> Staged:

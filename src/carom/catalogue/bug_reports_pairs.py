@@ -23,7 +23,7 @@ def _head_on(
     mass_kg: tuple[float, float] = (1.0, 1.0),
     restitution: float = 1.0,
 ) -> Staged:
-    """Stage two discs that meet head-on; the first stands at the origin and moves to the right."""
+    """Stage two discs that meet head-on; the first starts at the origin and moves to the right."""
     (v0, v1), (r0, r1), (m0, m1) = speeds, radius_m, mass_kg
     scene = scene_of(
         discs=[disc(0j, complex(v0, 0), r0, m0), disc(complex(r0 + r1 + gap_m, 0), complex(v1, 0), r1, m1)],
@@ -116,8 +116,8 @@ def _hardspheredynamics_8() -> Staged:
 @loses_energy(
     package="Newton (MuJoCo Warp)",
     thread="https://github.com/newton-physics/newton/issues/3233",
-    reported="Of three spheres in line about half the kinetic energy is lost, when two contacts are solved in "
-    "one step instead of one after the other.",
+    reported="Three spheres in line lose about half their kinetic energy when two contacts are solved in one step "
+    "instead of one after the other.",
     at_least=0.25,
     made="Three equal spheres and 2 m/s are the thread's; the radius is a power of two here, so that they "
     "touch exactly.",

@@ -85,9 +85,9 @@ def _on_a_floor(
     friction: float = 0.0,
     resists: float = 0.0,
 ) -> Staged:
-    """Stage a disc on the line y = 0, of which it is known how far along it is at the end, how fast, and its rim.
+    """Stage a disc on the line y = 0 with a known position, speed and rim speed at the end.
 
-    It is at rest there unless more is told. A slope is made by the direction of gravity; `fall` is its tangent.
+    By default it is at rest there. The direction of gravity makes a slope; `fall` is its tangent.
     """
     long = math.hypot(1.0, fall)
     scene = scene_of(
@@ -111,7 +111,7 @@ def _ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: float = 
 
 
 def _rolls_out(along: float, resists: float, friction: float) -> Staged:
-    """Stage a ball that rolls on a level floor until it stops, and lies still for as long again."""
+    """Stage a ball that rolls on a level floor until it stops, and rests for as long again."""
     slower = resists * 9.81 / (1.0 + _SPHERE)
     way, lasts = along**2 / (2.0 * slower), 2.0 * along / slower
     return _on_a_floor(_LAW, _ball(along, rolls=True), way, lasts, friction=friction, resists=resists)
@@ -209,12 +209,12 @@ def _physijs_274() -> Staged:
 @_never_rests(
     package="Visual Pinball Engine",
     thread="https://github.com/freezy/VisualPinball.Engine/pull/571",
-    reported="Balls lacked rolling resistance; the one that is added shall keep them rolling, take of their speed, and "
-    "never turn it round.",
+    reported="Balls lacked rolling resistance; the added one must keep them rolling, reduce their speed, and never "
+    "reverse it.",
     made=_OURS,
 )
 def _visualpinball_engine_571() -> Staged:
-    """A steel ball rolls out and lies still."""
+    """A steel ball rolls out and comes to rest."""
     return _rolls_out(0.5, 0.01, 0.2)
 
 
@@ -263,7 +263,7 @@ def _pooltool_39() -> Staged:
     thread="https://github.com/google/brax/issues/58",
     reported="A ball that rolls on a plane sometimes spins in place, and does not pass its momentum on to one that it "
     "runs into.",
-    made="Spheres stand for the thread's capsules. Sizes, speed and friction are ours.",
+    made="Spheres replace the thread's capsules. Sizes, speed and friction are ours.",
 )
 def _brax_58() -> Staged:
     """A sphere rolls into an equal one: it stops, spins in place, follows at 2/7, and the other rolls at 5/7."""
@@ -294,7 +294,7 @@ def _brax_58() -> Staged:
 @_never_rests(
     thread="https://github.com/google/brax/issues/151",
     reported="A ball that lies on a fixed ground, with elasticity 1, begins to bounce, higher and higher.",
-    made="Radius, gravity, elasticity, steps and their number are the thread's; a disc stands for the capsule.",
+    made="Radius, gravity, elasticity, steps and their number are the thread's; a disc replaces the capsule.",
 )
 def _brax_151() -> Staged:
     """An elastic ball that lies on the ground stays there."""
@@ -328,8 +328,8 @@ def _bullet3_2117() -> Staged:
 
 @_never_rests(
     thread="https://github.com/liabru/matter-js/issues/613",
-    reported="A box slides down a slope very slowly that static friction should hold.",
-    made="A disc that does not turn stands for the box; slope and friction are ours.",
+    reported="A box slides very slowly down a slope on which static friction should hold it.",
+    made="A disc that does not turn replaces the box; slope and friction are ours.",
     at_least=1e-4,
 )
 def _matter_613() -> Staged:
@@ -339,7 +339,7 @@ def _matter_613() -> Staged:
 
 
 def _bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
-    """Stage a ball that is dropped, bounces without end in finite time, and lies still for some time more."""
+    """Stage a ball that is dropped, bounces infinitely often in finite time, and rests for some time more."""
     ball = disc(complex(0.0, 0.5 + height_m), 0j, 0.5)
     rests_s = math.sqrt(2.0 * height_m / 9.81) * (1.0 + restitution) / (1.0 - restitution)
     source = "Geometric series: of a fall that takes t, bounces by e end after t (1 + e)/(1 - e)"

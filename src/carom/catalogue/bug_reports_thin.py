@@ -177,7 +177,7 @@ def _construct_4905() -> Staged:
     made="The bullets of the thread have square outlines; here they are one ball. All sizes are ours.",
 )
 def _construct_3443() -> Staged:
-    """A ball comes straight down on the upper corner of a box that stands on its edge."""
+    """A ball falls straight down on the upper corner of a box on edge."""
     return _at_a_point(-5j, 0.2, 0j, unit(0.3 + 1j), _solid(0, 2 - 2j, -4j, -2 - 2j))
 
 
@@ -212,7 +212,7 @@ def _vrc8ball_70() -> Staged:
 
 @complained(
     thread="https://github.com/dulvui/ball2box/issues/10",
-    reported="A ball that bounces on a box and drifts towards a corner of it is turned back near the corner.",
+    reported="A ball that bounces on a box and drifts towards a corner is turned back near the corner.",
     made="All sizes are ours; nothing is lost.",
 )
 def _ball2box_10() -> Staged:

@@ -95,7 +95,7 @@ def _rapier_615() -> Staged:
 
 @complained(
     thread="https://github.com/ekiefl/pooltool/issues/217",
-    reported="Of two cushions at nearly one instant only one is processed, and the ball leaves the table.",
+    reported="A ball meets two cushions at nearly one instant, only one is processed, and the ball leaves the table.",
     symptom=Symptom.ESCAPES,
     made="Table, place, direction and speed are the thread's; the ball has pooltool's radius and no friction.",
 )
@@ -215,7 +215,7 @@ def _planck_217() -> Staged:
     made="The thread gives no numbers; all are ours.",
 )
 def _gdevelop_1219() -> Staged:
-    """A ball comes to a wall at 0.4 m/s, and along it at 0.7 m/s."""
+    """A ball approaches a wall at 0.4 m/s, and moves along it at 0.7 m/s."""
     return _wall_on_the_right(radius_m=0.25, velocity=0.4 + 0.7j, gap_m=0.31, duration_s=2.0, rate_hz=60.0)
 
 
@@ -225,7 +225,7 @@ def _gdevelop_1219() -> Staged:
     made="The speed is the thread's, at the engine's 50 pixels to a metre; the sizes are ours.",
 )
 def _construct_3900() -> Staged:
-    """A ball comes to a wall at 1 m/s."""
+    """A ball approaches a wall at 1 m/s."""
     return _wall_on_the_right(radius_m=0.5, velocity=1 + 0j, gap_m=0.51, duration_s=1.25, rate_hz=60.0)
 
 

@@ -34,7 +34,7 @@ from carom.model.scene import Scene
 
 _TAG_PREFIX = "tag:"
 
-#: What runs by default, and what is asked for by name, in the order in which reports list them.
+#: Modules whose scenes run by default, and those that run only when named, in the order of reports.
 _SUITE = (paper, two_discs, walled, collinear, many_discs, gravity)
 _ON_REQUEST = (
     *(
@@ -58,13 +58,13 @@ def catalogue() -> Mapping[str, CatalogueScene]:
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
-    """Return every scene that has a name: the suite, and the groups that run only when they are asked for by name."""
+    """Return all scenes by name: the suite, and the groups that run only when named."""
     asked_for = {entry.name: entry for module in _ON_REQUEST for entry in _entries(module)}
     return MappingProxyType({**catalogue(), **asked_for})
 
 
 def _entries(module: ModuleType) -> Iterator[CatalogueScene]:
-    """Yield the scenes of a module, in the order in which they stand there and reports list them."""
+    """Yield the scenes of a module in the order of their definition, in which reports list them."""
     return (entry for entry in vars(module).values() if isinstance(entry, CatalogueScene))
 
 
@@ -91,7 +91,8 @@ def scene_named(name: str) -> Scene:
     """Return the scene of a full name.
 
     Raises:
-        UnknownNameError: There is none; the message names the nearest one, or what a group or pattern stands for.
+        UnknownNameError: There is none; the message names the nearest one, or the scenes that a group or pattern
+            matches.
     """
     if (entry := all_scenes().get(name)) is not None:
         return entry.scene

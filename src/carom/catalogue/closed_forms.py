@@ -63,7 +63,7 @@ def normal_of_offset(approach: complex, offset: float) -> complex:
     Args:
         approach: Velocity of the first relative to the second.
         offset: Impact parameter in contact distances, -1 to 1: the sine of the angle from the approach to the normal;
-            above 0 the second lies to the left.
+            above 0 the second is to the left.
     """
     return unit(approach) * complex(math.sqrt(1.0 - offset * offset), offset)
 
@@ -189,7 +189,7 @@ def answered(
     Args:
         scene: The scene.
         impacts: All its impacts.
-        source: Where the answer comes from.
+        source: Source of the answer.
         convention: Why it is not unique, if it is not.
         final: Position and velocity of each disc at the end; None where all motion between impacts is in straight
             lines, and follows.

@@ -89,8 +89,9 @@ def _three_in_line() -> Staged:
     pair, everything = m0 + m1, m0 + m1 + m2
     angle = math.acos(math.sqrt(m0 * m2 / ((m0 + m1) * (m1 + m2))))
     most = math.ceil(math.pi / angle)
-    # The path must cross the ray at `most` angles, so it must end up in a direction beyond it; and it must end less
-    # than a half turn after the start, which lies within the first wedge. Both take the middle of what is left.
+    # The path must cross the rays at `most` angles, so its final direction is beyond the last ray. It must also turn by
+    # less than half a turn from the start, which is within the first wedge. Start and direction are the middles of what
+    # these leave open.
     direction = (most * angle + math.pi + angle) / 2
     start_argument = (direction - math.pi + angle) / 2
     start, velocity = cmath.rect(1.2, start_argument), cmath.rect(1.5, direction)

@@ -1,9 +1,9 @@
-"""The group `contact`: discs that slide, roll and rest, or are slowed down, each with its answer in closed form.
+"""The group `contact`: scenes of discs that slide, roll, rest or slow down, with answers in closed form.
 
-Of a disc with the velocity v the law ``v' = -c v`` leaves ``v exp(-c t)`` after the way ``v s``, where s is
-``(1 - exp(-c t)) / c``: each answer is worked out with constant velocities in s, and ``t = -ln(1 - c s) / c``.
-`docs/theory/damping.md` derives it. What slides, rolls and rests does so by Coulomb's law, which
-`docs/theory/contact.md` derives. The group runs when it is asked for.
+With damping, ``v' = -c v``, a disc has the velocity ``v exp(-c t)`` after the way ``v s``, where s is ``(1 - exp(-c t))
+/ c``. So each answer is computed with constant velocities in s, and ``t = -ln(1 - c s) / c``; see
+`docs/theory/damping.md`. Sliding, rolling and resting follow Coulomb's law; see `docs/theory/contact.md`. The group
+runs only when it is named.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from carom.catalogue.walled import FLOOR, edges
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector, wall_body
 
-#: Of one axis: from when on, from where, and how fast.
+#: Part of the motion along one axis: its start, the position then, and the velocity.
 _Leg = tuple[float, float, float]
 
 _LAW = "Linear damping: a velocity falls as exp(-c t), after the way v (1 - exp(-c t))/c"
@@ -38,7 +38,7 @@ def _damped_box() -> Staged:
     place, velocity = (1.0, 2.0), (6.0, -4.0)
     faces = (((0.0, 0.0), (1.0, 0.0)), ((side, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, side), (0.0, -1.0)))
     end = _undamped_s(duration, damping)
-    # The two axes know nothing of each other; without damping:
+    # The two axes are independent; the legs are without damping:
     legs: tuple[list[_Leg], list[_Leg]] = ([(0.0, place[0], velocity[0])], [(0.0, place[1], velocity[1])])
     hits = []
     for axis, own in enumerate(legs):
@@ -71,7 +71,7 @@ def _damped_box() -> Staged:
 
 @listed("contact")
 def _damped_stop() -> Staged:
-    """A wall stands exactly as far away as a damped disc gets in all time, so that it is never met."""
+    """A wall is exactly as far away as a damped disc gets in infinite time, so the disc never meets it."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
     scene = scene_of(
         [disc(0j, complex(speed), radius)],
@@ -161,17 +161,17 @@ def _on_a_wall(
     """Stage a disc on a wall through the origin that falls off to the right.
 
     Args:
-        source: Where the answer comes from.
-        answer: How far it is along the wall at the end, how fast, and how fast its rim is: metres, metres a second.
-        duration_s: How long the scene is.
+        source: Source of the answer.
+        answer: Position along the wall, speed and rim speed at the end: metres, metres a second.
+        duration_s: Duration of the scene.
         fall: Tangent of the angle of the wall: one of a right triangle with sides in whole numbers.
-        along: How fast it is along the wall at the start.
-        rim: How fast its rim is, counterclockwise.
-        into: How fast it comes into the wall.
-        up: How high it starts, metres.
+        along: Speed along the wall at the start.
+        rim: Speed of its rim, counterclockwise.
+        into: Speed into the wall at the start.
+        up: Height at the start, metres.
         count: Its impacts.
         inertia: Its inertia factor.
-        laws: Restitution and friction of the wall; it gives nothing back unless that is told.
+        laws: Restitution and friction of the wall; by default the restitution is 0.
     """
     nx, ny = fall / math.hypot(1.0, fall), 1.0 / math.hypot(1.0, fall)
 
@@ -406,14 +406,14 @@ def _out_of_a_corner() -> Staged:
 
 @listed("contact")
 def _table_stop() -> Staged:
-    """A disc on a table that slows it down by 4/10 m/s2 stops after 5/2 s, and 5/4 m along its way."""
+    """A table decelerates a disc by 4/10 m/s2: it stops after 5/2 s and 5/4 m."""
     scene = scene_of([disc(0j, 0.8 + 0.6j, 0.25)], table_deceleration_m_s2=0.4, duration_s=4.0)
     return answered(scene, [], "Galileo: v^2/(2 a)", final=[(1 + 0.75j, 0j)])
 
 
 @listed("contact")
 def _table_pair() -> Staged:
-    """A disc slides 3/2 m to an equal one at rest, hands over what it has left, and that one stops 1/2 m further on."""
+    """A disc slides 3/2 m to an equal one at rest and passes its velocity on; the other stops after 1/2 m."""
     discs = [disc(0j, 2 + 0j, 0.25), disc(2 + 0j, 0j, 0.25)]
     scene = scene_of(discs, table_deceleration_m_s2=1.0, duration_s=3.0)
     source = "Galileo: of v^2 each way s takes 2 a s; equal elastic discs swap velocities"

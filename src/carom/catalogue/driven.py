@@ -1,7 +1,7 @@
 """The group `driven`: paddles, pistons, mallets and moving boxes, each scene with its answer in closed form.
 
-Seen from a driven body an impact is one on a body that stands, so that every answer is that of a wall, or of an
-immovable disc, in the frame that moves with it. `docs/theory/walls.md` derives it. The group runs when it is asked for.
+In the frame of a driven body an impact is one on a body at rest. So every answer is that of a wall, or of an immovable
+disc, in that frame; `docs/theory/walls.md` derives it. The group runs only when it is named.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ def _paddle() -> Staged:
 
 @listed("driven")
 def _racket() -> Staged:
-    """A tilted racket without thickness strikes a disc that comes, and loses a fifth of what they close at."""
+    """A tilted racket without thickness strikes an approaching disc; a fifth of their closing speed is lost."""
     drive, velocity, radius, restitution, time = 3 + 1j, -4 + 0.5j, 0.125, 0.8, 0.51
-    normal = 0.8 + 0.6j  # so that the racket lies along (-0.6, 0.8)
+    normal = 0.8 + 0.6j  # so the direction of the racket is (-0.6, 0.8)
     foot = 0.25j  # of the disc on the racket, when they meet
     start = foot + radius * normal - velocity * time
     ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
@@ -85,10 +85,10 @@ def before_a_paddle(
 
     Args:
         speed: Its velocity along the line, away from the wall.
-        length: How far from the wall the paddle begins.
-        legs: From when on the paddle moves, and how fast, away from the wall.
+        length: Initial distance of the paddle from the wall.
+        legs: Begins of the paddle's legs, and its velocities away from the wall.
         duration: Until when.
-        source: Where the answer comes from.
+        source: Source of the answer.
     """
     start, radius, place, paddle, time = speed, Fraction(1, 4), Fraction(1), length, Fraction(0)
     impacts: list[KnownImpact] = []
@@ -184,7 +184,7 @@ def on_a_lift(rise: float) -> Staged:
 
 @listed("driven")
 def _start_at_a_touch() -> Staged:
-    """A wall that stands at a disc, and touches it, starts: it strikes the disc at that very instant."""
+    """A wall at rest that touches a disc starts to move: it strikes the disc at that instant."""
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
     scene = scene_of([disc(0.25 + 0j, 0j, 0.25)], walls=[wall], duration_s=2.0)
@@ -193,7 +193,7 @@ def _start_at_a_touch() -> Staged:
 
 @listed("driven")
 def _paddle_to_and_fro() -> Staged:
-    """A paddle comes, stands and goes back while a disc bounces between it and a wall: three speeds are handed over."""
+    """A paddle advances, stops and goes back while a disc bounces between it and a wall: it strikes at three speeds."""
     legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
     source = f"{_LAW}, leg by leg; the times by rational recurrence"
     return before_a_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)

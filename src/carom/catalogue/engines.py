@@ -1,4 +1,4 @@
-"""What engines do that their manuals don't say: scenes for what the pages of docs/engines tell, asked for by name."""
+"""Scenes of undocumented behaviour of engines, which the pages of docs/engines describe; they run only when named."""
 
 from __future__ import annotations
 

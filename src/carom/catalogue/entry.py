@@ -1,4 +1,4 @@
-"""Known answers: what must happen in a scene, from mathematics or a cited source, and how far a trace is from it."""
+"""Entries of the catalogue: scenes with known answers from mathematics or a cited source, and deviations of traces."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Tag(StrEnum):
     WALLS = "walls"
     IMMOVABLE = "immovable"
     INELASTIC = "inelastic"
-    TWO_BODIES = "two-bodies"  # one pair of bodies in all, so that one closed form says everything
+    TWO_BODIES = "two-bodies"  # one pair of bodies in all, so that one closed form is the whole answer
     IN_LINE = "in-line"  # the motion is along one line
     CHAIN = "chain"  # more than one impact, so that an error in one is carried into the next
     UNSTABLE = "unstable"  # a small error across the line grows many times over from impact to impact
@@ -61,20 +61,19 @@ class KnownImpact:
 
 @dataclass(frozen=True)
 class KnownAnswer:
-    """What mathematics or a cited source says of a scene. It is never computed by the code that it is to test.
+    """Answer of mathematics or a cited source. It is never computed by the tested code.
 
-    In addition to what is listed here, one thing is known of every scene: at its end no two bodies overlap.
+    In addition to these fields, no two bodies of any scene overlap at its end.
 
     Attributes:
-        source: Where the answer comes from: the theorem, the closed form or the citation, in one sentence.
+        source: Source of the answer: the theorem, the closed form or the citation, in one sentence.
         impacts: The first impacts of the scene, in order; all of them where `count` equals their number.
-        count: How many impacts the scene has in its duration, where that is known.
+        count: Number of impacts in the scene's duration, where known.
         final_velocity_m_s: Final velocity of each disc, where known.
         final_position_m: Final position of each disc, where known.
         final_kinetic_energy_j: Final kinetic energy of all movable discs, where known.
         final_spin_rad_s: Final spin of each disc, where known.
-        convention: Why the scene has no unique answer, and by which rule the answer given here was chosen; empty where
-            it has one.
+        convention: Reason why the scene has no unique answer, and the rule for the answer here; empty if it is unique.
     """
 
     source: str
@@ -88,7 +87,7 @@ class KnownAnswer:
 
 
 class Staged(NamedTuple):
-    """A scene with its known answer: both come from the same few numbers, so one function makes both."""
+    """A scene with its known answer; both depend on the same few numbers, so one function makes both."""
 
     scene: Scene
     known: KnownAnswer
@@ -101,13 +100,13 @@ Builder = Callable[[], Staged]
 
 @dataclass(frozen=True)
 class CatalogueScene:
-    """A scene of the catalogue. Listing it costs nothing: scene, answer and tags are made when first asked for.
+    """A scene of the catalogue. Listing costs nothing, since scene, answer and tags are built at their first use.
 
     Attributes:
         name: Full name, ``group/name``; the scene's own name.
-        shows: What it shows, in one sentence; the scene's own description.
+        shows: The scene's description, in one sentence.
         build: Makes the scene, except for its name, and its answer.
-        marks: Tags that can't be told from the scene and its answer.
+        marks: Tags that cannot be derived from the scene and its answer.
     """
 
     name: str
@@ -142,7 +141,7 @@ class CatalogueScene:
         masses = [disc.mass_kg for disc in scene.discs if not disc.immovable]
         frame_s = 1.0 / scene.frame_rate_hz
         off_line = any(y for disc in scene.discs for y in (disc.position_m[1], disc.velocity_m_s[1]))
-        told = {
+        values = {
             Tag.WALLS: Need.WALLS in scene.needs,
             Tag.IMMOVABLE: Need.IMMOVABLE in scene.needs,
             Tag.INELASTIC: Need.RESTITUTION in scene.needs,
@@ -156,19 +155,19 @@ class CatalogueScene:
             Tag.CONVENTION: bool(known.convention),
             Tag.CONSERVED: known.final_kinetic_energy_j is not None and known.count is None,
         }
-        return frozenset(tag for tag, is_so in told.items() if is_so).union(self.marks)
+        return frozenset(tag for tag, is_so in values.items() if is_so).union(self.marks)
 
 
 def listed(
     group: str, *marks: Tag, kind: type[CatalogueScene] = CatalogueScene, **more: Any
 ) -> Callable[[Builder], CatalogueScene]:
-    """Return a decorator that makes of a builder a scene of the catalogue, under the builder's own name.
+    """Return a decorator that turns a builder into a scene of the catalogue, under the builder's name.
 
     Args:
         group: The group of the scene.
-        marks: Tags that can't be told from the scene and its answer.
-        kind: What kind of entry it is.
-        more: Fields of that kind.
+        marks: Tags that cannot be derived from the scene and its answer.
+        kind: Class of the entry.
+        more: Fields of that class.
     """
 
     def enter(build: Builder) -> CatalogueScene:
@@ -181,10 +180,10 @@ def listed(
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Return the largest deviation of a trace from the known answer; infinite where an impact is missing or wrong.
 
-    Times are divided by the scene's duration, velocities by the greatest speed at the start or in the answer, positions
-    and the deepest overlap at the end by the greatest extent of the start, energies by the known one, so that the
-    figure has no unit. A value that is not a number deviates infinitely. Where the answer rests on a convention, a
-    deviation may mean no more than that another one was followed.
+    The deviation has no unit. Times are divided by the scene's duration, and velocities by the greatest speed at the
+    start or in the answer. Positions and the deepest overlap at the end are divided by the greatest extent of the
+    start, energies by the known one. The deviation of a value that is not a number is infinite. Where the answer
+    depends on a convention, a deviation may only mean another convention.
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf
@@ -203,23 +202,23 @@ def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[floa
     afters = [getattr(impact, name) for impact in known.impacts for name in _VELOCITIES]
     velocities = [*(disc.velocity_m_s for disc in scene.discs), *(after for after in afters if after is not None)]
     speed = max(math.hypot(*velocity) for velocity in velocities) or 1.0
-    told: list[tuple[ArrayLike, ArrayLike | None, float]] = [
+    values: list[tuple[ArrayLike, ArrayLike | None, float]] = [
         (trace.final_velocity_m_s, known.final_velocity_m_s, speed),
         (trace.final_position_m, known.final_position_m, _extent(scene)),
     ]
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
-        told.append((found["time_s"], expected.time_s, scene.duration_s))
-        told += [(found[name], getattr(expected, name), speed) for name in _VELOCITIES]
+        values.append((found["time_s"], expected.time_s, scene.duration_s))
+        values += [(found[name], getattr(expected, name), speed) for name in _VELOCITIES]
     if (energy := known.final_kinetic_energy_j) is not None:
-        told.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
-    told += _told_of_spin(trace, known, scene, speed)
-    return (_apart(found, expected, scale) for found, expected, scale in told if expected is not None)
+        values.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
+    values += _spins_to_compare(trace, known, scene, speed)
+    return (_apart(found, expected, scale) for found, expected, scale in values if expected is not None)
 
 
-def _told_of_spin(
+def _spins_to_compare(
     trace: Trace, known: KnownAnswer, scene: Scene, speed: float
 ) -> Iterator[tuple[ArrayLike, ArrayLike, float]]:
-    """Yield spins told, known, and what they are compared with; infinity where a method does not tell what is known."""
+    """Yield spins found and known, and their scale; infinity where a method does not report a known spin."""
     for k, expected in enumerate(known.impacts):
         for side, disc in (("first", expected.first), ("second", expected.second)):
             spin = getattr(expected, f"spin_{side}_after")
@@ -234,7 +233,7 @@ def _told_of_spin(
 
 def _apart(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
     difference = float(np.max(np.abs(np.asarray(found, dtype=np.float64) - np.asarray(expected)))) / scale
-    # A comparison with NaN is always false, so a NaN let through here would pass for no deviation at all.
+    # A comparison with NaN is always false, so a NaN would count as no deviation.
     return math.inf if math.isnan(difference) else difference
 
 

@@ -44,7 +44,7 @@ def _wrong_direction() -> Staged:
     time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ
     normal_1 = normal_of_offset(green - blue, -0.2)
     green_after, blue_between = after_impact(1.0, green, 1.0, blue, normal_1)
-    # The origin is where blue is struck; red stands where blue arrives.
+    # Blue is struck at the origin, and arrives at red.
     normal_2 = normal_of_offset(blue_between, 0.3)
     blue_after, red_after = after_impact(1.0, blue_between, heavy, 0j, normal_2)
     red = blue_between * (time_2 - time_1) + 2 * radius * normal_2

@@ -23,15 +23,15 @@ _GARWIN = (
     "Garwin, Am. J. Phys. 37 (1969) 88: a superball gives its slip back, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
 )
 
-#: When the first impact of most scenes is, seconds: at the end of no step that is a whole part of a frame, where
-#: rounding would decide whether it is seen at once.
+#: Time of the first impact of most scenes, seconds. It is not at the end of a step that divides a frame, where rounding
+#: would decide whether it is seen at once.
 _FIRST_S = 0.42
 #: A coefficient at which no impact of these scenes slides: the most that PyBullet simulates.
 _GRIP = 10.0
 
 
 def _disc(contact: Vector, velocity: Vector, time_s: float = _FIRST_S, **fields: Any) -> Disc:
-    """Return a disc that comes to a place at a time, straight."""
+    """Return a disc that moves straight and reaches a place at a time."""
     start = (contact[0] - velocity[0] * time_s, contact[1] - velocity[1] * time_s)
     return Disc(position_m=start, velocity_m_s=velocity, radius_m=1.0, **fields)
 
@@ -246,8 +246,9 @@ def _corner() -> Staged:
         KnownImpact(_FIRST_S, 0, -1, (22 / 9, 4 / 3), spin_first_after=-22 / 9),
     )
     convention = (
-        "both walls are hit at one instant, and friction makes their order matter: the side wall first gives "
-        "(22/9, 4/3) and -22/9 rad/s, the floor first (2, 2) and 2 rad/s; (time, first, second) puts that one first"
+        "both walls are hit at one instant, and with friction their order matters. The side wall first gives (22/9, "
+        "4/3) and -22/9 rad/s, the floor first (2, 2) and 2 rad/s; the order (time, first, second) begins with the "
+        "side wall"
     )
     known = KnownAnswer(_CROSS, impacts, 2, ((22 / 9, 4 / 3),), final_spin_rad_s=(-22 / 9,), convention=convention)
     return Staged(scene, known)

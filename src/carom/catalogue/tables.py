@@ -1,7 +1,7 @@
 """The group `tables`: walls that end and walls that bend, each scene with its answer in closed form.
 
-What people report of thin walls, corners, seams and curved tables is here as scenes. `docs/theory/walls.md` derives
-what is met of such a wall. The group runs when it is asked for.
+The scenes cover reports on thin walls, corners, seams and curved tables. `docs/theory/walls.md` derives what is met of
+such a wall. The group runs when it is asked for.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def _stadium() -> Chain:
 
 
 def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain | Ring, source: str) -> Staged:
-    """Stage a disc that goes round a polygon of places, at each of which it meets the wall once, from a side's middle.
+    """Stage a disc that moves along a polygon, from the middle of a side, and meets the wall at each corner.
 
     Nothing is solved: at an impact the velocity takes the direction of the next side.
     """
@@ -235,7 +235,7 @@ def _fagnano() -> Staged:
 
 @listed("tables")
 def _seam() -> Staged:
-    """A disc glances off a floor of ten pieces that lie in one line: one impact, and the seams are not met."""
+    """A disc glances off a floor of ten pieces in one line: one impact, and none at the seams."""
     radius, velocity, time = 0.25, 5 - 2j, 0.51
     floor = edges(-5, 5, pieces=10)
     start = complex(0.0625, radius) - velocity * time

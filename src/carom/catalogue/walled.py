@@ -81,7 +81,7 @@ def in_a_room(
     """Stage a disc in a room of four edges, one body, which may be thick, and may move.
 
     Args:
-        start: Where the disc begins, from the corner of what is left to its centre.
+        start: Start of the disc, from the corner of the region of its centre.
         velocity: Its velocity, as seen from the room.
         radius_m: Its radius.
         width_m: Width of the room.
@@ -89,7 +89,7 @@ def in_a_room(
         duration_s: Until when.
         half_width_m: Half the thickness of the edges.
         drive: Velocity of the room.
-        source: Where the answer comes from.
+        source: Source of the answer.
     """
     reach = radius_m + half_width_m
     corners = (0j, complex(width_m), complex(width_m, height_m), complex(0.0, height_m))
@@ -151,7 +151,7 @@ def _slanted_wall() -> Staged:
     radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
     scene = scene_of(
         discs=[disc(radius * normal - velocity * time, velocity, radius)],
-        # Any point of the wall will do; this one lies 2 m off the place of impact.
+        # Any point of the wall is valid; this one is 2 m from the place of impact.
         walls=[Wall(point_m=vector(2j * normal), normal=(-3.0, 4.0))],
         wall_restitution=e,
         duration_s=1.5,

@@ -57,7 +57,7 @@ def app_of(names: Sequence[str]) -> typer.Typer:
         cls=CommandGroup,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
-        rich_markup_mode=None,  # boxes around a help text would cost more processor time than all else of `--help`
+        rich_markup_mode=None,  # boxes around a help text would take more processor time than the rest of `--help`
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
         help="Check how accurately physics engines compute disc collisions: "
         "impact times and velocities, compared with the exact solution.",
@@ -94,11 +94,11 @@ def _options(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    del version  # its callback has done all there is to do
+    del version  # its callback has printed the version
 
 
 def command() -> str | int | None:
-    """Run the command, and return its exit code, whatever becomes of the output.
+    """Run the command, and return its exit code, also if the output cannot be written.
 
     Raises:
         KeyboardInterrupt: A signal came before the command or after it.
@@ -106,22 +106,22 @@ def command() -> str | int | None:
     out = sys.stdout
     try:
         try:
-            if not {"-h", "--help", "--version"} & {*sys.argv}:  # which do without NumPy
+            if not {"-h", "--help", "--version"} & {*sys.argv}:  # these options need no NumPy
                 address_space.require_address_space()
             asked = sys.argv[1:2]
             app_of(asked if asked and asked[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
-                raise signal from None  # Typer says nothing of it, and takes each for Ctrl-C
-            code = end.code if sys.stdout is out else 0  # Typer puts another in its place where the pipe is closed
+                raise signal from None  # Typer reports no signal, and handles each as Ctrl-C
+            code = end.code if sys.stdout is out else 0  # Typer replaces it where the pipe is closed
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
             if not isinstance(error, CaromError) and not address_space.limit_mb():
                 raise
             common.say_error(address_space.told(error))
             code = common.EXIT_BAD_INPUT
-        out.flush()  # here, where what goes wrong can still be told
-    except BrokenPipeError:  # the reader, `head` say, has seen enough
+        out.flush()  # here, where an error can still be reported
+    except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         code = 0
     except OSError as error:  # a disk that is full
         with suppress(OSError):

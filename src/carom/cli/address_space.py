@@ -1,4 +1,4 @@
-"""Little address space (`ulimit -v`) is told in a sentence, though a library of NumPy ends the process without any."""
+"""Message about too little address space (`ulimit -v`), where a library of NumPy ends the process silently."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 from carom.errors import CaromError, InputError
 
-#: Part of the limit within which all must load: the smallest run of one scene was seen to take a third more than that.
+#: Part of the limit within which all imports must fit; the smallest run of one scene takes a third more.
 LOADED = 0.75
 
 
@@ -22,7 +22,7 @@ def limit_mb() -> float:
 
 
 def told(error: BaseException) -> CaromError:
-    """Return what to say of an error that came up within the limit."""
+    """Return the message for an error within the limit."""
     if isinstance(error, CaromError):
         return error
     within = f"within {limit_mb():.0f} MB of address space (ulimit -v)"
@@ -30,12 +30,12 @@ def told(error: BaseException) -> CaromError:
 
 
 def require_address_space() -> None:
-    """Try, where address space is limited, in a process of its own what nobody could tell of in this one.
+    """If address space is limited, test in a separate process whether NumPy loads.
 
-    OpenBLAS takes its memory when it is loaded, and where it gets none it ends the process, with exit code 1.
+    OpenBLAS allocates memory when it is loaded, and on failure it ends the process silently with exit code 1.
 
     Raises:
-        InputError: What all studies need can't be loaded within the limit.
+        InputError: NumPy can't be loaded within the limit.
     """
     if not limit_mb() or "numpy" in sys.modules:
         return

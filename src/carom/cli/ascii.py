@@ -1,4 +1,4 @@
-"""Text for an output that has no more than ASCII, or another small alphabet: each sign by one that it has."""
+"""Error handler for outputs with a small alphabet, such as ASCII: it replaces each sign by a similar one."""
 
 from __future__ import annotations
 

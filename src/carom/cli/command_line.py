@@ -1,4 +1,4 @@
-"""The command that makes a result again, for the result to show: read from what the command declares."""
+"""The command line that repeats a result, from the declarations of the command."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from typer.core import TyperCommand
 
-#: They continue a run, or print more of it: its result is the same without.
+#: Options without effect on a result: they continue a run, or print more of it.
 _NO_PART = {"resume", "retry", "verbose"}
 
 #: Types by Typer's names, in the words of `carom.support.options`.
@@ -20,12 +20,12 @@ _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
 
 def command_line() -> str:
-    """Return the command that is being carried out, each option under its first name; ``carom`` from Python."""
+    """Return the running command line, each option under its first name; ``carom`` in Python."""
     return _ASKED.get()
 
 
 def _plain_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
-    """Return what `--help` calls the type of an option: a word as those of declared options, or the choices."""
+    """Return the type of an option in ``--help``: a word like those of declared options, or the choices."""
     named = typed(ctx=ctx).strip("<>").removeprefix("list[").removesuffix("]")
     return "" if argument and "|" not in named else _WORDS.get(named, named)
 
@@ -40,7 +40,7 @@ def with_default(text: str, default: str, span: str = "") -> str:
 
 
 class Command(TyperCommand):
-    """A command that keeps what it was asked, and names types in `--help` by plain words."""
+    """A command that stores its arguments, and names types in ``--help`` by plain words."""
 
     def __init__(self, *args: Any, **more: Any) -> None:
         super().__init__(*args, **more)
@@ -49,7 +49,7 @@ class Command(TyperCommand):
                 one.display_type = partial(_plain_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def invoke(self, ctx: Any) -> Any:
-        """Carry it out."""
+        """Run the command."""
         words = ["carom", ctx.info_name or ""]
         for one in self.params:
             name, source = one.name or "", ctx.get_parameter_source(one.name or "")

@@ -91,7 +91,7 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
 
 
 def drop_unwritten(*streams: TextIO) -> None:
-    """Let what can't be written be, or the interpreter tries again when it ends, and fails."""
+    """Drop output that can't be written; otherwise the interpreter tries again at its end, and fails."""
     for stream in streams:
         try:
             stream.flush()
@@ -106,12 +106,12 @@ def say(text: str, *, apart: bool = False) -> None:
 
 
 def say_error(error: CaromError) -> None:
-    """Print what is wrong, and each hint on a line of its own, apart from the results."""
+    """Print an error, and each hint on its own line, apart from the results."""
     say("\n".join((f"carom: {error.message}", *(f"hint: {hint}" for hint in error.hints))), apart=True)
 
 
 def say_lines(lines: Iterable[str]) -> None:
-    """Print lines that stay lines: on a terminal cut at its width, and whole where another program reads them."""
+    """Print lines without wrapping: cut at the width of a terminal, and whole if another program reads them."""
     out = console()
     for line in map(visible, lines):
         cut = out.is_terminal and len(line) > out.width
@@ -119,7 +119,7 @@ def say_lines(lines: Iterable[str]) -> None:
 
 
 def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
-    """Return what to say of the signal that ended a command, Ctrl-C unless it is told, and the exit code."""
+    """Return the message for the signal that ended a command, by default Ctrl-C, and the exit code."""
     if hasattr(signal, "setitimer"):  # heard: it need not come again
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
@@ -128,7 +128,7 @@ def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
 
 @contextmanager
 def resumable(journal: Path, *others: Path) -> Iterator[None]:
-    """Say how to go on with what a signal ended; journals that are opened within, and hold nothing yet, are removed."""
+    """Print how to resume after a signal; remove journals that were opened in the block and are still empty."""
     from carom.execution.journal import remove_unused
 
     new = [path for path in (journal, *others) if not path.exists()]
@@ -137,7 +137,7 @@ def resumable(journal: Path, *others: Path) -> Iterator[None]:
     except KeyboardInterrupt as error:
         for path in new:  # the signal can have come before the journal itself was there to do so
             remove_unused(path)
-        if not journal.exists():  # nothing was finished, so nothing is left behind
+        if not journal.exists():  # nothing was finished, so no file remains
             raise
         word, code = _ended(error)
         say(f"carom: {word}; what is finished is in {journal}, and --resume goes on from there", apart=True)
@@ -146,7 +146,7 @@ def resumable(journal: Path, *others: Path) -> Iterator[None]:
 
 @contextmanager
 def studied(out: Path, purpose: str, journal: Path, *others: Path) -> Iterator[Progress]:
-    """Claim the folder that a study writes into, with journals to go on from, and show how far it has come."""
+    """Claim the output folder of a study, with journals to resume from, and show its progress."""
     from carom.support.folders import claimed
 
     with claimed(out, purpose, "--out"), resumable(journal, *others), progress_bar() as progress:
@@ -155,7 +155,7 @@ def studied(out: Path, purpose: str, journal: Path, *others: Path) -> Iterator[P
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
-    """Show how far a long command has come, on a terminal only, with an estimate of what is left."""
+    """Show the progress of a long command, on a terminal only, with an estimate of the remaining time."""
     if not sys.stderr.isatty():
         yield lambda _done, _total, _what: None
         return
@@ -174,7 +174,7 @@ def progress_bar() -> Iterator[Progress]:
 
 
 def console() -> Console:
-    """Return the console that results are printed on."""
+    """Return the console for results."""
     from rich.console import Console
 
     class Out(Console):
@@ -182,8 +182,8 @@ def console() -> Console:
             raise  # noqa: PLE0704 - called where it is handled; by itself it would end with exit code 1
 
     plain_where_needed()
-    # Names and an engine's own words may hold brackets and colons that are no markup. A pipe has no width of its own;
-    # what is asked for by COLUMNS is taken there, too.
+    # Brackets and colons in names and in engines' messages are no markup. A pipe has no width, so COLUMNS counts there
+    # too.
     return Out(highlight=False, markup=False, emoji=False)
 
 
@@ -195,12 +195,12 @@ def plain_where_needed() -> None:
 
 
 def say_place(what: str, path: Path) -> None:
-    """Print where something was written, whole on a line that another program reads, without control characters."""
+    """Print the path of a written file, on one line for other programs, without control characters."""
     console().print(f"{what}: {visible(str(path))}", soft_wrap=True)
 
 
 def print_document(document: Document, *, full: bool = False, **places: Path | None) -> None:
-    """Print a document: the answer, the evidence where it is asked for in full, and where it was written."""
+    """Print a document: the answer, in full with the evidence, and the path of its file."""
     from carom.report.render.terminal import terminal
 
     out = console()
@@ -212,7 +212,7 @@ def print_document(document: Document, *, full: bool = False, **places: Path | N
 
 
 def hand_over(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
-    """Write a document as HTML and as Markdown where files are named, and print it; Markdown named - alone."""
+    """Write a document to named HTML and Markdown files, and print it; with ``-`` print only Markdown."""
     from carom.report.render.html import html
     from carom.report.render.markdown import markdown as markdown_of
     from carom.support.folders import write_file
@@ -228,7 +228,7 @@ def hand_over(document: Document, page: Path | None, markdown: Path | None, *, f
 
 
 def seconds(text: str) -> float:
-    """Read a step such as ``1/240`` or ``0.004``, as what is declared takes it."""
+    """Read a step such as ``1/240`` or ``0.004``, by its declaration."""
     kind = step()
     try:
         found: float = kind.take(kind.read(text))
@@ -238,7 +238,7 @@ def seconds(text: str) -> float:
 
 
 def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
-    """Load files, and find scenes of the catalogue by name; all of the catalogue where no name is given."""
+    """Load files, and find scenes of the catalogue by name; by default all of the catalogue."""
     from carom.catalogue import catalogue, find_scenes
     from carom.model.scene import load_scene
 
@@ -252,7 +252,7 @@ def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
 
 
 def plain_scenes_named(names: list[str]) -> list[Scene]:
-    """As `scenes_named`, but of the catalogue the scenes alone."""
+    """Return the scenes themselves of `scenes_named`."""
     from carom.model.scene import Scene
 
     return [entry if isinstance(entry, Scene) else entry.scene for entry in scenes_named(names)]

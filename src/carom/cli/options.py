@@ -21,7 +21,7 @@ Parameters = ParamSpec("Parameters")
 def asking(
     kind: type[Asked],
 ) -> Callable[[Callable[Concatenate[Asked, Parameters], None]], Callable[..., None]]:
-    """Give a command the options that its study declares; its body's first argument is what they come to."""
+    """Give a command the options that its study declares; they are its body's first argument."""
 
     def decorated(body: Callable[Concatenate[Asked, Parameters], None]) -> Callable[..., None]:
         made = [

@@ -1,4 +1,4 @@
-"""Every case of the suite for one adapter: a name that never changes, and the check it stands for."""
+"""Cases of the suite for one adapter: a name that never changes, and its check."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Case:
     """One case.
 
     Attributes:
-        name: ``check[parameters]``; with the engine before it, ``engine::check[parameters]``, the name that stands in a
-            file of known failures.
-        run: Returns where the adapter conforms.
+        name: ``check[parameters]``; with the engine before it, ``engine::check[parameters]``, the name in a file of
+            known failures.
+        run: The check, which raises where the adapter does not conform.
         meaning: What must hold, in one sentence: the first line of the check's docstring.
         skip: The declared capability that excludes the case; empty where none does.
-        profile: The profile that the case is about; empty where it is about the adapter.
+        profile: The profile that the case checks; empty where it checks the adapter.
     """
 
     name: str

@@ -1,12 +1,12 @@
-"""What a promised contact margin allows: no more than discs and walls that are thicker by it would show.
+"""Errors that a promised contact margin allows: those of a scene with bodies that are thicker by the margin.
 
-An engine with a margin answers bodies that are up to m apart, as if their surfaces were up to m nearer. So no impact of
-two bodies whose centres touch at a distance R comes earlier, nor with a normal turned farther, than one at R + m: with
-the relative speed w and the distance b at which they would pass each other, it is early by
-(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w at most; and without friction a velocity, which an impact changes by
-(1 + e) mu / m_i w cos(a) along a normal at the angle a with sin(a) = b / R, is off by (1 + e) mu / m_i w sin(a - a') at
-most, where sin(a') = b / (R + m). Bodies that pass at less than m meet. Both grow with m, so the scene with thicker
-bodies, solved exactly, has the greatest error of one impact, and hands it on to those after it.
+An engine with a margin m responds to bodies up to m apart as if their surfaces were up to m nearer. So an impact at a
+distance R of the centres is no earlier, and its normal is turned no farther, than an impact at R + m. With the relative
+speed w and the distance b at which the bodies would pass each other, it is early by at most ``(sqrt((R + m)^2 - b^2) -
+sqrt(R^2 - b^2)) / w``. Without friction an impact changes a velocity by ``(1 + e) mu / m_i w cos(a)`` along a normal at
+the angle a with ``sin(a) = b / R``. So the velocity is off by at most ``(1 + e) mu / m_i w sin(a - a')``, where
+``sin(a') = b / (R + m)``. Bodies that pass at less than m meet. Both errors grow with m. So the scene with thicker
+bodies, solved exactly, has the greatest error of one impact, and propagates it to later impacts.
 """
 
 from __future__ import annotations

@@ -41,8 +41,8 @@ class KnownFailure:
     Attributes:
         reason: Why its cases fail.
         cases: Their full names.
-        versions: The releases of the engine of which it holds, such as ">=7,<8"; empty for all.
-        platform: Where it holds, such as "linux" or "linux-aarch64"; empty for everywhere.
+        versions: Releases of the engine for which it holds, such as ">=7,<8"; empty for all.
+        platform: Platform for which it holds, such as "linux" or "linux-aarch64"; empty for all.
     """
 
     reason: str
@@ -143,7 +143,7 @@ def known_reasons(
     """Return the reason of each known failure, by the full name of its case, of these releases on this platform.
 
     Args:
-        entries: What the file lists.
+        entries: Entries of the file.
         versions: Version of each engine that is run, by the adapter's name; entries of others are let be.
         platform_: The platform, as `here` names it.
         path: The file.
@@ -177,18 +177,18 @@ def check_names(
     installed: Collection[str],
     path: Path,
 ) -> None:
-    """Compare the names of a file with the cases that there are.
+    """Check that the names of a file are names of cases.
 
     Args:
-        entries: What the file lists.
+        entries: Entries of the file.
         known: Names of those that hold here.
         names: Full names of all cases of the engines that are run.
         skipped: Those of them that a declared capability excludes, with the reason.
-        installed: Names of all engines; a case of one that is not run this time is let pass.
+        installed: Names of all engines; a case of one that is not run is ignored.
         path: The file.
 
     Raises:
-        InputError: A name is of no case, or of one that can't fail since it is skipped.
+        InputError: A name is not that of a case, or the case is skipped and so cannot fail.
     """
     run = {name.partition("::")[0] for name in names}
     for name in (name for entry in entries for name in entry.cases):

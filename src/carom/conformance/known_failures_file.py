@@ -18,7 +18,7 @@ from carom.support.folders import write_file
 #: How the reason of a new entry begins, until somebody has written one.
 TO_BE_WRITTEN = "reason: to be written"
 
-#: The head of an entry, with the lines of comment that stand right above it.
+#: The head of an entry, with the lines of comment directly above it.
 _HEAD = re.compile(r"(?:^#.*\n)*^[ \t]*\[\[[ \t]*known_failure[ \t]*\]\]", re.MULTILINE)
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 
@@ -48,15 +48,15 @@ def write_known_failures(
 ) -> WrittenFailures:
     """Bring the file up to date, and return what changed.
 
-    Entries that stay as they are keep every letter, with the comments right above them; reasons are kept. What failed
-    joins at the end, of one failure one entry. A case that the file lists for other releases or platforms alone joins
-    for this release on this platform.
+    Unchanged entries keep every letter, with the comments directly above them; reasons are kept. New failures are added
+    at the end, one entry for each kind of failure. A case that the file lists only for other releases or platforms is
+    added for this release on this platform.
 
     Args:
         path: The file; it need not be there.
-        entries: What stands in it.
-        failed: What each case that failed, and is not known to, failed by.
-        passed: Cases that are known to fail here and don't.
+        entries: Its entries.
+        failed: Failure of each case that failed and is not listed.
+        passed: Listed cases that passed.
         versions: Version of each engine that was run, by the adapter's name.
         platform: This platform.
 
@@ -87,7 +87,7 @@ def write_known_failures(
 
 
 def _parted(text: str, entries: Sequence[KnownFailure]) -> tuple[str, list[str]]:
-    """Return what stands before the first entry, and each entry's text."""
+    """Return the text before the first entry, and each entry's text."""
     heads = [found.start() for found in _HEAD.finditer(text)]
     if len(heads) != len(entries):
         return "", [_rendered(entry) for entry in entries]

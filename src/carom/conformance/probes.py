@@ -1,6 +1,6 @@
-"""What the suite asks of an engine beyond whole runs: to look closely, to be refused, to make many worlds.
+"""Probes of an engine beyond whole runs: frequent observations, refusals, and many worlds.
 
-Each probe is a task of a worker process. An error that the adapter raises is an answer like any other: `Raised`.
+Each probe is a task of a worker process. An error of the adapter is a result, `Raised`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from carom.execution.environment import resident_bytes
 from carom.model.scene import Scene
 from carom.model.trace import Setting
 
-#: Pools that an engine fills once are full after this many worlds.
+#: Number of worlds after which an engine's pools are full.
 WARM_UP_WORLDS = 10
 
 Probe = TypeVar("Probe")
@@ -31,12 +31,12 @@ Seen = TypeVar("Seen")
 
 @dataclass(frozen=True)
 class Watched:
-    """What was seen.
+    """Observations of a run.
 
     Attributes:
         settings: The world's settings after its steps.
-        seen: Observations: at the start, and after each step (the last look of each), or at the end.
-        altered: Number of the first observation that a later step altered; None where each stayed as it was.
+        seen: Observations: at the start, and after each step (the last one of each), or at the end.
+        altered: Number of the first observation that a later step changed; None if none changed.
     """
 
     settings: Mapping[str, Setting]
@@ -46,7 +46,7 @@ class Watched:
 
 @dataclass(frozen=True)
 class Leftover:
-    """Growth of the resident memory, bytes; None where the system does not tell."""
+    """Growth of the resident memory, bytes; None where the system does not report it."""
 
     bytes: int | None
 
@@ -59,7 +59,7 @@ class Raised:
         where: The call that raised it: ``prepare``, ``advance``, ``observe``, ``settings``, ``cut`` or ``close``.
         kind: Name of its class.
         deliberate: Whether it is an `AdapterError` or another of Carom's.
-        message: What it says.
+        message: Its message.
     """
 
     where: str
@@ -87,7 +87,7 @@ def _calling(where: str) -> Iterator[None]:
 
 
 def _or_raised(carry_out: Callable[[Probe], Seen | Raised]) -> Callable[[Probe], Seen | Raised]:
-    """Make what the adapter raises the answer."""
+    """Return a function that returns the adapter's error as its result."""
 
     @wraps(carry_out)
     def carried_out(probe: Probe) -> Seen | Raised:
@@ -101,7 +101,7 @@ def _or_raised(carry_out: Callable[[Probe], Seen | Raised]) -> Callable[[Probe],
 
 @dataclass(frozen=True)
 class _Probe:
-    """What every probe is of.
+    """Adapter, scene and settings of a probe.
 
     Attributes:
         engine: Name of the adapter.
@@ -135,14 +135,14 @@ def _copy(seen: Observation) -> Observation:
 
 @dataclass(frozen=True)
 class Watch(_Probe):
-    """Run a scene to its end and hand over every observation.
+    """Run a scene to its end and return every observation.
 
     Attributes:
-        steps: How many steps.
-        looks: How often to observe after each step; 0 takes all steps in one call and looks at the end alone.
+        steps: Number of steps.
+        looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
         cut_s: Length to which each step is cut, seconds, as for a profile that is located; None for whole steps.
-        disturbed: Whether before each step that is cut one of three times the length is tried and taken back, and after
-            each the world is asked what touches.
+        disturbed: Whether a step of three times the length is tried and undone before each cut step, and contacts are
+            queried after each.
     """
 
     steps: int
@@ -152,7 +152,7 @@ class Watch(_Probe):
 
     @_or_raised
     def carry_out(self) -> Watched | Raised:
-        """Return what was seen."""
+        """Return the observations."""
         with self._world() as world:
             given = [_observe(world)]
             copies = [_copy(given[0])]
@@ -195,13 +195,13 @@ class Watch(_Probe):
 
 @dataclass(frozen=True)
 class Make(_Probe):
-    """Make, step once, and close this many worlds, and tell by how many bytes the process grew since the first ten.
+    """Make, step once, and close many worlds, and measure the growth of memory since the first ten.
 
-    The processes that it has started count, too: an engine can be a program.
+    Child processes count as well, because an engine can be a program.
 
     Attributes:
-        worlds: How many.
-        step: Whether to take a step and look before closing.
+        worlds: Number of worlds.
+        step: Whether to take a step and observe before closing.
     """
 
     worlds: int
@@ -209,7 +209,7 @@ class Make(_Probe):
 
     @_or_raised
     def carry_out(self) -> Leftover | Raised:
-        """Return by how much the process has grown."""
+        """Return the growth of the memory."""
         before = None
         for k in range(self.worlds):
             if k == min(WARM_UP_WORLDS, self.worlds - 1):
@@ -226,9 +226,9 @@ class Make(_Probe):
 
 
 def _held_bytes() -> int | None:
-    """Return the resident memory of this process and of those it has started; None where the system does not tell.
+    """Return the resident memory of this process and its children; None where the system does not report it.
 
-    Free memory is given back first, where the C library can: glibc keeps, or gives back, 20 MB at a time as it likes.
+    Free memory is returned to the system first, if the C library can, because glibc keeps up to 20 MB.
     """
     give_back = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if give_back is not None:

@@ -76,7 +76,7 @@ class CaseItem(pytest.Item):
         return "\n".join(lines)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """Return what stands over a failure."""
+        """Return the heading of a failure."""
         return self.path, 0, f"{self.engine.info.name}::{self.case.name}"
 
     def _command(self, setup: Setup) -> str:
@@ -130,7 +130,7 @@ class ConformanceRun:
             return report
         name = f"{item.engine.info.name}::{item.case.name}"
         reason = self._plan.known.get(name)
-        # As an attribute it comes to pytest-xdist's controller, which alone writes the file.
+        # As an attribute it reaches pytest-xdist's controller, which alone writes the file.
         if reason is None and report.failed and call.excinfo and isinstance(call.excinfo.value, CaromError):
             vars(report)["carom_failed"] = [name, _what(call.excinfo.value)]
         elif reason is not None and not hasattr(report, "wasxfail"):
@@ -144,7 +144,7 @@ class ConformanceRun:
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Keep what the file of known failures is to be told."""
+        """Collect the changes for the file of known failures."""
         if told := getattr(report, "carom_failed", None):
             name, what = told
             self._failed[name] = what

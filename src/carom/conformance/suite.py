@@ -1,4 +1,4 @@
-"""What is to be run: the adapters, their cases, and which of these are known to fail."""
+"""Plan of the suite: adapters, their cases, and known failures."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class EnginePlan:
     """The cases of one adapter.
 
     Attributes:
-        info: What is known of its engine.
-        subject: The adapter; None where its engine is unavailable, which `info` gives the reason of.
+        info: Description of its engine.
+        subject: The adapter; None where its engine is unavailable, with the reason in `info`.
         cases: Its cases, none where it is unavailable.
     """
 
@@ -44,13 +44,13 @@ class EnginePlan:
 
 @dataclass(frozen=True)
 class Suite:
-    """All that is to be run.
+    """Engines to run, and their known failures.
 
     Attributes:
         engines: The adapters.
         known: Reason of each known failure of these releases on this platform, by the full name of its case.
-        known_file: Where these stand; None where there is no such file.
-        entries: All that the file lists.
+        known_file: File of these; None where there is none.
+        entries: All entries of the file.
     """
 
     engines: tuple[EnginePlan, ...]
@@ -74,13 +74,12 @@ def make_suite(
     """Plan the suite; no engine is imported.
 
     Args:
-        wanted: What ``--carom-engine`` was given.
-        profiles: What ``--carom-profile`` was given: names, or ``all``; `carom.execution.plan.DEFAULT_PROFILES` for
-            nothing.
-        known_file: The file of known failures; None for the first in `folders` that is there.
+        wanted: Values of ``--carom-engine``.
+        profiles: Values of ``--carom-profile``: names, or ``all``; by default `carom.execution.plan.DEFAULT_PROFILES`.
+        known_file: The file of known failures; None for the first one in `folders`.
         folders: pytest's root directory, and the one in which it was called: they differ where the value of an option
             happens to be the name of a folder, which pytest then takes for its root.
-        limits: What its processes may take.
+        limits: Limits of its processes.
 
     Raises:
         CaromError: A name means no adapter, an adapter can't be loaded, or the file of known failures is wrong.
@@ -94,7 +93,7 @@ def make_suite(
         else:
             subject = Subject(info.name, limits)
             of_engine = tuple(cases(subject))
-            # Every name is known, also that of a case that is not run this time: its known failure is let be.
+            # All names are valid, also those of cases that are not run, whose known failures are ignored.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
             chosen = tuple(case for case in of_engine if not case.profile or _is_run(info, case.profile, profiles))
             planned.append(EnginePlan(info, subject, chosen))
@@ -114,15 +113,15 @@ def make_suite(
 
 
 def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
-    """Return the adapters that the words mean, each once.
+    """Return the adapters that the words select, each once.
 
     Args:
         wanted: Names of adapters, of distributions, of the packages that entry points lead to, manifests, or ``all``.
-        pool: Where adapters are asked; it stays open.
+        pool: Pool for queries of adapters; it stays open.
 
     Raises:
-        UnknownNameError: A word means none of these.
-        InputError: An adapter asked for by its own name is unavailable.
+        UnknownNameError: A word selects none of these.
+        InputError: An adapter that was selected by its name is unavailable.
         AdapterError: A manifest can't be read.
     """
     wanted = [resolve_engine(word) for word in wanted]
@@ -153,7 +152,7 @@ def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
 
 
 def _normal(name: str) -> str:
-    """Return a distribution's name as it is compared: PEP 503."""
+    """Return a distribution's name, normalised by PEP 503."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 

@@ -21,11 +21,11 @@ from carom.model.trace import ImpactRecord, Trace, impact_array, spin_array, wal
 #: A power of two, so that step boundaries are exact and what falls between two of them is beyond doubt.
 DT_S = 1 / 128
 
-#: How many steps the discs of `rubbing` take to touch.
+#: Number of steps after which the discs of `rubbing` touch.
 TOUCH_STEPS = 8
 
-#: Named one by one, so that a scene added to the catalogue can't break anybody's list of known failures. Left out are
-#: scenes without a unique answer, and those in which a rounding error grows from impact to impact.
+#: The names are listed here, so a scene added to the catalogue cannot break a list of known failures. The list has no
+#: scenes without a unique answer, and none in which a rounding error grows from impact to impact.
 CATALOGUE_SCENES = (
     "paper/missed",
     "paper/late",
@@ -58,8 +58,8 @@ CATALOGUE_SCENES = (
 )
 
 
-#: Of these, some for profiles whose steps are cut: head-on, off centre, inelastic, with walls, one after another, and
-#: rubbing.
+#: Scenes for profiles whose steps are cut: head-on, off centre, inelastic, with walls, one after another, and with
+#: friction.
 LOCATED_SCENES = (
     "paper/missed",
     "paper/late",
@@ -168,7 +168,7 @@ def _head_on(name: str, places: Sequence[tuple[float, float, float]], walls: Seq
 
 
 def either_side(restitution: float) -> Scene:
-    """An edge that stands on its own, which a disc meets from either side at 3 m/s, head-on."""
+    """A single edge, which a disc meets from either side at 3 m/s, head-on."""
     places, edge = [(side * 1.51, side, -3 * side) for side in (-1, 1)], Chain(points_m=[(0, -2), (0, 2)])
     return _head_on(f"edge-{restitution:g}", places, [edge], wall_restitution=restitution)
 
@@ -315,9 +315,9 @@ def rubbing(
 ) -> Scene:
     """Discs that slip past each other as they meet along x; where walls are supported, a third slips along one.
 
-    They touch just before the end of a step, by as much as can be told at the declared width of numbers, and less than
-    counts as rounding: so friction has its full arm, and the line of centres is x, also where an engine takes both from
-    the overlap that it sees.
+    They touch just before the end of a step. The overlap is resolved at the declared width of numbers, and less than
+    the allowance for rounding. So friction has its full arm, and the line of centres is x, also where an engine takes
+    both from the overlap.
     """
     overlap = 0.25 * THRESHOLDS.rounding_of(can.float_bits)
     turns = can.spin and math.isfinite(inertia_factor)

@@ -1,4 +1,4 @@
-"""What a failed check says: what is wrong, the value found, the value expected, the scene, and how to see it again."""
+"""Failure of a check: the error, the value found, the value expected, the scene, and how to repeat it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carom.model.scene import Scene
 
 
 def step_text(dt_s: float) -> str:
-    """Return a step as people write it: ``1/240`` where it is the inverse of a whole number."""
+    """Return a step as text: ``1/240`` if it is the inverse of a whole number."""
     rate = round(1 / dt_s)
     return f"1/{rate}" if rate > 0 and 1 / rate == dt_s else repr(dt_s)
 
@@ -36,13 +36,13 @@ class Setup:
 
 
 class Violation(CaromError):  # noqa: N818 - what a check finds; the suite itself has no error
-    """An adapter does not do what the seam asks of it, or what it declares.
+    """An adapter violates its interface or its declarations.
 
     Attributes:
-        what: What is wrong, in a sentence.
-        expected: What should have been found.
-        found: What was found.
-        setup: The run in which it shows; None where no scene was run.
+        what: The error, in a sentence.
+        expected: Expected value.
+        found: Found value.
+        setup: The run that shows it; None where no scene was run.
     """
 
     def __init__(self, what: str, *, expected: object, found: object, setup: Setup | None = None) -> None:
@@ -51,7 +51,7 @@ class Violation(CaromError):  # noqa: N818 - what a check finds; the suite itsel
 
 
 class NotApplicable(CaromError):  # noqa: N818 - a reason to skip, no error
-    """What a check is about is declared not to be there, or can't be seen on this system; the message is the reason."""
+    """A check's subject is declared to be missing, or can't be observed on this system; the message is the reason."""
 
 
 def require(holds: bool, what: str, expected: object, found: object, setup: Setup | None = None) -> None:

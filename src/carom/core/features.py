@@ -1,12 +1,11 @@
-"""What a disc's rim meets of a finite wall: straight faces, vertices, and arcs from outside and from inside.
+"""Features of finite walls that a disc's rim meets: straight faces, vertices, and both sides of arcs.
 
 A wall is a line of straight edges and arcs, and all points within a half width of it. A disc touches it where its
-centre is at half width plus radius from the line; the places of such centres are straight for a face, a circle seen
-from outside for a vertex and an arc's outer side, and one seen from inside for its inner side. So a vertex is a circle
-of radius 0.
+centre is at half width plus radius from the line. Such centres form a straight line for a face, and a circle for a
+vertex and both sides of an arc. So a vertex is a circle of radius 0.
 
-Features are frozen, and hold everything that the times of impact need, precomputed from the numbers of the file. What
-these give exactly is a pair ``(high, low)`` of its nearest floats: see `core/double_double.h`.
+Features are frozen, and contain all that the times of impact need, precomputed from the numbers of the file. An exact
+value is stored as a pair ``(high, low)`` of its nearest floats: see `core/double_double.h`.
 """
 
 from __future__ import annotations
@@ -140,7 +139,7 @@ class Arc:
         return cls(place, size, half_width, inside, sector, _fits_below(place, size, half_width) if inside else 0.0)
 
     def stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
-        """Return the point of this inner side that lies this way from its circle's centre, as it stops wide discs."""
+        """Return the point of this inner side, in a direction from its circle's centre, that stops wide discs."""
         (x, y), nothing = way, (0.0, 0.0)
         half = Sector((pair_of(-y), pair_of(x)), (pair_of(y), pair_of(-x)), reflex=False)
         place = pair_of(circle.x + x), pair_of(circle.y + y)

@@ -53,7 +53,7 @@ def resolve_impact(
             raise InputError(f"{name} must be above 0 (infinity is immovable), got {mass[~(mass > 0)].flat[0]}")
         require_within(name, mass[np.isfinite(mass)], SMALLEST, LARGEST)
     if not np.all((e >= 0) & (e <= 1)):
-        raise InputError(f"restitution must lie in 0 to 1, got {e[~((e >= 0) & (e <= 1))].flat[0]}")
+        raise InputError(f"restitution must be from 0 to 1, got {e[~((e >= 0) & (e <= 1))].flat[0]}")
     scale = np.max(np.abs(direction), axis=-1, keepdims=True)
     if not np.all(scale > 0):
         raise InputError("normal must not be of length zero")

@@ -1,8 +1,8 @@
 """The features of a wall's outline: its faces, arcs and vertices, merged exactly.
 
-Neighbouring edges that go on in one line, or on one circle, are one feature, and a joint at which tangents agree has no
-vertex: so a wall that is cut into pieces, at points that are exactly on it, has the same features, and no impact on it
-differs by a bit. All of this is decided by rational numbers, to which no rounding is done.
+Neighbouring edges on one line, or on one circle, are one feature, and a joint at which tangents agree has no vertex. So
+a wall that is cut into pieces, at points exactly on it, has the same features and bit-identical impacts. Rational
+numbers decide all of this without rounding.
 """
 
 from __future__ import annotations
@@ -94,9 +94,9 @@ def features_of(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeatu
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
     """Whether a disc that meets two smooth features at one instant goes on in the same way, whichever comes first.
 
-    So it is at a corner of 90 degrees, and, if both are elastic, of 60, 45 and 30 degrees (that of pi/n in general, of
-    which these have cosines whose squares are rational); and of a feature with itself, which is met again only after
-    it was left.
+    This holds at a corner of 90 degrees and, if both features are elastic, of 60, 45 and 30 degrees. In general it
+    holds at pi/n; these are the angles whose cosines have rational squares. It also holds for a feature with itself,
+    which a disc meets again only after it has left it.
     """
     if one == other:
         return True

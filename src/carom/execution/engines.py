@@ -97,7 +97,7 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
 
     Args:
         names: Names of adapters; None for all that are installed.
-        pool: Where they are queried; it stays open.
+        pool: Pool for the queries; it stays open.
 
     Raises:
         UnknownNameError: There is no such engine.
@@ -183,7 +183,7 @@ class Methods:
     """The methods to run at each step, and the reasons why some can't be run.
 
     Attributes:
-        at: Methods by engine and step. Of profiles with the same settings, only the last is kept.
+        at: Methods by engine and step; the last of profiles with the same settings.
         refused: Why a method of an available engine can't be run at a step with any scene.
         infos: Descriptions of the engines, by name.
     """
@@ -223,7 +223,7 @@ def list_methods(
         infos: Descriptions of the engines.
         profiles: Names of the profiles to run.
         dts: Steps, seconds.
-        pool: Where adapters are queried; it stays open.
+        pool: Pool for the queries of adapters; it stays open.
         tried: Settings that replace those of the profiles, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))

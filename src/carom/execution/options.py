@@ -177,7 +177,7 @@ def parse_settings(words: Sequence[str]) -> dict[str, Setting]:
 
 @dataclass(frozen=True)
 class Options(LimitOptions):
-    """What is asked of a cross-check, apart from its scenes.
+    """Options of a cross-check, without its scenes.
 
     Attributes:
         engines: Names of adapters; by default every one whose engine is installed.
@@ -189,7 +189,7 @@ class Options(LimitOptions):
         settings: Settings to try instead of the profiles' own, by name; every engine asked for must have them. A text
             is read as the kind that the setting is.
         phases: At how many sub-step phases to run each job in addition to the scene's, for the spread of its errors.
-        seed: Where the quasi-random sequence of phases begins.
+        seed: Start of the quasi-random sequence of phases.
         certified: Whether to score against certified runs. By default PIC is the reference, and for scenes of three
             discs or more a certified run says up to which impact it is reliable, where python-flint is installed.
         certify_s: Seconds for the certified run of each scene.

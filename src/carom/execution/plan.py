@@ -112,7 +112,7 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
     Args:
         scenes: Scenes, catalogue scenes or names of these; no two with the same name.
         options: The requested options.
-        pool: Where adapters are queried for their declarations; it stays open.
+        pool: Pool for queries of adapters' declarations; it stays open.
 
     Raises:
         InputError: There is no scene, or two scenes have the same name.
@@ -167,5 +167,5 @@ def missing_profile_reason(profile: str, capabilities: Capabilities) -> str:
     if capabilities.contact_times is ContactTimes.SOLVED:
         return "it solves for the instant of an impact: there is no step to cut and nothing to sweep"
     if profile == "located":
-        return "its steps are not cut: to look only at their boundaries is what it stands for"
+        return "its steps are not cut: by definition it checks only at their boundaries"
     return "its adapter offers no such profile"

@@ -33,7 +33,7 @@ class Reference:
 
     Attributes:
         trace: The PIC trace, or the certified one.
-        certified: How far PIC agrees with the certified run, or why that is unknown; None if it was not requested.
+        certified: Agreement of PIC with the certified run, or why it is unknown; None if it was not requested.
         horizon_s: Time up to which `trace` is reliable and no contact lasts; None for the whole trace.
         pic: The PIC trace, if `trace` is the certified one.
     """

@@ -67,8 +67,8 @@ class Results(Tabular):
         environment: Machine and versions.
         command: The command that repeats this cross-check; empty if it was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
-        certified: How far the reference of a scene is certified, or why it is not, by the scene's name. Scenes of one
-            or two discs are included on request only.
+        certified: Certification of a scene's reference, or why there is none, by the scene's name. Scenes of one or two
+            discs are included on request only.
         horizons: Time up to which runs of a scene are compared with its reference, seconds, by the scene's name. Beyond
             it the reference is not reliable (certified or estimated), or contact lasts. Other scenes are compared
             completely.

@@ -46,7 +46,7 @@ class DependentTasks(ABC, Generic[T]):
         return answer
 
 
-#: What a request can contain.
+#: Types that a request can contain.
 AnyTask = Task[T] | DependentTasks[T]
 
 #: Tasks that are sent together, each with the key of its journal entry.
@@ -60,7 +60,7 @@ class TaskRequest(Generic[S, K, T]):
     Attributes:
         subject: The study's own label of the task; returned with the answer.
         key: Key of the task's journal entry. Tasks with the same key are the same.
-        task: What to carry out.
+        task: Task to carry out.
         refused: Why the task can't be carried out, if that is known. Then it is neither sent nor journalled.
         steps: Number of engine steps. Tasks of few steps share a batch, others have a batch of their own.
     """
@@ -79,7 +79,7 @@ def run_tasks(
 
     Args:
         requests: The tasks; those with the same key are carried out once.
-        pool: Where the tasks are carried out; it stays open.
+        pool: Pool that carries out the tasks; it stays open.
         journal: The known answers. New answers are added before they are yielded.
         alone: Whether tasks are carried out one at a time, with nothing else running.
     """

@@ -35,7 +35,7 @@ class Measures:
         spurious: Impacts invented.
         undecided: Impacts too close to the end of the run to have been reported.
         duration_s: Duration of the scene, the unit of dimensionless times.
-        outcome: How the run ended, the name of a `carom.model.trace.Outcome`.
+        outcome: Outcome of the run, the name of a `carom.model.trace.Outcome`.
     """
 
     total: Errors
@@ -95,7 +95,7 @@ def sweep(
 
     Args:
         jobs: The jobs.
-        pool: Where they are run; it stays open.
+        pool: Pool that runs them; it stays open.
         notes: Journal with the known scores, to which new ones are added.
         progress: Called with (done, total, description) as jobs finish.
         refusal: Returns why a job can't be run, if that is known. Such a job is not sent.

@@ -55,7 +55,7 @@ def resolve_settings(
         asked: The settings by name. Texts are converted to the type of the setting.
         profiles: The profiles whose settings are replaced.
         dt_s: A step at which to query the settings of the profiles, seconds.
-        runner: Where the adapter is queried.
+        runner: Pool for the query of the adapter.
 
     Raises:
         UnknownNameError: The engine has no such setting.

@@ -107,5 +107,5 @@ def _answer_line(number: int, task: Task[object]) -> bytes:
     try:
         return codec_of(type(task)).dumps((number, found)) + b"\n"
     except Exception as error:  # noqa: BLE001 - a value that an adapter made can fail at anything
-        reason = f"what it returned can't be told: {describe_exception(error)}"
+        reason = f"its result can't be sent: {describe_exception(error)}"
         return codec_of(type(task)).dumps((number, Answer(Status.FAILED, reason))) + b"\n"

@@ -1,1 +1,1 @@
-"""What is simulated and what happened: scenes, walls, arrays, and traces."""
+"""Scenes, walls, arrays of discs, and traces of runs."""

@@ -1,7 +1,7 @@
-"""What a chain of edges must not do: have no length, fold back, cross or touch itself other than at its joints.
+"""Checks of a chain of edges: none may have no length, and the chain may not fold back, cross or touch itself.
 
-All is decided exactly: points that two edges share are of the form ``(x + x' s, y + y' s)`` with rational numbers and s
-the square root of one, and the sign of ``p + q s`` needs no rounding.
+All decisions are exact. Points that two edges share are of the form ``(x + x' s, y + y' s)`` with rational numbers and
+s the square root of one, and the sign of ``p + q s`` needs no rounding.
 """
 
 from __future__ import annotations
@@ -42,18 +42,18 @@ class Place(NamedTuple):
     y: Surd
 
     def side(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return on which side of a line through a it lies: 1 for the left."""
+        """Return the side of a line through `a` on which the point is: 1 for the left."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         whole = along[0] * dy - along[1] * dx
         return Surd(whole, along[0] * self.y.part - along[1] * self.x.part, self.x.square).sign
 
     def ahead(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return whether it lies ahead of a (1), behind it (-1) or next to it (0) on the way along."""
+        """Return whether the point is ahead of `a` (1), behind it (-1) or next to it (0), in the direction `along`."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         return Surd(along[0] * dx + along[1] * dy, along[0] * self.x.part + along[1] * self.y.part, self.x.square).sign
 
     def floats(self) -> tuple[float, float]:
-        """Return where it is, near enough for a message."""
+        """Return the point in floats, near enough for a message."""
         root = math.sqrt(float(self.x.square))
         return float(self.x.whole) + float(self.x.part) * root, float(self.y.whole) + float(self.y.part) * root
 
@@ -68,7 +68,7 @@ class _Line:
         self.turn = 1 if edge.bulge > 0 else -1
 
     def holds(self, place: Place) -> bool:
-        """Whether a point of its line, or circle, lies on it, ends included."""
+        """Whether a point of its line, or circle, lies on the edge, ends included."""
         if self.circle is not None:  # a counterclockwise arc is on the right of its chord
             return place.side(self.a, self.along) * self.turn <= 0
         return place.ahead(self.a, self.along) >= 0 and place.ahead(self.b, self.along) <= 0
@@ -80,7 +80,7 @@ class Crossing(NamedTuple):
     Attributes:
         first: Number of the one edge.
         second: Number of the other, which is higher.
-        x: Where, metres, as nearly as a message needs.
+        x: Position, metres, to the accuracy of a message.
         y: Likewise.
     """
 
@@ -113,7 +113,7 @@ def _is(place: Place, point: tuple[Number, Number]) -> bool:
 
 
 def _span(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, float]:
-    """Return a box that holds an edge, with room for what rounding makes of it: least and greatest x and y."""
+    """Return a box that contains an edge despite rounding: least and greatest x and y."""
     xs, ys = zip(edge.a, edge.b, strict=True)
     box = [min(xs), min(ys), max(xs), max(ys)]
     if circle is not None:
@@ -129,7 +129,7 @@ def _at(point: tuple[Number, Number]) -> Place:
 
 
 def _shared(one: _Line, other: _Line) -> Iterator[Place]:
-    """Yield points that two edges share: all, or of a stretch that they share its ends."""
+    """Yield the points that two edges share; of a shared stretch only its ends."""
     candidates: Iterator[Place]
     if one.circle is not None and one.circle == other.circle:
         middles = (_middle(line, one.circle) for line in (one, other))
@@ -148,7 +148,7 @@ def _shared(one: _Line, other: _Line) -> Iterator[Place]:
 
 
 def _middle(line: _Line, circle: ExactCircle) -> Place:
-    """Return the middle of an arc: two of one circle that lie upon one another share ends that are joints, and it."""
+    """Return the middle of an arc. Two arcs on one circle that overlap may share only joints and this point."""
     x, y, radius2 = circle
     ex, ey = line.along
     # The middle is off the centre by the radius, across the chord, to the right of a counterclockwise arc.

@@ -1,4 +1,4 @@
-"""The line of a finite wall as floats: straight edges and arcs between points, or a circle; what is nearest to a point.
+"""The line of a finite wall as floats (straight edges and arcs, or a circle), and its point nearest to another.
 
 An edge runs from one point to the next. Its bulge is the tangent of a quarter of its angle, as in DXF: 0 is straight, 1
 half of a circle, and above 0 it runs counterclockwise. The wall is all points within a half width of the line.
@@ -36,10 +36,10 @@ class Foot(NamedTuple):
     """The point of a wall's line that is nearest to another.
 
     Attributes:
-        x: Where it is, metres.
-        y: Likewise.
+        x: Its x coordinate, metres.
+        y: Its y coordinate, metres.
         edge: Number of the edge that holds it; the lower of two.
-        inner: Whether it lies between the ends of that edge.
+        inner: Whether it is between the ends of that edge.
     """
 
     x: float
@@ -57,12 +57,12 @@ def circle_of(edge: Edge) -> ExactCircle:
 
 
 class Stretch(NamedTuple):
-    """An edge, or a whole circle, as floats: what is nearest is asked of this.
+    """An edge, or a whole circle, as floats, with its point nearest to another.
 
     Attributes:
-        edge: The edge; of a whole circle both ends are one point of it.
-        centre: Of an arc, the centre of its circle; None for a straight edge.
-        radius: Of an arc, its circle's; else 0.
+        edge: The edge; both ends of a whole circle are one point of it.
+        centre: Centre of an arc's circle; None for a straight edge.
+        radius: Radius of an arc's circle; 0 for a straight edge.
     """
 
     edge: Edge
@@ -71,11 +71,11 @@ class Stretch(NamedTuple):
 
     @property
     def whole(self) -> bool:
-        """Whether it is a whole circle, or a point."""
+        """Whether this is a whole circle, or a point."""
         return self.edge.a == self.edge.b
 
     def nearest(self, x: float, y: float) -> tuple[Point, bool]:
-        """Return its point that is nearest to another, and whether that lies between its ends."""
+        """Return the point of the edge that is nearest to another, and whether it is between the ends."""
         (ax, ay), (bx, by), bulge = self.edge
         if self.centre is None:
             ex, ey = bx - ax, by - ay
@@ -88,7 +88,7 @@ class Stretch(NamedTuple):
         if self.whole:  # all points of a circle are as far from its centre
             rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
             return rim, self.radius > 0.0
-        # In the sector, which is told from the ends: a flat arc's centre is far off.
+        # The ends decide whether it is in the sector, since a flat arc's centre is far off.
         begun = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
         not_ended = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
         if (begun or not_ended) if abs(bulge) > 1.0 else (begun and not_ended):
@@ -100,15 +100,16 @@ class Stretch(NamedTuple):
     def power(self, x: float, y: float) -> float:
         """Return the squared distance of a point from an arc's centre less its squared radius.
 
-        From the ends, so that a radius far above all else costs no digits: circles through both are ``(p - a).(p - b)``
-        plus a multiple of the chord's cross product with ``p - a``, which vanishes on the line through them.
+        The result is computed from the ends, so that a huge radius costs no digits: circles through both are ``(p -
+        a).(p - b)`` plus a multiple of the chord's cross product with ``p - a``, which vanishes on the line through
+        them.
         """
         (ax, ay), (bx, by), bulge = self.edge
         across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
         return ((x - ax) * (x - bx) + (y - ay) * (y - by)) - across * (0.5 * (1.0 / bulge - bulge))
 
     def bulges_over(self, x: float, y: float) -> bool:
-        """Whether a point lies between an arc and its chord."""
+        """Whether a point is between an arc and its chord."""
         if self.centre is None:
             return False
         (ax, ay), (bx, by), bulge = self.edge
@@ -120,12 +121,12 @@ class Outline:
     """The shape of a finite wall, in metres or in units of a run's own.
 
     Attributes:
-        points: Points of a chain; of a circle its centre alone.
-        bulges: Of each edge of a chain.
+        points: Points of a chain; the centre of a circle.
+        bulges: Bulge of each edge of a chain.
         half_width: The wall is all points within this of the line.
         closed: Whether an edge runs from the last point to the first.
         solid: Whether the inside of a closed chain is matter, too.
-        radius: Of a circle; None for a chain.
+        radius: Radius of a circle; None for a chain.
     """
 
     points: tuple[Point, ...]
@@ -137,7 +138,7 @@ class Outline:
 
     @property
     def described(self) -> str:
-        """What it is, in a few words with numbers."""
+        """Kind and numbers of the shape, in a few words."""
         x, y = self.points[0]
         if self.radius is not None:
             return f"a circle of radius {self.radius:g} m about ({x:g}, {y:g})"
@@ -147,13 +148,13 @@ class Outline:
 
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
-        """The edges of a chain, in order; none of a circle."""
+        """The edges of a chain, in order; a circle has none."""
         ends = (*self.points[1:], *self.points[:1]) if self.closed else self.points[1:]
         return tuple(map(Edge, self.points, ends, self.bulges))
 
     @cached_property
     def stretches(self) -> tuple[Stretch, ...]:
-        """The edges with their circles as floats; of a circle the whole of it."""
+        """The edges with their circles as floats, or the whole circle."""
         if self.radius is not None:
             ((x, y),) = self.points
             start = (x + self.radius, y)
@@ -162,7 +163,7 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """Coordinates and radii, of arcs too, that units must be fit for; some are below 0."""
+        """Coordinates and radii, also of arcs, from which units are chosen; some are below 0."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 
@@ -185,7 +186,7 @@ class Outline:
         return Foot(px, py, k, inner)
 
     def feet_within(self, x: float, y: float, distance: float) -> Iterator[Foot]:
-        """Yield the nearest point of each edge that is no farther; of one that two edges share, the lower's."""
+        """Yield the nearest point of each edge within a distance; a point of two edges once, for the lower edge."""
         seen = set()
         for k, stretch in enumerate(self.stretches):
             place, inner = stretch.nearest(x, y)
@@ -194,17 +195,17 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def edge_at(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return which of some edges is nearest to a point; the lowest of several."""
+        """Return the edge that is nearest to a point; the lowest of several."""
         places = [(self.stretches[k].nearest(x, y)[0], k) for k in among]
         return min((_square(px - x, py - y), k) for (px, py), k in places)[1]
 
     def gap(self, x: float, y: float, radius: float) -> float:
-        """Return how far the rim of a disc is from the wall; below 0 where they overlap."""
+        """Return the distance of a disc's rim from the wall; negative if they overlap."""
         foot = self.nearest(x, y)
         return math.sqrt((x - foot.x) ** 2 + (y - foot.y) ** 2) - self.half_width - radius
 
     def encloses(self, x: float, y: float) -> bool:
-        """Whether a point, which is not on the line, lies inside a closed one."""
+        """Whether a point that is not on the line is inside the closed line."""
         if not self.closed:
             return False
         crossings = 0
@@ -216,7 +217,7 @@ class Outline:
         return crossings % 2 == 1
 
     def drawn(self, arc_parts: int) -> Iterator[Point]:
-        """Yield the points of a polyline that shows it: an arc in this many parts for a whole turn."""
+        """Yield the points of a polyline for drawing; a whole turn has this many parts."""
         for k, stretch in enumerate(self.stretches):
             (ax, ay), b, bulge = stretch.edge
             if k == 0:
@@ -231,14 +232,14 @@ class Outline:
             yield b
 
     def scaled(self, exponent: int) -> Outline:
-        """Return it in units of two to a power of these: digits stay as they are."""
+        """Return the shape in units of a power of two of these, which changes no digit."""
         points = tuple((math.ldexp(x, -exponent), math.ldexp(y, -exponent)) for x, y in self.points)
         radius = None if self.radius is None else math.ldexp(self.radius, -exponent)
         return replace(self, points=points, half_width=math.ldexp(self.half_width, -exponent), radius=radius)
 
 
 def _square(x: float, y: float) -> float:
-    """Return the square of a length, by products, which are rounded alike everywhere; powers are not."""
+    """Return the square of a length by products. Products are rounded alike on every machine, powers are not."""
     return x * x + y * y
 
 

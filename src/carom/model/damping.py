@@ -1,9 +1,9 @@
-"""Linear damping ``v' = -c v`` as a change of time: in it, damped discs move in straight lines at constant speeds.
+"""Linear damping ``v' = -c v`` as a change of time, in which damped discs move straight at constant speeds.
 
-With ``s = (1 - exp(-c t)) / c`` a damped path ``x + v s`` is straight in s, and what is left of every velocity is
-``exp(-c t) = 1 - c s`` of what it would be undamped. Restitution, Coulomb's law and tangential restitution are
-homogeneous in velocities, so that impacts are the same. `docs/theory/damping.md` derives it. Single times are exact to
-the last bit on every machine: `core/exponentials.h`.
+With ``s = (1 - exp(-c t)) / c`` a damped path ``x + v s`` is linear in s, and every velocity is ``exp(-c t) = 1 - c s``
+of the undamped one. Restitution, Coulomb's law and tangential restitution are homogeneous in velocities, so impacts are
+the same. `docs/theory/damping.md` derives it. Single times are exact to the last bit on every machine:
+`core/exponentials.h`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _NOTHING = 2.0**-54
 
 @dataclass(frozen=True, slots=True)
 class Damping:
-    """A rate of damping, and the two times that belong to it: that of clocks, and that of undamped motion.
+    """A rate of damping, and the maps between damped time (of clocks) and undamped time.
 
     Attributes:
         per_s: The rate c, 0 or more, a second.
@@ -30,15 +30,15 @@ class Damping:
     per_s: float
 
     def kept(self, seconds: float) -> float:
-        """Return what is left of a speed after some seconds, over the speed; below 0 seconds, what it was before."""
+        """Return the remaining part of a speed after some seconds; negative seconds give the earlier speed."""
         return damped_time.kept(self.per_s, seconds)
 
     def undamped(self, seconds: float) -> float:
-        """Return in what time an undamped disc would get as far as a damped one does in some seconds."""
+        """Return the time in which an undamped disc gets as far as a damped one in some seconds."""
         return damped_time.undamped(self.per_s, seconds)
 
     def damped(self, undamped_s: float) -> float:
-        """Return how long a damped disc takes to get as far as an undamped one in `undamped_s`; infinity for never."""
+        """Return the time in which a damped disc gets as far as an undamped one in `undamped_s`; infinity for never."""
         return damped_time.damped(self.per_s, undamped_s)
 
     def all_kept(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -57,11 +57,11 @@ class Damping:
     def latest(self, seconds: float) -> float:
         """Return the greatest undamped time, 0 or more, that is no later than some seconds, 0 or more, by `damped`.
 
-        So what is mapped back is never later than what was asked for. From `undamped` it is a few floats away, which
-        is how far the two functions round.
+        So a time that is mapped back is never later than requested. It is a few floats from `undamped`, by the rounding
+        of the two functions.
         """
         return damped_time.latest_undamped(self.per_s, seconds)
 
 
-#: None at all: both times are one.
+#: No damping: both times are equal.
 UNDAMPED = Damping(0.0)

@@ -1,4 +1,4 @@
-"""Discs and walls as arrays: what every solver of straight paths starts from, and the way in for a million discs.
+"""Discs and walls as arrays, the input of solvers, also for a million discs.
 
 A scene of a million discs is a million validated objects; as arrays the same state takes milliseconds.
 """
@@ -23,12 +23,12 @@ from carom.support.limits import LARGEST, ORDINARY, require_within
 #: A point of a half-plane's surface, and the unit normal into its free side.
 HalfPlane = tuple[float, float, float, float]
 
-#: The path of a body that stands.
+#: Path of a body that does not move.
 STANDS = Drive.along([(0.0, (0.0, 0.0))])
 
 
 class Material(NamedTuple):
-    """What a wall is like where a disc strikes it: the coefficients of restitution and of Coulomb's friction."""
+    """Coefficients of a wall's restitution and Coulomb friction."""
 
     restitution: float
     friction: float
@@ -45,19 +45,20 @@ class DiscArrays:
         mass_kg: Masses, shape ``(n,)``, kilograms, above 0; infinity is an immovable disc.
         walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side; of a finite wall
             its outline.
-        restitution: Of every pair of discs, 0 to 1.
-        wall_restitution: Of every disc and wall, 0 to 1.
+        restitution: Coefficient of restitution of every pair of discs, 0 to 1.
+        wall_restitution: Coefficient of restitution of every disc and wall, 0 to 1.
         spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, radians a second; None for 0.
         inertia_factor: Moments of inertia over mass times radius squared, shape ``(n,)``, above 0 to 1; infinity does
             not turn. None for 1/2 everywhere.
         friction: Coulomb's coefficient of every pair of discs, 0 or more.
-        wall_friction: Of every disc and wall, 0 or more.
-        tangential_restitution: Of every pair of discs where friction holds them, -1 to 1.
-        wall_tangential_restitution: Of every disc and wall, -1 to 1.
-        wall_materials: Of each wall, where one has not `wall_restitution` and `wall_friction`; else None.
-        wall_drives: The path of each wall, where one is driven; else None. `walls` says where they are at time 0.
-        belts_m_s: How fast the surface of each wall runs to the left of the normal into the free side, metres a second,
-            where one does; else None.
+        wall_friction: Coulomb's coefficient of every disc and wall, 0 or more.
+        tangential_restitution: Tangential restitution of every pair of discs where friction holds them, -1 to 1.
+        wall_tangential_restitution: Tangential restitution of every disc and wall, -1 to 1.
+        wall_materials: Coefficients of each wall, if one differs from `wall_restitution` and `wall_friction`; else
+            None.
+        wall_drives: The path of each wall, if one is driven; else None. `walls` has their places at time 0.
+        belts_m_s: Speed of each wall's surface to the left of the normal into the free side, metres a second, if one
+            moves; else None.
         driven_discs: Numbers of the discs of infinite mass that move, ascending.
         disc_drives: The path of each of them.
     """
@@ -103,7 +104,7 @@ class DiscArrays:
         if np.any(self.velocity_m_s[self._stands]):
             raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
         if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):
-            raise InputError("restitution and wall_restitution must lie in 0 to 1")
+            raise InputError("restitution and wall_restitution must be from 0 to 1")
 
     def _require_sound_turning(self) -> None:
         for name in ("friction", "wall_friction"):
@@ -111,19 +112,19 @@ class DiscArrays:
                 raise InputError(f"{name} must be a number from 0 to {number(LARGEST, 3)}, got {getattr(self, name)}")
         for name in ("tangential_restitution", "wall_tangential_restitution"):
             if not -1 <= getattr(self, name) <= 1:
-                raise InputError(f"{name} must lie in -1 to 1, got {getattr(self, name)}")
+                raise InputError(f"{name} must be from -1 to 1, got {getattr(self, name)}")
         for name in ("spin_rad_s", "inertia_factor"):
             array = getattr(self, name)
             if array is not None and array.shape != (len(self),):
                 raise InputError(f"{name} must have the shape {(len(self),)}, got {array.shape}")
         spin, inertia = self.spins, self.inertia
         if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
-            raise InputError(f"inertia_factor must lie in {number(1 / ORDINARY, 3)} to 1, or be infinite, everywhere")
+            raise InputError(f"inertia_factor must be {number(1 / ORDINARY, 3)} to 1, or be infinite, everywhere")
         if np.any(spin[self._stands | (self.movable & (inertia == math.inf))]):
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
-        """Refuse sizes beyond those that are computed with as they are; speeds, and coordinates, may be smaller.
+        """Refuse sizes outside the range in which results are exact to rounding; speeds and coordinates may be smaller.
 
         Raises:
             InputError: The message names the attribute, the value, and the limits.
@@ -207,7 +208,7 @@ class DiscArrays:
 
     @cached_property  # which the solving of two discs would spend a quarter of its time on
     def turns(self) -> bool:
-        """Whether discs spin or can come to spin: without that a run keeps no spins."""
+        """Whether discs spin or can start to spin; otherwise a run stores no spins."""
         return self.rubs or bool(np.any(self.spins))
 
     @cached_property
@@ -231,7 +232,7 @@ class DiscArrays:
 
     @property
     def materials(self) -> tuple[Material, ...]:
-        """What each wall is like."""
+        """Coefficients of each wall."""
         if self.wall_materials is not None:
             return self.wall_materials
         return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
@@ -260,8 +261,8 @@ class DiscArrays:
         """Return the walls of a start that has no others.
 
         Raises:
-            InputError: There are others, or walls with coefficients of their own, unless `own_materials`; the message
-                names the first, and the solver.
+            InputError: A wall is no half-plane, or has coefficients of its own and `own_materials` is false. The
+                message names the first such wall and the solver.
         """
         planes = tuple(wall for wall in self.walls if isinstance(wall, tuple))
         if self.wall_materials is not None and not own_materials:

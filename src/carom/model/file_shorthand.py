@@ -1,6 +1,6 @@
-"""What a scene file may say for short: lengths in pixels, and a disc's moment of inertia by its shape.
+"""Shorthand of scene files: lengths in pixels, and a disc's moment of inertia by its shape.
 
-It is written out when a file is read, so a scene has metres and a moment of inertia, whatever it was read from.
+It is expanded when a file is read, so a scene always has metres and a moment of inertia.
 """
 
 from __future__ import annotations
@@ -23,11 +23,10 @@ _LENGTHS = {
 
 
 def written_out(content: dict[str, Any]) -> dict[str, Any]:
-    """Return what a file holds as the fields of a scene; what is malformed stays as it is, for those to refuse.
+    """Return the values of a file as fields of a scene; malformed values are unchanged, and the fields refuse them.
 
     Raises:
-        SceneError: `length_unit`, `pixels_per_metre` or a `shape` is none that there is, or says what another field
-            says too.
+        SceneError: `length_unit`, `pixels_per_metre` or a `shape` is unknown, or conflicts with another field.
     """
     content = dict(content)
     unit, pixels = content.pop("length_unit", "m"), content.pop("pixels_per_metre", None)
@@ -92,7 +91,7 @@ def _with_inertia(disc: Any, k: int) -> Any:
 
 
 def with_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
-    """Return the JSON Schema of a scene as that of a file, which may say some of it for short."""
+    """Return the JSON Schema of a scene file, shorthand included, from that of a scene."""
     unit = {
         "default": "m",
         "description": "What lengths of this file are in: m, or px, of which pixels_per_metre are a metre.",

@@ -1,6 +1,6 @@
-"""A start in which bodies overlap is refused: such a state has no past, so its future has no unique answer.
+"""Search for overlaps at the start. Such a state has no past, so its future has no unique answer.
 
-One rule for scenes and for arrays. Two immovable bodies may overlap, since nothing can come of it.
+The rule is the same for scenes and arrays. Two immovable bodies may overlap, since that has no effect.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from carom.support.formatting import metres
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 
-#: Overlaps of each kind that are named. All pairs of discs upon one another would be a page for each of them.
+#: Most overlaps of each kind that a message names, since many overlapping discs would fill pages.
 NAMED = 10
 
-#: The disc that reaches so much farther misses no overlap by rounding: 16 units of relative rounding (2^-52). A gap
-#: takes 4 of them, and the comparison of the search 8.
+#: A search with reaches larger by this factor misses no overlap by rounding: 16 units of relative rounding (2^-52). A
+#: gap takes 4 of them, and the comparison of the search 8.
 _ROUNDED_UP = 1.0 + 2.0**-48
 
 
@@ -33,7 +33,7 @@ class Overlap(NamedTuple):
     Attributes:
         disc: Number of the disc; of two discs the higher.
         other: Number of the other disc, or of the wall.
-        message: What is wrong and what to do, to stand behind the name of the disc's position.
+        message: What is wrong and what to do, to be printed after the name of the disc's position.
     """
 
     disc: int
@@ -42,14 +42,14 @@ class Overlap(NamedTuple):
 
 
 def input_rounding(size: Floats) -> Floats:
-    """Return the largest error that a gap can have without anybody having meant an overlap.
+    """Return the largest overlap that rounding of the input can explain.
 
-    The gap of two discs takes six numbers, each the nearest float to what was written (half a unit in the last place of
-    the largest: 3 units in all), and five roundings of its own (under 3 units). A start that touches in the decimal
-    numbers of its file must not be refused for their binary rounding.
+    The gap of two discs depends on six numbers, each rounded to a float (half a unit in the last place of the largest:
+    3 units in all), and has five roundings of its own (under 3 units). A start that touches in the decimal numbers of
+    its file must not be refused for their binary rounding.
 
     Args:
-        size: Magnitude of the largest of the numbers that a gap is computed from, metres.
+        size: Magnitude of the largest number in the computation of a gap, metres.
     """
     rounding: Floats = 6.0 * np.spacing(size)
     return rounding
@@ -63,15 +63,15 @@ def overlaps(
     disc_name: str,
     wall_name: str,
 ) -> tuple[list[Overlap], bool]:
-    """Return the overlaps of discs, and those of discs and walls, that rounding can't explain: ten of each at most.
+    """Return the overlaps of discs, and of discs and walls, that rounding cannot explain: at most ten of each.
 
     Args:
         position_m: Centres, metres, shape ``(n, 2)``.
         radius_m: Radii, metres, shape ``(n,)``.
         movable: Whether an impact moves a disc, shape ``(n,)``.
         walls: Point and unit normal of each half-plane, outline of each finite wall.
-        disc_name: What a message calls the other disc, with ``{}`` where its number goes.
-        wall_name: What a message calls the wall.
+        disc_name: Name of the other disc in a message, with ``{}`` for its number.
+        wall_name: Name of the wall in a message.
 
     Returns:
         The overlaps, those of discs first, each kind by the number of the disc and then of the other body; and whether
@@ -80,7 +80,7 @@ def overlaps(
     size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
     found: list[Overlap] = []
     more = False
-    with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest float everything is simply far away
+    with np.errstate(over="ignore", invalid="ignore"):  # distances beyond the largest float are infinite
         kinds = [_of_discs(position_m, radius_m, movable, size, disc_name)]
         if walls:
             kinds.append(_of_walls(position_m, radius_m, movable, size, walls, wall_name))
@@ -95,10 +95,10 @@ def overlaps(
 def _of_discs(
     position: Floats, radius: Floats, movable: NDArray[np.bool_], size: Floats, name: str
 ) -> Iterator[Overlap]:
-    # What rounding forgives a pair is at least half of what it forgives a pair of the one, and of the other, together.
+    # The tolerance of a pair is at least half the sum of the tolerances of pairs of each one's size.
     reach = radius * _ROUNDED_UP - input_rounding(size) / 2.0
     for first, second in near_pairs(position, reach, movable):
-        if not len(first):  # most scenes are small, and all of what follows takes longer than the search
+        if not len(first):  # most scenes are small, and the following steps take longer than the search
             continue
         offset = position[second] - position[first]
         gap = np.hypot(offset[:, 0], offset[:, 1]) - (radius[first] + radius[second])
@@ -168,7 +168,7 @@ def _near_outlines(
     movable: NDArray[np.bool_],
     walls: Sequence[tuple[float, float, float, float] | Outline],
 ) -> list[tuple[int, int]]:
-    """Return the discs that come near the box of a finite wall, and the wall, by the number of the disc, then of it."""
+    """Return the pairs of discs and finite walls whose boxes are near, ordered by disc and wall."""
     found: list[tuple[int, int]] = []
     for k, wall in enumerate(walls):
         if isinstance(wall, tuple):

@@ -1,4 +1,4 @@
-"""How a driven body moves: along a broken line, at a velocity of its own on each of its legs.
+"""Prescribed motion of driven bodies: a polygonal path, with one velocity on each of its legs.
 
 At the instant at which a leg begins the body has that leg's velocity.
 """
@@ -15,12 +15,12 @@ Vector = tuple[float, float]
 
 
 class Course(NamedTuple):
-    """A stretch of a driven body's path.
+    """Part of a driven body's path with one velocity.
 
     Attributes:
-        begin_s: When it begins, seconds since the start.
-        end_s: When the next one does; infinity for the last.
-        moved: How far the body has moved when it begins, metres.
+        begin_s: Begin, seconds since the start.
+        end_s: Begin of the next leg; infinity for the last.
+        moved: Displacement of the body at the begin, metres.
         velocity: Velocity along it, metres a second.
     """
 
@@ -30,7 +30,7 @@ class Course(NamedTuple):
     velocity: Vector
 
     def moved_at(self, time_s: float) -> Vector:
-        """Return how far the body has moved at a time within the leg, metres."""
+        """Return the body's displacement at a time within the leg, metres."""
         (x, y), (u, v), lasted = self.moved, self.velocity, time_s - self.begin_s
         return x + u * lasted, y + v * lasted
 
@@ -46,9 +46,9 @@ class Drive(NamedTuple):
 
     @classmethod
     def along(cls, legs: Iterable[tuple[float, Vector]]) -> Drive:
-        """Return the path of legs given by when they begin, and their velocities.
+        """Return the path of legs from their begins and velocities.
 
-        How far the body has moved at the beginning of each is summed up exactly, and rounded once.
+        The displacement at each begin is an exact sum, rounded once.
         """
         given = list(legs)
         if len(given) == 1:  # as most bodies have
@@ -86,11 +86,11 @@ class Drive(NamedTuple):
         return self.leg_at(time_s).velocity
 
     def moved_at(self, time_s: float) -> Vector:
-        """Return how far it has moved at a time since the start, metres."""
+        """Return its displacement at a time since the start, metres."""
         return self.leg_at(time_s).moved_at(time_s)
 
     def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:
-        """Return its velocities on the legs that a span of time touches: on the later one, where that is none."""
+        """Return its velocities on the legs of a time span; of an empty span that on the later leg."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
     def begun_at(self, time_s: float) -> list[tuple[float, Vector]]:

@@ -1,4 +1,4 @@
-"""What is simulated: discs, walls and a scene of them; validated, immutable, loaded from and saved to TOML or JSON."""
+"""Scenes of discs and walls: validated, immutable, loaded from and saved to TOML or JSON."""
 
 from __future__ import annotations
 
@@ -50,10 +50,10 @@ __all__ = [
     "steps_to_cover",
 ]
 
-#: Coefficients of friction, which a scene and its arrays have under one name.
+#: Coefficients of friction that have the same name in a scene and its arrays.
 _OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
 
-#: What a file may hold of each; a scene that a program makes may have more.
+#: Limits of a file; a scene made by a program may have more.
 MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
@@ -64,7 +64,7 @@ def _at_least_one(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
 
 
 class Need(StrEnum):
-    """Something a scene asks of a method that simulates it; its value is how a report names it."""
+    """A feature that a scene requires of a method; its value is its name in reports."""
 
     WALLS = "walls"
     SEGMENTS = "walls of straight edges"
@@ -115,11 +115,11 @@ class Disc(Model):
     inertia_factor: Inertia = 0.5
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse a disc that moves although nothing can stop it, and is not said to be driven.
+        """Refuse a disc that moves although nothing can stop it and it is not driven.
 
         Raises:
-            SceneError: The mass is infinite and velocity or spin is not zero; or the inertia is, and the spin is not;
-                or a driven disc has a finite mass; or legs are no path, or those of a disc that is not driven.
+            SceneError: The mass is infinite and velocity or spin is not zero. The inertia is infinite and the spin is
+                not zero. A driven disc has a finite mass. The legs are no path, or the disc is not driven.
         """
         problems = list(leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
         if self.legs and not self.driven:
@@ -154,7 +154,7 @@ class Scene(Drawn, Model):
     """Discs, walls, and the laws that hold between them. Immutable; two equal scenes compare equal.
 
     Attributes:
-        name: What reports call the scene.
+        name: Name of the scene in reports.
         description: One or two sentences for a reader; free text.
         discs: At least one disc.
         walls: Half-planes, chains of straight edges and arcs, and circles; none by default.
@@ -162,21 +162,21 @@ class Scene(Drawn, Model):
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
         wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
-        tangential_restitution: What becomes of the slip of two discs where friction holds them, -1 to 1: 0 ends it, 1
-            turns it round. It says nothing where there is no friction.
+        tangential_restitution: Tangential restitution of two discs where friction holds them, -1 to 1: 0 ends the slip,
+            1 reverses it. Without friction it has no effect.
         wall_tangential_restitution: The same between any disc and any wall.
         gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
         damping_per_s: Rate c of linear damping, 0 or more, a second: between impacts velocities and spins of all discs
-            fall as ``exp(-c t)``. Not together with gravity. See `docs/theory/damping.md`.
+            fall as ``exp(-c t)``. Gravity excludes it. See `docs/theory/damping.md`.
         wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more: a wall
             that a disc presses by P resists its turning by a torque of up to c P R. It is the tangent of the steepest
-            slope on which that holds a disc. Under gravity alone, and without `wall_tangential_restitution`; see
+            slope on which a disc stays at rest. Under gravity alone, and without `wall_tangential_restitution`; see
             `docs/theory/contact.md`.
-        table_deceleration_m_s2: By how much a table that all discs slide on, seen from above, slows each of them down
-            against its motion until it stops, metres a second squared. Not together with gravity, damping, spin,
-            friction or driven bodies; see `docs/theory/contact.md`.
-        duration_s: How long the scene is simulated, seconds, above 0.
-        frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
+        table_deceleration_m_s2: Deceleration of all discs by the table on which they slide, seen from above, metres a
+            second squared. It excludes gravity, damping, spin, friction and driven bodies; see
+            `docs/theory/contact.md`.
+        duration_s: Duration of the simulation, seconds, above 0.
+        frame_rate_hz: Frames a second of a frame-sampled method, unless a run sets another rate.
     """
 
     left_out = (*_OF_FRICTION, "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
@@ -203,9 +203,9 @@ class Scene(Drawn, Model):
         """Refuse a start in which bodies overlap: such a state has no past, so its future has no unique answer.
 
         Raises:
-            SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain; or sizes span more
-                than `carom.support.limits` allows; or the scene has damping and gravity, or damping and a driven body;
-                or rolling resistance or a table where they are not solved.
+            SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain. Sizes span more than
+                `carom.support.limits` allows. The scene has damping with gravity or a driven body, or rolling
+                resistance or a table where they are not solved.
         """
         start = self.arrays
         problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))
@@ -242,7 +242,7 @@ class Scene(Drawn, Model):
 
     @cached_property
     def arrays(self) -> DiscArrays:
-        """The start of the scene as read-only arrays, which every solver takes; its gravity is not part of them."""
+        """The start of the scene as read-only arrays, the input of every solver; gravity is not part of them."""
         discs = self.discs
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),
@@ -277,7 +277,7 @@ class Scene(Drawn, Model):
         )
         return own if any(material != scene for material in own) else None
 
-    # The arrays are no field; a copy may have other discs, and a process that a scene is sent to makes its own.
+    # The arrays are no field: a copy may have other discs, and another process builds its own.
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
         return ((name, value) for name, value in super().__iter__() if name != "arrays")
@@ -304,7 +304,7 @@ class Scene(Drawn, Model):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """What this scene asks of a method, to be compared with what the method declares."""
+        """Features that this scene requires of a method, for comparison with the method's declarations."""
         start = self.arrays
         least_wall = min((material.restitution for material in start.materials), default=1.0)
         finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
@@ -360,7 +360,7 @@ class Scene(Drawn, Model):
 
 
 def as_scene(scene: Scene | str) -> Scene:
-    """Return a scene that is given as one, or by its full name in the catalogue.
+    """Return a scene, given as such or by its full name in the catalogue.
 
     Raises:
         UnknownNameError: The catalogue has no scene of the name; the message names the nearest one.
@@ -380,9 +380,9 @@ def as_scene(scene: Scene | str) -> Scene:
 def steps_to_cover(duration_s: float, dt_s: float) -> int:
     """Return the number of steps of length `dt_s` that cover a duration, 0 or more; the last one may reach beyond it.
 
-    The quotient is taken exactly. When both are the nearest float to what was meant (2 and 1/240, say) the exact
-    quotient misses the whole number meant by up to 2 units of its relative rounding (2^-53 for each of the two), which
-    must not cost a step.
+    The quotient is computed exactly. When both numbers are rounded (2 and 1/240, say), the exact quotient differs from
+    the intended whole number by up to 2 units of its relative rounding, 2^-53 for each of the two. This must not cost a
+    step.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
@@ -425,7 +425,7 @@ def load_scene(path: str | Path) -> Scene:
     try:
         return Scene(**_few_problems(written_out(_parse(path))))
     except SceneError as error:
-        more = error.more or len(error.problems) > SceneError.SHOWN  # nobody looked for all of them
+        more = error.more or len(error.problems) > SceneError.SHOWN  # not all were searched
         raise SceneError(error.problems, source=str(path), more=more) from None
 
 
@@ -457,9 +457,9 @@ def _parse(path: Path) -> dict[str, Any]:
 
 
 def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return what a file holds with no more in it that is wrong than a message shows; what is right is all there.
+    """Return the content of a file without most of its invalid entries: as many remain as a message shows.
 
-    Each problem takes a kilobyte, and a file has room for millions.
+    Each problem takes a kilobyte, and a file can have millions.
     """
     content = _few_unknown(content, Scene)
     if isinstance(walls := content.get("walls"), list):

@@ -1,7 +1,7 @@
-"""How large what belongs to one scene is, and what spans too much for any units.
+"""Sizes of a scene, and checks that they fit into one system of units.
 
-Lengths, the way that a disc can fly until the end among them, are compared with the smallest radius, and masses with
-the lightest; see `carom.support.limits`.
+Lengths, including the longest possible path of a disc, are compared with the smallest radius, and masses with the
+smallest mass; see `carom.support.limits`.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class Sizes(NamedTuple):
     Attributes:
         length: Greatest coordinate (of a disc or wall) or radius.
         radius: Smallest radius.
-        speed: Greatest velocity component, of a disc or of a wall, or speed of a spinning disc's rim, at the start or,
-            if that is more, what gravity makes of rest until the end.
-        duration: How long the scene is simulated.
+        speed: Greatest velocity component of a disc or wall, or rim speed, at the start; if larger, the speed that
+            gravity gives a disc at rest until the end.
+        duration: Duration of the scene.
         lightest: Least mass of a movable disc; 1 where there is none.
         heaviest: Greatest mass of a movable disc; 1 where there is none.
     """
@@ -45,7 +45,7 @@ class Sizes(NamedTuple):
 
     @classmethod
     def of(cls, start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Sizes:
-        """Return the sizes of what begins at `start`."""
+        """Return the sizes of a scene with this start."""
         points = [abs(length) for wall in start.walls for length in wall_lengths(wall)]
         masses = start.mass_kg[start.movable]
         return cls(
@@ -64,12 +64,12 @@ class Sizes(NamedTuple):
 
     @property
     def way(self) -> float:
-        """How far the greatest speed leads until the end."""
+        """Longest path at the greatest speed until the end."""
         return self.speed * self.duration
 
 
 def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
-    """Yield what spans too much."""
+    """Yield the problems of sizes that span too much."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
     if sizes.length > SPAN * sizes.radius:
         yield Problem(

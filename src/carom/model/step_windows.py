@@ -1,32 +1,34 @@
-"""What became of every step of a run: its windows, in which bodies meet, and what happened outside of them.
+"""Comparison of every step of a run with PIC: windows, in which bodies meet, and events outside of them.
 
 `carom.comparator.stepwise` says what a window is, and finds them; a trace carries what was found.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: One window: some steps of some bodies, compared with PIC from their own state at its start. Velocities are in metres
-#: a second, those of rims (spin times radius) too; NaN where a number was not asked for.
+#: One window: some steps of some bodies, compared with PIC from their own state at its start. Velocities, also of rims
+#: (spin times radius), are in metres a second; NaN is a number that was not requested.
 #:
 #: - begin_s, end_s: the first and the last of its states.
-#: - due: impacts of PIC that the run has come to. missed: pairs that passed through each other. pit_missed: how many of
-#:   these PIT misses, too, from the same state at the same phase.
-#: - entangled: several pairs or impacts, or begun in overlap, so that nobody owes one answer. turned: bodies turned
-#:   though nothing was due. open: the run ended in it.
-#: - late_steps: how much later than PIC the paths turned. late_known: to what part of a step that is known.
-#:   late_allowed: how late checking once per step is at worst.
-#: - velocity, spin, place_m: the largest difference from PIC at its end. speed, rim: the greatest of its own bodies, to
-#:   which these round. place_known_m: what rounding makes of its places.
-#: - price_velocity, price_spin: what PIT pays at worst from the same state.
-#: - restitution: effective less the scene's.
-#: - energy_j: gained against PIC. energy_price_j: by PIT at worst.
+#: - due: impacts of PIC within the window. missed: pairs that passed through each other. pit_missed: how many of these
+#:   PIT also misses from the same state at the same phase.
+#: - entangled: several pairs or impacts, or an overlap at the start, so there is no unique answer. turned: bodies
+#:   turned although no impact was due. open: the run ended in the window.
+#: - late_steps: how much later than PIC the paths turned. late_known: uncertainty of that, in steps. late_allowed: the
+#:   greatest delay of a check once per step.
+#: - velocity, spin, place_m: the largest difference from PIC at its end. speed, rim: the greatest of its own bodies,
+#:   for the scale of rounding. place_known_m: rounding of its positions.
+#: - price_velocity, price_spin: PIT's largest errors from the same state.
+#: - restitution: effective minus the scene's. - energy_j: gained relative to PIC. energy_price_j: the most that PIT
+#:   gains.
 WINDOW_DTYPE = np.dtype(
     [
         ("begin_s", "f8"),
@@ -54,9 +56,9 @@ WINDOW_DTYPE = np.dtype(
     ]
 )
 
-#: One pair of a window: which window, its bodies (a wall is `carom.model.trace.wall_body`), its steps' first and last
-#: state, when it was due (NaN where it only pushed), and whether it was missed, by the run and by PIT from the same
-#: state.
+#: One pair of a window: the window's index, the bodies (a wall is `carom.model.trace.wall_body`), and the first and
+#: last state of its steps. Then the time when it was due (NaN for a push without impact), and whether the run, and PIT
+#: from the same state, missed it.
 MEETING_DTYPE = np.dtype(
     [
         ("window", "i8"),
@@ -70,9 +72,8 @@ MEETING_DTYPE = np.dtype(
     ]
 )
 
-#: What happened to a disc in a step outside of any window: when that began, by how much its velocity and its rim
-#: changed (metres a second), by how much it moved other than by its velocity (metres), its own speed, and what rounding
-#: makes of its place.
+#: Change of a disc in a step outside of any window. The fields are the start of the step, the changes of velocity and
+#: rim (metres a second), the motion not due to its velocity (metres), its speed, and the rounding of its position.
 SLIP_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -108,27 +109,40 @@ class States:
     def __len__(self) -> int:
         return len(self.time_s)
 
+    def part(self, rows: slice | NDArray[Any]) -> States:
+        """Return some of the states, by their numbers."""
+        spins = None if self.spin_rad_s is None else self.spin_rad_s[rows]
+        return States(self.time_s[rows], self.position_m[rows], self.velocity_m_s[rows], spins)
+
+    @classmethod
+    def joined(cls, parts: Sequence[States]) -> States:
+        """Return the states of several parts, all with spins or all without."""
+        if len(parts) == 1:
+            return parts[0]
+        names = [field.name for field in fields(cls) if getattr(parts[0], field.name) is not None]
+        return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
 
 @dataclass(frozen=True)
 class LocalTruth:
     """All steps of a run, each compared with PIC from the run's own state at its start.
 
     Attributes:
-        until_s: Time of the last state that was looked at.
-        steps: Steps, or pieces of steps, that were looked at.
+        until_s: Time of the last state that was compared.
+        steps: Steps, or pieces of steps, that were compared.
         windows: Structured array of `WINDOW_DTYPE`, in order of their beginnings.
         meetings: Structured array of `MEETING_DTYPE`, the pairs of the windows.
-        slips: Structured array of `SLIP_DTYPE`: the largest change of velocity, of spin and of place of each disc
-            outside of windows and of rest; a disc has one row a kind at most, and none where it flew free.
-        ahead: How many turns outside of windows answer a meeting that lies ahead, by a margin of length.
-        slip_counts: In how many steps of discs velocity or spin changed, and in how many the place did.
-        resting_steps: In how many steps of discs a pair rested.
-        sunk_radii: The deepest that a resting pair sank, over its contact distance; 0 where none did.
-        sinks_s: When a pair first sank by more in a step than falling for that step explains; NaN where none did.
-        polygon: Whether paths under gravity are polygons, each step off by up to half of what a step's fall is; or
-            those of damped discs, by up to half of what a step's damping takes of the speed, times the step.
-        rests: Structured array of `REST_DTYPE`: when states show which pairs held up at rest, by pushes that are in no
-            window; None in a journal that was written before this was kept.
+        slips: Structured array of `SLIP_DTYPE`: the largest change of velocity, of spin and of position of each disc
+            outside of windows and of rest. A disc has at most one row a kind, and none if it flew freely.
+        ahead: Number of turns outside of windows that a contact margin explains: the pair would meet soon after.
+        slip_counts: Number of steps of discs in which velocity or spin changed, and in which the position did.
+        resting_steps: Number of steps of discs in which a pair rested.
+        sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 where none did.
+        sinks_s: First time at which a pair sank by more in a step than a free fall of that step; NaN where none did.
+        polygon: Whether paths are polygons. Under gravity each step is then off by up to half of a step's fall, with
+            damping by up to half of the speed that a step's damping removes, times the step.
+        rests: Structured array of `REST_DTYPE`: resting pairs by their states, whose pushes are in no window. None in a
+            journal of an earlier version.
     """
 
     until_s: float
@@ -145,7 +159,7 @@ class LocalTruth:
     rests: NDArray[np.void] | None = None
 
     def before(self, time_s: float) -> LocalTruth:
-        """Return what is known of windows that end, and of turns that come, and of rest that begins, by a time."""
+        """Return the part up to a time: windows that end, turns that happen and rest that begins by then."""
         return replace(
             self,
             until_s=min(self.until_s, time_s),

@@ -1,4 +1,4 @@
-"""What happened: the impacts, final state, outcome, settings and work counts of one run of one method."""
+"""Trace: impacts, final state, outcome, settings and work counts of one run of one method."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def canonical_profile(method: str, profile: str) -> str:
 
 
 def profile_shown(method: str, profile: str, tried: Mapping[str, Setting]) -> str:
-    """Return what people are shown for a profile: its name, and the settings that were tried instead of its own.
+    """Return the text shown for a profile: its name, and the settings that replace its own.
 
     PIT has one form, and so no name of a profile.
     """
@@ -67,16 +67,16 @@ IMPACT_DTYPE = np.dtype(
 #: Spins of the two bodies just before and just after an impact, radians a second, counterclockwise; 0 of a wall.
 SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
 
-#: Which edge of a finite wall was hit, by its number in the file, and what of it: see `EdgeKind`; -1 for none.
+#: Edge of a finite wall that was hit: its number in the file, -1 for none, and its kind, see `EdgeKind`.
 EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 
-#: Where the two bodies of an impact were at a moment before it, with the velocities before it. NaN where that is not
-#: known; a wall has no position.
+#: Positions of an impact's two bodies at a moment before it, and velocities before it. NaN where unknown; a wall has no
+#: position.
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
-#: A disc's motion from an instant on, where contact that lasts begins, changes or ends: see `Mode`. `wall` is the body
-#: number of the wall, `impacts` how many of the trace's impacts come before; until the disc's next mode it moves with
-#: these accelerations.
+#: A disc's motion from an instant on, where lasting contact begins, changes or ends: see `Mode`. `wall` is the body
+#: number of the wall, `impacts` the number of the trace's impacts before. The disc moves with these accelerations until
+#: its next mode.
 MODE_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -99,7 +99,7 @@ _COLUMNS = len(IMPACT_DTYPE.names or ())
 
 
 class EdgeKind(IntEnum):
-    """What of a finite wall's edge a disc has hit."""
+    """Part of a finite wall's edge that a disc hit."""
 
     FACE = 0
     VERTEX = 1
@@ -107,7 +107,7 @@ class EdgeKind(IntEnum):
 
 
 class Mode(IntEnum):
-    """How a disc moves: on its own, or in contact with a wall that gravity presses it to.
+    """Mode of a disc: in flight, or in contact with a wall under gravity.
 
     A block slides without turning, as rolling resistance holds a disc that could turn.
     """
@@ -119,7 +119,7 @@ class Mode(IntEnum):
     BLOCK = 4
 
 
-#: Of an impact on a disc, or on a half-plane.
+#: Edge of an impact on a disc, or on a half-plane.
 NO_EDGE = (-1, -1)
 
 
@@ -191,12 +191,12 @@ def wall_index(body: int) -> int:
 
 
 def body_name(body: int) -> str:
-    """Return what a body is called: a disc, or a wall, by its number among its kind."""
+    """Return the name of a body: a disc, or a wall, by its number among its kind."""
     return f"disc {body}" if body >= 0 else f"wall {wall_index(body)}"
 
 
 def pair_name(impact: np.void) -> str:
-    """Return what the two bodies of an impact are called."""
+    """Return the names of an impact's two bodies."""
     return f"{body_name(int(impact['first']))} and {body_name(int(impact['second']))}"
 
 
@@ -229,7 +229,7 @@ class Outcome(Enum):
     CRUSHED = "a disc is crushed between two walls that close on it, after infinitely many impacts"
     PRESSED = "two discs stay in touch, pressed together: contact of discs is not solved"
     CORNER = "a disc is held by two walls at once: contact in a corner is not solved"
-    EDGE = "a disc comes to the end of a straight edge too slowly to fly off: how it turns about the end is not solved"
+    EDGE = "a disc reaches the end of a straight edge too slowly to fly off: how it turns about the end is not solved"
     WARNED = "the method's own warning says that its state is not to be trusted"
     NON_FINITE = "the state is no longer finite"
     STOPPED = "stopped before the end of the scene: a budget was used up, or nothing certain could be said"
@@ -241,7 +241,7 @@ class Outcome(Enum):
 
     @property
     def of_disc(self) -> str:
-        """What a disc does at an end in contact."""
+        """What happens to a disc at an end in contact, as phrases."""
         return _OF_DISC[self]
 
 
@@ -295,23 +295,23 @@ class Trace(ByValue, Tabular):
             None where the impacts alone tell the whole path, as those of a solver do.
         ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant: physics
             gives them no unique answer, and the order taken is a convention.
-        samples: States for drawing, where asked for.
+        samples: States for drawing, where requested.
         profile: Name of the profile, empty where a solver was called directly.
-        tried: Settings that were tried instead of the profile's own, as they were asked for.
+        tried: Settings that replace the profile's own, as requested.
         settings: The settings really used, read back from the engine where it can be read.
         float_bits: Width of the floats that the method declares to compute in, 32 or 64.
         counts: Work counts: steps, pair tests, predictions and so on.
         impacts_per_disc: How many impacts each disc had, with discs and walls, shape ``(n,)``, also where the impacts
             themselves are not kept; None where the method does not count.
-        notes: What the method itself warned of.
+        notes: Warnings of the method.
         spins: Structured array of `SPIN_DTYPE`, one entry an impact; None in a scene in which nothing turns (see
             `carom.DiscArrays.turns`), and where the method does not tell.
         edges: Structured array of `EDGE_DTYPE`, one entry an impact: which edge of a finite wall it was on. None in a
             scene without such walls, and where the method does not tell.
-        modes: Structured array of `MODE_DTYPE`, in order of time: when discs come to slide, roll or rest on a wall,
-            and when they leave it. None where nothing does, and where the method does not tell.
+        modes: Structured array of `MODE_DTYPE`, in order of time: when discs begin to slide, roll or rest on a wall,
+            and when they leave it. None where nothing does, and where the method does not report it.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None as `spins`.
-        local_truth: What became of every step, by the method's own states; None where these were not looked at.
+        local_truth: Comparison of every step with PIC, from the method's own states; None where they were not recorded.
         looks: States after some of its steps, evenly spaced, of few discs that may come to rest; else None.
     """
 
@@ -343,19 +343,19 @@ class Trace(ByValue, Tabular):
 
     @property
     def profile_shown(self) -> str:
-        """The profile, with what was tried in its place."""
+        """The profile, with the settings that replace its own."""
         return profile_shown(self.method, self.profile, self.tried)
 
     @property
     def contact_s(self) -> float:
-        """When the first contact begins that lasts, by the trace's own modes and end; infinity where there is none."""
+        """Start of the first lasting contact, by the trace's own modes and end; infinity where there is none."""
         if self.modes is not None and len(self.modes):
             return float(self.modes["time_s"][0])
         return self.end_time_s if self.outcome.in_contact else math.inf
 
     @property
     def contact_of_disc(self) -> str:
-        """What a disc does from `contact_s` on, as a clause without its subject."""
+        """What a disc does from `contact_s` on, as a predicate for a sentence."""
         if self.modes is not None and len(self.modes):
             return _OF_MODE[Mode(int(self.modes["after"][0]))]
         return self.outcome.of_disc
@@ -368,12 +368,12 @@ class Flight(ByValue):
     Attributes:
         disc: The disc.
         impact: Index of the impact that ends it; the number of impacts where a mode or the run ends it.
-        begin_s: When it begins, seconds.
-        end_s: When it ends.
-        position_m: Where, shape ``(2,)``.
-        velocity_m_s: How fast the disc is then, shape ``(2,)``.
+        begin_s: Start, seconds.
+        end_s: End, seconds.
+        position_m: Position then, shape ``(2,)``.
+        velocity_m_s: Velocity of the disc then, shape ``(2,)``.
         pull_m_s2: Its acceleration, shape ``(2,)``: gravity, or that of its mode.
-        damping: What slows it down.
+        damping: Damping of the disc.
     """
 
     disc: int
@@ -386,20 +386,20 @@ class Flight(ByValue):
     damping: Damping
 
     def at(self, time_s: float) -> NDArray[np.float64]:
-        """Return where the disc is at a time."""
+        """Return the disc's position at a time."""
         flown = self.damping.undamped(time_s - self.begin_s)
         place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
         return place
 
     def velocity_at(self, time_s: float) -> NDArray[np.float64]:
-        """Return how fast the disc is at a time."""
+        """Return the disc's velocity at a time."""
         lasted = time_s - self.begin_s
         velocity: NDArray[np.float64] = self.velocity_m_s * self.damping.kept(lasted) + self.pull_m_s2 * lasted
         return velocity
 
 
 def free_flights(trace: Trace) -> Iterator[Flight]:
-    """Yield every flight of every disc, in the order in which they end: what impacts and modes of a trace lead to."""
+    """Yield every flight of every disc between a trace's impacts and modes, in the order in which they end."""
     count, discs = len(trace.impacts), trace.scene.discs
     place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
     velocity = list(trace.scene.arrays.velocity_m_s)
@@ -468,10 +468,10 @@ def kinetic_energy(
 
 
 def work_of_driven(trace: Trace) -> NDArray[np.float64]:
-    """Return what each impact's driven body does to the disc, joules, shape ``(m,)``; 0 where none is driven.
+    """Return the work of each impact's driven body on the disc, joules, shape ``(m,)``; 0 where none is driven.
 
-    It is the impulse on the disc times the velocity of the driven surface, which a belt, or the spin of a driven disc,
-    is part of. With what the impacts lose it makes up the change of the kinetic energy.
+    The work is the impulse on the disc times the velocity of the driven surface, with that of a belt or of a driven
+    disc's spin. The change of the kinetic energy is the work less the loss in the impacts.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     work = np.zeros(len(impacts))

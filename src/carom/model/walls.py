@@ -1,7 +1,7 @@
 """The walls of a scene: half-planes, chains of straight edges and arcs, and circles. Validated and immutable.
 
-They are told apart by their fields: a half-plane has a point and a normal, a chain has points, a circle a radius.
-`docs/theory/walls.md` says what discs meet of them.
+Their fields distinguish them: a half-plane has a point and a normal, a chain has points, a circle a radius.
+`docs/theory/walls.md` describes the surface that discs meet.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ Radius = Friction
 
 
 class Leg(Model):
-    """A stretch of a driven body's path: it begins at an instant, at a velocity, and ends where the next one begins.
+    """Part of a driven body's path with one velocity, from an instant to the start of the next leg.
 
     Attributes:
-        from_s: When it begins, seconds since the start; of the first 0. The body has its velocity from there on.
+        from_s: Begin, seconds since the start; 0 for the first. The body has its velocity from there on.
         velocity_m_s: Velocity of the body, metres a second.
     """
 
@@ -55,11 +55,11 @@ class Leg(Model):
 
 
 def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
-    """Yield what is wrong with the legs of a driven body, which has a velocity of its own besides, or (0, 0)."""
+    """Yield the errors in the legs of a driven body; its own velocity must be (0, 0)."""
     if not legs:
         return
     if velocity != (0.0, 0.0):
-        yield Problem(("velocity_m_s",), f"must be left out where there are legs, which say it, got {velocity}")
+        yield Problem(("velocity_m_s",), f"must be left out where there are legs, which contain it, got {velocity}")
     if len(legs) > MOST_LEGS:
         yield Problem(("legs",), f"must be {MOST_LEGS:,} at most, got {len(legs):,}")
         return
@@ -78,7 +78,7 @@ def drive_of(legs: tuple[Leg, ...], velocity: Point) -> Drive:
 
 
 class _Common(Model):
-    """What each kind of wall has."""
+    """Base of all kinds of walls."""
 
     left_out: ClassVar[tuple[str, ...]] = ("restitution", "friction", "velocity_m_s", "legs", "surface_speed_m_s")
 
@@ -93,7 +93,7 @@ class _Common(Model):
 
         Raises:
             SceneError: The first does not begin at 0, one does not begin after the one before it, there are too many,
-                or a velocity is given besides.
+                or a velocity is also given.
         """
         if self.legs and (problems := list(leg_problems(self.legs, self.velocity_m_s))):
             raise SceneError(problems)
@@ -118,11 +118,11 @@ class Wall(_Common):
         restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
-            say at time 0. (0, 0) stands.
+            say at time 0. At (0, 0) it is at rest.
         legs: The wall is driven along a broken line: the velocity from an instant to the next; instead of
             `velocity_m_s`.
         surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
-            side, metres a second; of a line on either side. Friction alone feels it.
+            side, metres a second; on a line, on either side. It acts through friction alone.
     """
 
     point_m: Vector
@@ -134,20 +134,20 @@ class Chain(_Common):
 
     Attributes:
         points_m: Where the edges begin and end, metres.
-        bulges: Of each edge the tangent of a quarter of its angle: 0 straight, 1 half of a circle, above 0
+        bulges: Tangent of a quarter of each edge's angle: 0 straight, 1 half of a circle, above 0
             counterclockwise. Empty for all straight.
         closed: Whether an edge runs from the last point to the first.
         half_width_m: The wall is all points within this of the line, metres: rounded at its ends and corners.
         solid: Whether the inside of a closed chain is matter, too, so that no disc may begin there.
-        pieces: Into how many pieces each edge is cut for engines. PIC and PIT do not look at it.
+        pieces: Number of pieces into which each edge is cut for engines. PIC and PIT ignore it.
         restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
-            say at time 0. (0, 0) stands.
+            say at time 0. At (0, 0) it is at rest.
         legs: The wall is driven along a broken line: the velocity from an instant to the next; instead of
             `velocity_m_s`.
         surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
-            side, metres a second; of a line on either side. Friction alone feels it.
+            side, metres a second; on a line, on either side. It acts through friction alone.
     """
 
     left_out = ("bulges", "closed", "half_width_m", "solid", "pieces", *_Common.left_out)
@@ -185,11 +185,11 @@ class Ring(_Common):
         restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
-            say at time 0. (0, 0) stands.
+            say at time 0. At (0, 0) it is at rest.
         legs: The wall is driven along a broken line: the velocity from an instant to the next; instead of
             `velocity_m_s`.
         surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
-            side, metres a second; of a line on either side. Friction alone feels it.
+            side, metres a second; on a line, on either side. It acts through friction alone.
     """
 
     left_out = ("half_width_m", *_Common.left_out)
@@ -204,12 +204,12 @@ class Ring(_Common):
         return Outline((self.centre_m,), (), self.half_width_m, radius=self.radius_m)
 
 
-#: Which fields tell a kind of wall.
+#: Fields that identify a kind of wall.
 _TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Ring, "radius_m": Ring}
 
 
 def kind_of_wall(fields: Iterable[str]) -> type[Wall | Chain | Ring]:
-    """Return which kind of wall has fields of such names; a half-plane, where they tell of no other."""
+    """Return the kind of wall that has fields of such names, by default a half-plane."""
     return next((kind for name, kind in _TELLING.items() if name in fields), Wall)
 
 
@@ -273,7 +273,7 @@ def _crossing_problems(chain: Chain) -> Iterator[Problem]:
 
 
 def edge_count(wall: object) -> int:
-    """Return how many edges a wall of a file has, valid or not: a half-plane, and a circle, counts as one."""
+    """Return the number of edges of a wall in a file, valid or not; a half-plane or a circle counts as one."""
     points = wall.get("points_m") if isinstance(wall, dict) else None
     return max(1, len(points)) if isinstance(points, list) else 1
 
@@ -312,7 +312,7 @@ def begun_at(body: Any, time_s: float) -> Any:
 
 
 def driven_back(wall: AnyWall) -> AnyWall:
-    """Return a wall that is driven, and runs, the opposite way: that in which it comes to its start."""
+    """Return a wall with the opposite motion and belt: the motion, reversed in time, that leads to its start."""
     u, v = wall.drive.velocity_at(0.0)
     changed = {"velocity_m_s": (-u, -v), "legs": (), "surface_speed_m_s": -wall.surface_speed_m_s}
     return wall.model_copy(update=changed) if wall.driven or wall.surface_speed_m_s else wall

@@ -1,6 +1,6 @@
-"""Runs of scenes with damping: the undamped run, seen in the time of clocks. See `carom.model.damping`.
+"""Runs of scenes with damping: the undamped run with its times and velocities mapped. See `carom.model.damping`.
 
-Nothing new is solved: PIC goes as far as the damped discs get, and its instants and velocities are mapped back.
+PIC runs without damping as far as the damped discs get. Its instants and velocities are then mapped back.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
-    """Return the options of the undamped run; a contact time is not there with damping."""
+    """Return the options of the undamped run; a contact time is not supported with damping."""
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
@@ -41,8 +41,8 @@ class DampedRun(SeenRun):
     """A `carom.solvers.run.Run` by PIC with damping.
 
     Args:
-        run: The run without it, at its start.
-        damping: What slows the discs down.
+        run: The run without damping, at its start.
+        damping: The damping.
     """
 
     def __init__(self, run: Run, damping: Damping) -> None:
@@ -80,10 +80,10 @@ class DampedRun(SeenRun):
 def _slowed(
     rows: NDArray[np.void], log: RunImpacts, times_s: Callable[[], Array], damping: Damping
 ) -> NDArray[np.void]:
-    """Return impacts of a log without damping, or the spins around these, as they are with it.
+    """Convert impacts without damping, or the spins around them, to those with damping.
 
-    `times_s` returns when they are, by the clock. Of velocities and spins ``1 - c s`` is left, which is ``exp(-c t)``
-    there.
+    `times_s` returns the damped times of undamped ones. Velocities and spins are scaled by ``1 - c s``, which is
+    ``exp(-c t)``.
     """
     kept = 1.0 - damping.per_s * log.array()["time_s"]
     slowed = rows.copy()

@@ -1,4 +1,4 @@
-"""What is asked of a PIC run: checked once, in the same words whether by `carom.solve_pic` or by a run itself."""
+"""Options of a PIC run, with the checks that `carom.solve_pic` and a run itself share."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NO_LIMIT = 2**62
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
-    """Which impacts a run records, and whether a contact lasts.
+    """Options of a run: the impacts to record, and the contact time.
 
     Attributes:
         record: "all" impacts, or "none". How many each disc had is counted always.
@@ -73,9 +73,9 @@ PLAIN = RunOptions()
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:
-    """Refuse to take a run to what is no time, infinity being one, or to what is no number of impacts.
+    """Refuse a goal that is no time (infinity is one) or no number of impacts.
 
-    No impact is later than NaN, so a run to there would have no end.
+    A run up to NaN would have no end, since no impact is later.
 
     Raises:
         InputError: The message names the argument and its value.

@@ -1,7 +1,7 @@
 """PIC, predicted instant of collision: event-driven, without frames.
 
-Each disc's next impact is solved for; the earliest of all is carried out at its instant, and only the discs that took
-part are predicted again. All impacts come in their order, however many there are between two frames.
+Each disc's next impact is solved for. The earliest is applied at its instant, and only its discs are predicted again.
+So all impacts happen in their order, whatever their number between two frames.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 
-#: Of two discs that don't meet, and of two that do.
+#: For two discs that don't meet, and for two that do.
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
@@ -69,7 +69,7 @@ def solve_pic(
     contact_duration_s: float = 0.0,
     progress: Callable[[int, float], None] | None = None,
 ) -> Trace:
-    """Run a scene by event-driven PIC, the reference that everything else is held to.
+    """Run a scene by event-driven PIC, the reference of all comparisons.
 
     Args:
         scene: The scene, or its name in the catalogue; discs and walls of any number.
@@ -85,7 +85,7 @@ def solve_pic(
         The trace. Its final state is that at the end, or at the last impact where the run ended before.
 
     Raises:
-        InputError: An option is outside its range, or not there under gravity or with damping.
+        InputError: An option is outside its range, or not supported under gravity or with damping.
     """
     if isinstance(scene, str):
         scene = as_scene(scene)
@@ -119,7 +119,7 @@ def _compiled_solve() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes
 
 
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
-    """Run a scene of two discs and no wall by its closed form, without queue or cells; None where it does not serve."""
+    """Run a scene of two discs and no wall by its closed form; None where that does not apply."""
     first, second = scene.discs
     solution = _compiled_solve()(first, second, scene.restitution, end_s)
     if solution is None:

@@ -1,4 +1,4 @@
-"""What is asked of a PIC run, apart from its scene, and the way through it that serves every kind of run."""
+"""Arguments of a PIC run apart from its scene, and the loop that advances any kind of run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Request(NamedTuple):
-    """How far to go and what to keep: the arguments of `carom.solve_pic`, checked."""
+    """Goal of a run and what to record: the arguments of `carom.solve_pic`, checked."""
 
     end_s: float
     max_impacts: int | None
@@ -43,7 +43,8 @@ class Request(NamedTuple):
         """Check the arguments of `carom.solve_pic`.
 
         Raises:
-            InputError: An argument is outside its range, or not there under gravity or with damping; it is named.
+            InputError: An argument is outside its range, or not supported under gravity or with damping; the message
+                names it.
         """
         options = RunOptions.of(record, window_s, contact_duration_s)
         if options.contact_duration_s and (law := _bending_law(scene)):
@@ -58,11 +59,11 @@ class Request(NamedTuple):
 
     @property
     def is_plain(self) -> bool:
-        """Whether impacts are asked for, all or the first few, and nothing else."""
+        """Whether only impacts are requested, all or the first few."""
         return self.max_impacts != 0 and self[2:] == (PLAIN, (), None)
 
     def carry_out(self, run: Run) -> tuple[Outcome, Samples | None]:
-        """Take a run to the end; return how it ended, and the samples that were reached, where any were asked for."""
+        """Advance a run to its end; return the outcome, and the samples reached if any were requested."""
         outcome, reached, places = Outcome.COMPLETED, [], []
         for time_s in (*(time_s for time_s in self.samples_s if time_s <= self.end_s), self.end_s):
             outcome = run.advance_to(time_s, self.max_impacts, self.progress)

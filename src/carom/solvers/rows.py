@@ -1,4 +1,4 @@
-"""Rows that are added to and never changed: a log that is looked at after every step, in linear time."""
+"""Append-only array whose appends take amortised constant time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Rows:
-    """An array that grows; what it has given out stays as it was."""
+    """An array that grows; views that it returned do not change."""
 
     def __init__(self, dtype: DTypeLike) -> None:
         self._rows: NDArray[np.void] = np.empty(0, dtype)
@@ -45,7 +45,7 @@ class Rows:
         return rows
 
 
-#: Where impacts were, and on which feature of a wall: `Contact` of carom_core.h.
+#: Positions of impacts, and the feature of the wall: `Contact` of carom_core.h.
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 
@@ -68,13 +68,13 @@ class RecordedImpacts:
         self._edges_of = edges_of
         self._edges = None if edges_of is None else Rows(EDGE_DTYPE)
         self._modes: Rows | None = None
-        self._contacts: list[NDArray[np.void]] = []  # whose edges nobody has asked for yet
+        self._contacts: list[NDArray[np.void]] = []  # whose edges are not computed yet
 
     def __len__(self) -> int:
         return self._run.recorded
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts so far: without a copy the first time; what comes later is joined to what was there."""
+        """Return the impacts so far, without a copy the first time."""
         if len(self._taken) < self._run.recorded:
             impacts, spins, contacts = self._run.take_impacts()
             self._taken.add(np.frombuffer(memoryview(impacts), IMPACT_DTYPE))

@@ -1,4 +1,4 @@
-"""What every run of a solver offers, whatever its method: one shape, so that a driver need not ask which it has."""
+"""Interface of the runs of all solvers, and wrappers of a run in other units or with damping."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
 
 
 class Start(Protocol):
-    """Where a run begins, as solvers see it: a scene, or one in units of the run's own (`carom.solvers.units`)."""
+    """Start of a run for solvers: a scene, or one in units of the run's own (`carom.solvers.units`)."""
 
     @property
     def arrays(self) -> DiscArrays:
@@ -39,18 +39,18 @@ class Start(Protocol):
 
     @property
     def table_deceleration_m_s2(self) -> float:
-        """By how much a table slows every disc down."""
+        """Deceleration of every disc by a table."""
 
     @property
     def duration_s(self) -> float:
-        """How long the scene is simulated."""
+        """Duration of the scene."""
 
 
 class RunImpacts(Protocol):
     """The impacts that a run has recorded."""
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return their number."""
 
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `trace.IMPACT_DTYPE`, in the order they were carried out."""
@@ -69,11 +69,11 @@ class RunImpacts(Protocol):
 
 
 class Run(Protocol):
-    """A run in progress: a scene taken forward in as many pieces as one likes, which change no bit of the result."""
+    """A run in progress. It can be advanced in any number of pieces, which change no bit of the result."""
 
     @property
     def time_s(self) -> float:
-        """How far the run has been taken, seconds from the start."""
+        """Time that the run has reached, seconds from the start."""
 
     @property
     def log(self) -> RunImpacts:
@@ -108,7 +108,7 @@ class Run(Protocol):
 
 
 class SeenRun:
-    """A run seen otherwise, in other units or with damping: what is not said anew is as in the run itself."""
+    """A run in other units or with damping. What a subclass does not override is that of the run itself."""
 
     def __init__(self, run: Run, rows: SeenRows) -> None:
         self.log = SeenLog(run.log, rows)
@@ -134,7 +134,7 @@ class SeenRun:
 
 
 class SeenLog:
-    """The impacts of such a run, a `RunImpacts`.
+    """The impacts of a wrapped run, a `RunImpacts`.
 
     Args:
         log: Those of the run itself.
@@ -171,7 +171,7 @@ class SeenLog:
 
 
 def trace_of(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any) -> Trace:
-    """Return the trace of a run that ended so; `more` are fields that it does not tell, or tells otherwise."""
+    """Return the trace of a run with its outcome; `more` are fields that the run lacks or that replace its own."""
     told: dict[str, Any] = {
         "impacts": run.log.array(),
         "spins": run.log.spins(),

@@ -1,4 +1,4 @@
-"""Units in which a scene is ordinary: a scene of extreme sizes is run in them, and its run seen in SI units.
+"""Units of a run: a scene of extreme sizes runs in units in which its numbers are ordinary.
 
 The units are powers of two, so a change of them rounds nothing, and scenes that differ by powers of two have the same
 digits. An ordinary scene, the rule, is run as it is.
@@ -46,7 +46,7 @@ class Units(NamedTuple):
     mass: int
 
     def start(self, scene: Scene) -> Start:
-        """Return where a run of a scene in these units begins."""
+        """Return the start of a scene's run in these units."""
         if self == SI:
             return scene
         start, speed = scene.arrays, self.length - self.time
@@ -141,7 +141,7 @@ class _ScaledStart(NamedTuple):
 
 
 class RunInUnits(SeenRun):
-    """A run in units of its own, seen in SI units: as `carom.solvers.run.Run`, or as a run of PIT."""
+    """A run in units of its own with results in SI units: a `carom.solvers.run.Run`, or a run of PIT."""
 
     def __init__(self, run: Any, units: Units) -> None:
         super().__init__(run, units.rows)
@@ -150,16 +150,16 @@ class RunInUnits(SeenRun):
 
     @property
     def frames(self) -> int:
-        """Of a run of PIT: frames passed."""
+        """Frames passed by a run of PIT."""
         return self._run.counts["frames"]
 
     def advance_frames(self, frames: int) -> None:
-        """Of a run of PIT: pass this many frames, and go to the instant of the one that follows."""
+        """Pass this many frames of a run of PIT, and go to the instant of the next frame."""
         self._of_frames.advance_frames(frames)
 
     @property
     def time_s(self) -> float:
-        """How far the run has been taken, seconds from the start."""
+        """Time that the run has reached, seconds from the start."""
         return self._units.seconds(self._run.time_s)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:

@@ -1,1 +1,1 @@
-"""Studies: each asks engines at the desk, and makes a result and a document of the answers; one folder each."""
+"""Studies: each runs tasks by the scheduler, and makes a result and a document; one folder each."""

@@ -1,1 +1,1 @@
-"""What has nothing to do with discs: options, checks, formatting, limits, folders, versions, and the system."""
+"""Support without discs: options, checks, formatting, limits, folders, versions, and the system."""

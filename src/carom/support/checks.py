@@ -1,4 +1,4 @@
-"""What functions ask of numbers among their arguments: checked in one way, refused by name and value."""
+"""Checks of numeric arguments; messages name the argument and its value."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["count", "finite", "floats", "number", "shown", "times", "vectors"]
 
 Array = NDArray[np.float64]
 
-#: As tuples made once: as unions made at each call, these alone took a tenth of a solve of two discs.
+#: Tuples made once. As unions made at each call they took a tenth of a solution of two discs.
 _TEXTS = (str, bytes)
 _TRUTH_VALUES = (bool, np.bool_)
 
@@ -25,10 +25,10 @@ def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = 
     """Return an argument as a finite float.
 
     Args:
-        name: What the argument is called.
+        name: Name of the argument.
         value: Its value: a number of any kind but bool.
-        least: It must not be less.
-        positive: It must be above 0.
+        least: Lower bound.
+        positive: Whether it must be above 0.
 
     Raises:
         InputError: It is no such number.

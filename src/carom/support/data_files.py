@@ -1,7 +1,7 @@
-"""Reading TOML and JSON that anybody may have written: in seconds, in hundreds of megabytes, or not at all.
+"""Reader of untrusted TOML and JSON, with limits of time and memory.
 
-What a file may hold is in `carom.support.limits`. It is judged by its bytes, before anything is made of them: readers
-build every value, however many there are, and take a time that grows with the square of some.
+The limits are in `carom.support.limits`. They are checked on the bytes before parsing, because parsers build every
+value, and some take a time that grows with the square of the size.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_K
 
 
 def read_data(path: Path, kind: str) -> dict[str, Any]:
-    """Return what a file holds: a table of TOML or an object of JSON.
+    """Return the content of a file: a table of TOML or an object of JSON.
 
     Args:
-        path: The file; a pipe or a device will do.
+        path: The file, pipe or device.
         kind: ``.toml`` or ``.json``.
 
     Raises:
-        InputError: It can't be read, is beyond a limit, or holds anything else. The message does not name the file.
+        InputError: It can't be read, exceeds a limit, or has other content. The message does not name the file.
     """
     most, name = MOST_BYTES[kind], kind[1:].upper()
     try:
@@ -63,10 +63,10 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
 
 
 def without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object of JSON, as `json.loads` asks for it by ``object_pairs_hook``.
+    """Return an object of JSON, as a function for ``object_pairs_hook`` of `json.loads`.
 
     Raises:
-        InputError: It has a key twice, which readers of JSON take differently.
+        InputError: It has a key twice, which parsers of JSON interpret differently.
     """
     found = dict(pairs)
     if len(found) < len(pairs):

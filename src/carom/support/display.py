@@ -1,4 +1,4 @@
-"""How results show themselves: `carom` itself says what does it, when it is asked, so that nothing here imports it."""
+"""Displays of results. `carom` registers the functions, so this module imports none of them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _view: Callable[[str], Callable[..., Any]]
 
 
 def shown_by(view: Callable[[str], Callable[..., Any]]) -> None:
-    """Say what returns the function that shows a result as ``summary``, ``html_of``, ``plot`` or ``to_pandas`` says."""
+    """Register the function that returns a view by name: ``summary``, ``html_of``, ``plot`` or ``to_pandas``."""
     global _view  # noqa: PLW0603 - told once, by the package when it is imported
     _view = view
 
 
 class Shown:
-    """A result that is shown in a few lines. A dataclass of its kind is declared with ``repr=False``."""
+    """A result that is shown in a few lines; its dataclass is declared with ``repr=False``."""
 
     def __repr__(self) -> str:
         text: str = _view("summary")(self)
@@ -36,10 +36,10 @@ class Shown:
 
 
 class Drawn(Shown):
-    """A result that has a picture."""
+    """A result with a picture."""
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw it with matplotlib on `ax`, on new axes where none are given, and return the axes.
+        """Draw it with matplotlib on `ax`, by default on new axes, and return the axes.
 
         Raises:
             MissingExtraError: The extra `report` is not installed.
@@ -50,10 +50,10 @@ class Drawn(Shown):
 
 
 class Tabular(Drawn):
-    """A result that is a table, too."""
+    """A result that is also a table."""
 
     def to_pandas(self) -> DataFrame:
-        """Return it as a data frame, the units in the names of its columns: a row an impact, or a run.
+        """Return a data frame with a row for each impact, or run, and units in the names of columns.
 
         Raises:
             MissingExtraError: pandas is not installed.

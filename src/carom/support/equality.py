@@ -1,4 +1,4 @@
-"""Results that hold arrays, compared by value: a dataclass's own ``==`` fails on the first array of two rows."""
+"""Equality by value of results with arrays, on which a dataclass's own ``==`` fails."""
 
 from __future__ import annotations
 

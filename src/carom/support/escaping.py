@@ -1,18 +1,19 @@
-"""Text that others wrote, made harmless to those who show it: a terminal, a browser, a program that reads lines."""
+"""Escaping of untrusted text for a terminal, a browser, or a program that reads lines."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
 
-#: How a line that speaks of an error begins: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
+#: Begin of a line about an error: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 
-#: What ends a program is told within this many lines of its end: the longest stack traces, node's, have half of that.
+#: The last error of a program is searched in this many lines; the longest stack traces, those of node, have half of
+#: that.
 _LAST_LINES = 40
 
-#: What a terminal obeys instead of showing it (all control characters but tab and line feed), what turns the direction
-#: of writing, what some programs end a line at, what is not seen at all, and halves of a surrogate pair.
+#: Characters that are not shown as such. They are control characters except tab and line feed, changes of the direction
+#: of writing, further line ends, invisible characters, and halves of a surrogate pair.
 _HIDDEN = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2064\u2066-\u2069\ufeff\ud800-\udfff]"
 )
@@ -39,7 +40,7 @@ def last_words(printed: str) -> str:
 
 
 def shown(value: object) -> str:
-    """Return how a message shows a value: in 60 characters."""
+    """Return a value as a message shows it, in 60 characters."""
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python is willing to print
@@ -50,20 +51,20 @@ def shown(value: object) -> str:
 
 
 def near(name: str, known: Iterable[str]) -> str:
-    """Return the question whether a name that is not known was meant to be a near one; empty where none is near."""
-    import difflib  # here, as `import carom` loads this module, and few are told of a name
+    """Return a question that suggests a known name near an unknown one; empty where none is near."""
+    import difflib  # here, because `import carom` loads this module, and few messages need it
 
     found = difflib.get_close_matches(name, list(known), n=1)
     return f"did you mean {found[0]!r}?" if found else ""
 
 
 def named_hints(name: str, known: Iterable[str], there_are: str) -> tuple[str, ...]:
-    """Return the hints of an error about a name that is not known: the near one, and which there are."""
+    """Return the hints of an error about an unknown name: a near one, and all known ones."""
     return tuple(filter(None, (near(name, known), there_are)))
 
 
 def release_numbers(version: str) -> tuple[int, ...]:
-    """Return the numbers that a release begins with, without zeros at the end: 4.0.0rc1 counts as 4."""
+    """Return the leading numbers of a release, without zeros at the end: 4.0.0rc1 counts as 4."""
     found = re.match(r"[0-9]+(\.[0-9]+)*", version)
     numbers = [int(number) for number in found[0].split(".")] if found else []
     while numbers and not numbers[-1]:
@@ -72,5 +73,5 @@ def release_numbers(version: str) -> tuple[int, ...]:
 
 
 def is_older(version: str, oldest: str) -> bool:
-    """Return whether a release is known to be older than another; one without a number at its front is not."""
+    """Return whether a release is known to be older than another; one without a leading number is not."""
     return version[:1].isdigit() and release_numbers(version) < release_numbers(oldest)

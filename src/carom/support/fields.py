@@ -1,4 +1,4 @@
-"""What the fields of a scene may hold, and a model of them that raises Carom's own errors."""
+"""Types of a scene's fields, and their base model, which raises Carom's own errors."""
 
 from __future__ import annotations
 
@@ -49,7 +49,9 @@ def _mass_of_size(mass: float) -> float:
 def _inertia_of_size(factor: float) -> float:
     if not (1.0 / ORDINARY <= factor <= 1.0 or factor == math.inf):
         least = number(1.0 / ORDINARY, 3)
-        raise ValueError(f'must lie between {least} and 1, where all mass is in the rim, or be "inf" for no turning')
+        raise ValueError(
+            f'must be from {least} to 1, where all mass is in the rim, or "inf" for a disc that cannot turn'
+        )
     return factor
 
 
@@ -57,9 +59,9 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
     x, y = vector
     if vector == (0.0, 0.0):
         raise ValueError("must not be of length zero")
-    # What this function returned comes back as it was, so that a saved wall loads equal. Its length is within 3 units
-    # of relative rounding (2^-53) of 1: two from the length divided by, one from the division. Computing it costs two
-    # more.
+    # A vector that this function returned is unchanged, so that a saved wall loads equal. Its length differs from 1 by
+    # at most 3 units of relative rounding (2^-53): two of the length, one of the division. Computing the length adds
+    # two.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
         return (x, y)
     # Scaling by the larger component first keeps 1e-200 and 1e200 from under- and overflowing in the length.
@@ -69,7 +71,7 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
     return (x / length, y / length)
 
 
-# The bounds stand before the validator: behind it they are enforced, but missing from the JSON Schema.
+# The bounds precede the validator. After it they would be enforced, but missing from the JSON Schema.
 _Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
 Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
@@ -102,9 +104,9 @@ Direction = Annotated[tuple[_Finite, _Finite], BeforeValidator(_plain), AfterVal
 
 
 class Model(BaseModel):
-    """Frozen, closed to unknown fields, and raising SceneError where Pydantic would raise its own error."""
+    """Base model: frozen, without unknown fields, and raising SceneError instead of Pydantic's errors."""
 
-    #: Fields that a file, and a digest, does not have while they say nothing.
+    #: Fields that files and digests omit at their defaults.
     left_out: ClassVar[tuple[str, ...]] = ()
 
     model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
@@ -130,7 +132,7 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
     for item in items:
         location = tuple(item["loc"])
         cause = item.get("ctx", {}).get("error")
-        if isinstance(cause, SceneError):  # raised by a model nested in this one: only its place is still missing
+        if isinstance(cause, SceneError):  # raised by a nested model: only its place must be added
             for problem in cause.problems:
                 yield problem._replace(field=location + problem.field)
             continue
@@ -150,7 +152,7 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
 
 
 def said_of(item: ErrorDetails) -> str:
-    """Return what Pydantic found wrong with a value, in plain words and with the value."""
+    """Return Pydantic's error about a value in plain words, with the value."""
     match item["type"]:
         case "missing":
             return "is required, but missing"

@@ -1,11 +1,11 @@
-"""The folders that Carom writes into. It replaces and removes only what it wrote itself.
+"""Output folders. Carom replaces and removes only files that it wrote itself.
 
-A folder of Carom's has a marker, a file that says what it is for. Carom writes into a folder that is new, empty, or
-marked for the same purpose, and refuses every other; so no file of anybody else's is ever in its way.
+Carom marks its folders with a file that states their purpose. It writes only into a folder that is new, empty, or
+marked for the same purpose, so it never touches other files.
 
-Files that belong together appear together: they are written into a folder of their own, put on the disk, and the rename
-of that folder is the moment at which they count. From then on they are moved to their places, by the next process if
-need be. So after a kill or a loss of power at any moment the next command finds the old files or the new ones, whole.
+Files that belong together appear together. They are written into a temporary folder and synchronised to the disk, and
+the rename of that folder commits them. Then they are moved to their places, by the next process if necessary. So after
+a kill or a loss of power the next command finds either all old files or all new ones.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from carom.errors import InputError
 from carom.support.escaping import visible
 
 MARKER = ".carom"
-#: After its first line, a word that says what the folder is for.
+#: Marker: after its first line, a word for the folder's purpose.
 _SAYS = "Carom replaces the files that it wrote here.\n"
-#: Next to the files: those that are being written, and those that are on the disk and count.
+#: Temporary folders next to the files: of files being written, and of committed files.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
 #: Longer names are cut, so that one with an ending and a temporary name stays below the 255 bytes of most systems.
 _LONGEST_NAME = 100
-#: Windows takes these for devices, whatever comes after the first full stop.
+#: Windows interprets these as devices, with any text after the first full stop.
 _DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\.|$)")
 _PLAIN = re.compile(r"[a-z0-9][a-z0-9_-]*(/[a-z0-9][a-z0-9_-]*)*")
 
 
 def file_name(name: str) -> str:
-    """Return what the file of something of this name is called, without an ending: another name for every name.
+    """Return a unique file name, without an ending, for the name of something.
 
-    A name of small letters, digits, ``-``, ``_`` and ``/`` stays readable, with ``.`` for ``/``. Any other gets a
-    digest of itself, so that no two names share a file, even where a system takes capitals for small letters.
+    A name of small letters, digits, ``-``, ``_`` and ``/`` stays readable, with ``.`` for ``/``. Other names get a
+    digest, so that no two names share a file, even if a system ignores case.
     """
     plain = name.replace("/", ".")
     if _PLAIN.fullmatch(name) and len(name) <= _LONGEST_NAME and not _DEVICES.match(plain):
@@ -48,15 +48,15 @@ def file_name(name: str) -> str:
 
 
 def claim(folder: Path, purpose: str, option: str = "") -> None:
-    """Make a folder Carom's own, and finish what was broken off in it.
+    """Mark a folder as Carom's, and finish an interrupted commit in it.
 
     Args:
-        folder: The folder; it is made where it does not exist.
-        purpose: What Carom writes there, as the marker says it: one word.
+        folder: The folder; it is made if necessary.
+        purpose: Purpose of the folder, one word of the marker.
         option: The option that names the folder, for the message.
 
     Raises:
-        InputError: The folder can't be made or written into, holds files of others, or serves another purpose.
+        InputError: The folder can't be made or written into, contains other files, or has another purpose.
     """
     another = f"name another folder{option and f' by {option}'}"
     try:
@@ -83,20 +83,20 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
 
 @contextmanager
 def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
-    """As `claim`, before work whose results go there; a folder into which nothing came is as it was before."""
+    """Like `claim`, around work with results for the folder; if there are none, the folder is restored."""
     new, marked = not folder.exists(), (folder / MARKER).exists()
     try:
         claim(folder, purpose, option)
         yield
     finally:
         if not marked and folder.is_dir() and os.access(folder, os.R_OK) and set(os.listdir(folder)) <= {MARKER}:
-            (folder / MARKER).unlink(missing_ok=True)  # the process that claimed it again has removed it
+            (folder / MARKER).unlink(missing_ok=True)  # another process that claimed it has removed it
             if new:
                 folder.rmdir()
 
 
 def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes]) -> Path:
-    """Write files into a folder of Carom's, all or none, replacing older ones; return the first.
+    """Write files into a marked folder, all or none, replacing older ones; return the first.
 
     Raises:
         InputError: As `claim` says.
@@ -118,9 +118,9 @@ def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes])
 
 
 def write_file(path: Path, content: str | bytes) -> Path:
-    """Write one file where somebody asked for it by name, whole, replacing an older one; return its path.
+    """Write one file at a path of the user, atomically, replacing an older one; return its path.
 
-    A link is followed, and what is no file, a pipe or ``/dev/stdout`` say, is written to and stays what it is.
+    A link is followed. A pipe or a device such as ``/dev/stdout`` is written to.
 
     Raises:
         OSError: It can't be written.
@@ -141,12 +141,12 @@ def write_file(path: Path, content: str | bytes) -> Path:
 
 
 def temporary(name: str) -> Path:
-    """Return a path of that name in a new folder for temporary files; ask only when there is what to write."""
+    """Return a path of that name in a new temporary folder; call this only when there is content to write."""
     return Path(tempfile.mkdtemp(prefix="carom-")) / name
 
 
 def _put(path: Path, content: str | bytes) -> None:
-    """Write a file and see it onto the disk."""
+    """Write a file and synchronise it to the disk."""
     with path.open("xb") as file:
         file.write(_bytes(content))
         file.flush()
@@ -154,18 +154,18 @@ def _put(path: Path, content: str | bytes) -> None:
 
 
 def _bytes(content: str | bytes) -> bytes:
-    """Return what goes into a file: text without control characters."""
+    """Return the content of a file: text without control characters."""
     return visible(content).encode() if isinstance(content, str) else content
 
 
 def _is_torn(marker: Path) -> bool:
-    """Whether a marker is the beginning of one: a full disk or a kill came between."""
+    """Whether a marker is incomplete, because of a full disk or a kill."""
     purpose, _, rest = marker.read_text(encoding="utf-8", errors="replace").partition("\n")
     return re.fullmatch("[a-z]*", purpose) is not None and _SAYS.startswith(rest) and rest != _SAYS
 
 
 def _finish(folder: Path) -> None:
-    """Move files that count to their places, and remove what was not finished."""
+    """Move committed files to their places, and remove incomplete ones."""
     _remove(folder / _NEW)
     whole = folder / _WHOLE
     if whole.is_dir():
@@ -177,7 +177,7 @@ def _finish(folder: Path) -> None:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a folder of files that Carom has begun to write."""
+    """Remove a temporary folder of unfinished files."""
     if folder.is_dir():
         for name in os.listdir(folder):
             (folder / name).unlink()
@@ -185,7 +185,7 @@ def _remove(folder: Path) -> None:
 
 
 def _settle(folder: Path) -> None:
-    """See the names in a folder onto the disk; where the system can't open a folder, it does so by itself."""
+    """Synchronise a folder's names to the disk; systems that can't open folders do so themselves."""
     if hasattr(os, "O_DIRECTORY"):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:

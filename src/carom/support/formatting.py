@@ -1,11 +1,11 @@
-"""How a number is written for a reader: the only place where what is measured is rounded to a number of digits."""
+"""Number formatting. All rounding for display happens here."""
 
 from __future__ import annotations
 
 import math
 import re
 
-#: Numbers that are not a number, or were not measured.
+#: Text for NaN and numbers that were not measured.
 ABSENT = "n/a"
 
 

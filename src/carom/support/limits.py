@@ -1,13 +1,12 @@
-"""How large numbers, files and options may be. It is stated here, and every way in keeps it.
+"""Limits of numbers, files and options, for files, command line and Python alike.
 
 - No number that measures something is larger than `LARGEST` in magnitude, so that its square is a float; and a radius,
   edge, mass, duration or rate is not smaller than `SMALLEST`.
-- Sizes from ``1 / ORDINARY`` to `ORDINARY` are computed with as they are: the formulas are of fourth degree at most, so
-  their terms, and what the rounding of these leaves, stay within the range of floats.
-- PIC refuses an impact of two discs so far out that floats do not tell their centres apart, see
+- Sizes from ``1 / ORDINARY`` to `ORDINARY` need no change of units. The formulas are of fourth degree at most, so their
+  terms, and the rounding errors of these, stay within the range of floats.
+- PIC refuses an impact of two discs so far out that floats do not distinguish their centres, see
   `carom.core.resolution`.
-- What belongs to one scene spans no more than `SPAN` (`carom.model.sizes`), so that there are units in which it is
-  ordinary.
+- The sizes of one scene span no more than `SPAN` (`carom.model.sizes`), so there are units in which they are ordinary.
 """
 
 from __future__ import annotations
@@ -28,48 +27,47 @@ ORDINARY = 2.0**200
 #: A little less than the square of `ORDINARY`: units are powers of two, and take sizes to the middle only roughly.
 SPAN = 2.0**396
 
-#: Steps or frames of a run. Who asks for more has mistaken a unit.
+#: Steps or frames of a run. A larger number is most likely a mistaken unit.
 MOST_STEPS = 2**32
 
-#: Engine steps that the search of one method for a step may take unless told otherwise: for 1 degree an engine that
-#: checks for overlap once per step takes 240,000 on `paper/missed`, and 430,000 on the puck of
-#: docs/how-to/which-step.md.
+#: Default budget of engine steps for one method's search for a step. For 1 degree an engine that checks for overlap
+#: once per step takes 240,000 on `paper/missed`, and 430,000 on the puck of docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
-#: Of a scene file. So many discs and walls are loaded in seconds, and in less than 500 MB.
+#: Discs and walls of a scene file. They load in seconds, in less than 500 MB.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
 
-#: Legs of a driven body: PIC looks at each until the next impact.
+#: Legs of a driven body: PIC visits each until the next impact.
 MOST_LEGS = 10_000
 #: More discs than this in one picture show nothing, and weigh megabytes.
 MOST_DISCS_DRAWN = 64
-#: By ending: bytes, and values as `values_in` counts them, of TOML with the lines. JSON holds the largest scene with
-#: room to spare; each of its values takes up to 100 bytes of memory. TOML takes ten times as long to read. Lines of
-#: JSON are results, three times what all engines have on all scenes.
+#: Bytes and values of a file by its ending; `values_in` counts them, in TOML with the lines. The largest scene fits
+#: into JSON easily; each value takes up to 100 bytes of memory. TOML takes ten times as long to read. Lines of JSON are
+#: results, three times those of all engines on all scenes.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 48 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**22}
 #: Parts of a dotted key of TOML, which is read in a time that grows with the square of their number; a scene needs one.
 MOST_KEY_PARTS = 4
 
-#: Of an option: twenty times what the largest of machines have use for, and what ends in an hour at worst.
+#: Limits of options: twenty times what the largest machines can use, and what ends in an hour at worst.
 MOST_JOBS = 1024
 MOST_PHASES = 1024
 MOST_ROUNDS = 1024
-#: Steps of a series: more lie closer together than their errors tell apart.
+#: Steps of a series. More steps would be too close together for their errors to differ.
 MOST_SERIES = 256
-#: An engine that gives no answer for this many seconds is ended, unless told otherwise.
+#: Default time limit of an engine, seconds, after which it is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
 #: Seconds that a limit or a budget can be: four months. No system waits for 1e10.
 LONGEST_S = 1e7
-#: Megabytes that a worker may be given: more than any machine has, and a number that every system takes.
+#: Most megabytes of a worker: more than any machine has, and a number that every system accepts.
 MOST_MB = 1e9
 
 
 def beyond(least: float, most: float) -> str:
-    """Return what to say of a number that is not between two limits."""
+    """Return the message for a number that is not between two limits."""
     span = (
-        f"lie between {number(least, 3)} and {number(most, 3)}"
+        f"be between {number(least, 3)} and {number(most, 3)}"
         if least > 0.0
         else f"be at most {number(most, 3)} in magnitude"
     )

@@ -1,8 +1,8 @@
-"""Options, declared once: type, default, bounds and help, for Python, the command line and the journal's stamp alike.
+"""Declarations of options: type, default, bounds and help, shared by Python, command line and journal.
 
-A study's options are a frozen dataclass, each field of which is an `option`. A value that makes no sense is refused by
-the name under which it was given, in the same words from Python and from the shell. No NumPy and no pydantic is
-imported here: `carom --help` needs these declarations.
+A study's options are a frozen dataclass, each field of which is an `option`. An invalid value is refused with the name
+under which it was given, in the same words in Python and the shell. The module imports neither NumPy nor pydantic,
+since `carom --help` needs these declarations.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from carom.support.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST
 
 @dataclass(frozen=True)
 class ValueKind:
-    """Which values an option takes.
+    """Kind of an option's values.
 
     Attributes:
-        said: What one must be, in words.
+        said: Requirement on a value, in words.
         word: The same in one word, as `--help` has it; empty for a flag.
         take: Returns a value as a study takes it. Raises TypeError, ValueError or OverflowError where it is none.
-        read: Returns what a text of the shell says, for `take`; some texts say several values of a list.
+        read: Converts a text of the shell for `take`; some texts contain several values of a list.
         wrong: Values that it refuses, for tests.
-        gather: Returns what several texts of the shell say together, where they are one value.
-        range: The values in short, for `--help`, where the word does not say enough.
+        gather: Converts several texts of the shell that are one value.
+        range: Short description of the values for `--help`, if the word is not enough.
     """
 
     said: str
@@ -53,7 +53,7 @@ def taken(kind: ValueKind, name: str, value: Any) -> Any:
     """Return a value as a study takes it.
 
     Raises:
-        InputError: It is none; the message says by name what it must be.
+        InputError: It is invalid; the message has its name and the requirement.
     """
     try:
         return kind.take(value)
@@ -66,12 +66,12 @@ class Option:
     """One option.
 
     Attributes:
-        kind: Which values it takes; of each item where there are many.
-        what: What it is, for `--help`.
-        flags: Its names in the shell, the first the one that is shown; empty where the shell does not have it.
+        kind: Kind of its values, or of each item of a list.
+        what: Its description for `--help`.
+        flags: Its names in the shell, the shown one first; empty if it is not in the shell.
         many: Whether it is a list.
-        stamped: Whether the answers in a journal depend on it, other than by their keys.
-        default: Its default, in words, where the value does not say it.
+        stamped: Whether results in a journal depend on it, apart from their keys.
+        default: Its default in words, if the value is not enough.
     """
 
     kind: ValueKind
@@ -92,7 +92,7 @@ class Option:
 def option(
     default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
 ) -> Any:
-    """Declare a field; None as its default stands for what `said` says, and is taken, too."""
+    """Declare a field. A default of None means what `said` describes, and may also be given."""
     return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
 
 
@@ -102,10 +102,10 @@ def declared(options: type[DeclaredOptions] | DeclaredOptions) -> dict[str, Opti
 
 
 class DeclaredOptions:
-    """Options of a study: to be made a frozen dataclass, with an `option` a field.
+    """Base of a study's options: a frozen dataclass with an `option` as each field.
 
     Raises:
-        InputError: A value makes no sense; the message names the field and the value.
+        InputError: A value is invalid; the message names the field and the value.
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
@@ -117,11 +117,11 @@ class DeclaredOptions:
 
     @classmethod
     def said(cls, texts: Mapping[str, Any], *, before: str = "--") -> Self:
-        """Return the options that a command line asks for: of each field a text, texts, or None where nothing is said.
+        """Return options from a command line: for each field a text, texts, or None if it is not given.
 
         Args:
-            texts: What is said, by the field's name.
-            before: What a command of somebody else's, pytest, has before the option's name.
+            texts: Given texts, by the field's name.
+            before: Prefix of the option's name in another command, pytest.
 
         Raises:
             InputError: As the class, with the name that the option has in the shell.
@@ -134,7 +134,7 @@ class DeclaredOptions:
 
     @property
     def stamp(self) -> dict[str, Any]:
-        """What the answers in a journal depend on, other than by their keys: who differs in it does not share one."""
+        """Options on which results in a journal depend apart from their keys; a journal needs equal ones."""
         return {name: getattr(self, name) for name, one in declared(self).items() if one.stamped}
 
 
@@ -169,7 +169,7 @@ def _real(value: Any) -> float:
 
 
 def whole(least: int, most: int | None = None) -> ValueKind:
-    """Return the whole numbers from one on, up to another where there is a largest."""
+    """Return the whole numbers from a least one, up to a greatest one if there is one."""
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
@@ -227,7 +227,7 @@ def megabytes() -> ValueKind:
 
 
 def step(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
-    """Return steps; `read` reads a text that may say several, as `also` says."""
+    """Return steps; `read` parses a text of one or several steps, which `also` describes."""
     limits = f"above 0: from {number(SMALLEST, 3)} to {number(LARGEST, 3)}"
     said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
     return measure(said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or fraction, span="above 0")
@@ -249,7 +249,7 @@ def _text(value: Any) -> str:
 
 
 def name() -> ValueKind:
-    """Return names; whether there is such a one is asked where it is known."""
+    """Return names; their existence is checked elsewhere."""
     return ValueKind("a name", "NAME", _text, wrong=(5, None, True, 0.5, ["x"]))
 
 
@@ -265,6 +265,6 @@ def flag() -> ValueKind:
 
 
 def one_of(kinds: type[StrEnum]) -> ValueKind:
-    """Return the values of an enumeration, each by its name, too."""
+    """Return the values of an enumeration, also by their names."""
     listed = ", ".join(one.value for one in kinds)
     return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds, wrong=("x", 5, None, True))

@@ -1,4 +1,4 @@
-"""How many processor cores, and how much memory, this process may use."""
+"""Processor cores and memory that this process may use."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def available_cores() -> int:
 
 
 def available_memory() -> int:
-    """Return the machine's memory in bytes, or what a container leaves of it."""
+    """Return the machine's memory in bytes, or the limit of a container."""
     whole = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     with suppress(OSError, ValueError):  # no control group, or one without a limit, which it calls "max"
         whole = min(whole, int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii")))

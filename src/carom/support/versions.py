@@ -1,4 +1,4 @@
-"""Versions of releases as a user names them: one, or a condition that many meet."""
+"""Versions of releases as a user names them: a version, or a condition."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from carom.support.escaping import release_numbers, shown
 #: Whether the numbers of a release meet a condition.
 VersionCondition = Callable[[tuple[int, ...]], bool]
 
-#: What goes to a registry's client as a version: nothing that it could take for an option, a path or a range.
+#: Pattern of a version that is safe for a registry's client, which could take other words for options, paths or ranges.
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 
 _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
@@ -23,10 +23,10 @@ _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
 
 
 def require_version(version: str) -> str:
-    """Return a version as it may go to a client.
+    """Return a version that is safe for a client.
 
     Raises:
-        InputError: It is none.
+        InputError: It is not a version.
     """
     if not _VERSION.fullmatch(version):
         raise InputError(
@@ -36,10 +36,10 @@ def require_version(version: str) -> str:
 
 
 def version_condition(word: str) -> VersionCondition | None:
-    """Return what a word such as ">=7" or "3.0..4.0" asks of a release; None where it names one.
+    """Return the condition of a word such as ">=7" or "3.0..4.0"; None for a plain version.
 
     Raises:
-        InputError: What follows the sign is no version.
+        InputError: The text after the sign is no version.
     """
     low, dots, high = word.partition("..")
     if dots:
@@ -56,7 +56,7 @@ def version_conditions(text: str) -> tuple[VersionCondition, ...]:
     """Return the conditions, separated by commas, of a range: ">=7,<8"; a version alone is met by that release.
 
     Raises:
-        InputError: There is none, or one is neither a condition nor a version.
+        InputError: It is empty, or a part is neither a condition nor a version.
     """
     words = [word.strip() for word in text.split(",")]
     return tuple(version_condition(word) or _equal(require_version(word)) for word in words)

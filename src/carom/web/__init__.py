@@ -1,1 +1,1 @@
-"""A page on which one throws the discs: PIC and PIT in JavaScript, with the bits of Carom's own."""
+"""Play page: PIC and PIT in the browser, bit-identical to Carom's."""

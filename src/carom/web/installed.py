@@ -1,4 +1,4 @@
-"""The engines that run in the page, where the user has them."""
+"""Installed engines that run in the page."""
 
 from __future__ import annotations
 

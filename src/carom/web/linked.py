@@ -1,7 +1,7 @@
 """An engine of npm as one script for a page: its package, what adapters share, and the adapter's own module.
 
-No bundler is asked for: the imports of these files are few and plain, so they are linked here, line by line, and any
-other import is refused.
+No bundler is needed: the imports of these files are few and plain, so they are linked here line by line, and any other
+import is refused.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from carom.web.packages import PACKAGES, package_script
 
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
-#: Lines of comment, and what begins a line without being seen: a page does without.
+#: Comment lines and indents, which the page does not need.
 _UNSEEN = re.compile(r"^[ \t]*//.*\n|^[ \t]+", re.MULTILINE)
 _SHARED = "../serve.mjs"
 
@@ -31,10 +31,10 @@ class PageEngine:
         name: The adapter's.
         label: The engine's name and version.
         profiles: The settings of each fixed-step profile.
-        script: What the page runs.
-        licence: The text of the package's licence, which goes where the package goes.
-        lacks: Which of what a scene of the page may need it does not have.
-        shared: What all adapters use, which the page runs once, before the engines.
+        script: Script for the page.
+        licence: The text of the package's licence, which must accompany the package.
+        lacks: Features of the page's scenes that it lacks.
+        shared: Script shared by all adapters, which the page runs once, before the engines.
     """
 
     name: str
@@ -50,7 +50,7 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
     """Return an engine from its manifest, ``engine.toml``, or None where its npm package is not installed.
 
     Raises:
-        InputError: Its adapter imports what is not linked, or its package is another one than the page knows.
+        InputError: Its adapter has an import that is not linked, or its package is not the expected one.
         OSError: A file of an installed package can't be read.
     """
     about = tomllib.loads(manifest.read_text(encoding="utf-8"))
@@ -75,7 +75,7 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
 
 
 def shared_script(shared: str) -> str:
-    """Return a script that gives engines what their adapters share, except for serving requests as node does."""
+    """Return a script of the functions that adapters share, without serving requests as node does."""
     text = re.sub(r"^export async function serve\(.*?^}\n", "", shared, flags=re.MULTILINE | re.DOTALL)
     exported = ", ".join(_EXPORTED.findall(text))
     helpers = _UNSEEN.sub("", re.sub(r"^export ", "", _IMPORT.sub("", text), flags=re.MULTILINE))
@@ -83,9 +83,9 @@ def shared_script(shared: str) -> str:
 
 
 def linked(name: str, *, package: str, package_name: str, module: str) -> str:
-    """Return a script that runs an engine's module, unchanged except for imports and comments, and hands on its class.
+    """Return a script that runs an engine's module, unchanged except for imports and comments, and exports its class.
 
-    No string of these modules goes over a line, so that what begins a line is none of it.
+    No string of these modules spans lines, so the begin of a line is never part of a string.
     """
 
     def bound(match: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""How the npm packages of engines become text that a page can run."""
+"""Conversion of engines' npm packages to scripts that a page can run."""
 
 from __future__ import annotations
 
@@ -16,11 +16,10 @@ class Package:
     """An npm package that runs in a page.
 
     Attributes:
-        script: Its file, from the package's folder.
-        exported: What an ECMAScript module calls its default; empty for a script that sets ``module.exports``.
-        binary: The file of WebAssembly next to it, empty where the script holds its own.
-        closed: Text of the script that only node has or that the page's policy forbids, each once in it, and what does
-            the same in a page.
+        script: Its file, relative to the package's folder.
+        exported: Name of an ECMAScript module's default export; empty for a script that sets ``module.exports``.
+        binary: The file of WebAssembly next to it, empty if the script contains it.
+        closed: Replacements of text that needs node or that the page's policy forbids; each occurs once in the script.
     """
 
     script: str
@@ -29,8 +28,8 @@ class Package:
     closed: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
-#: embind, in Box2D's glue, writes the text of its callers and makes functions of it. What they call and in which order
-#: is known without text, so that closures do the same.
+#: embind, in Box2D's glue, generates the source of its callers. Closures replace it, since the calls and their order
+#: are known.
 _BOX2D_CALLERS = {
     "return new Function(args1, invokerFnBody);": """return function (...bound) {
     const [, , invoker, fn, runDestructors, fromRetWire, toClassParamWire, ...rest] = bound;
@@ -59,13 +58,13 @@ _BOX2D_CALLERS = {
     return retType.isVoid ? undefined : emval_returnValue(toReturnWire, destructorsRef, value);
   };""",
 }
-#: cannon-es asks node for a clock, which a page has.
+#: cannon-es takes a clock from node; the page has its own.
 _CANNON_CLOCK = {
     "const performance = require('perf_hooks') && require('perf_hooks').performance || {};": (
         "const performance = globalThis.performance;"
     )
 }
-#: By adapter. havok and physx are not here: their adapters read files as node does.
+#: Packages by adapter. havok and physx are missing, because their adapters read files by node.
 PACKAGES = MappingProxyType(
     {
         "matter": Package("build/matter.min.js"),
@@ -88,10 +87,10 @@ def package_script(package: Package, folder: Path) -> str:
     """Return the script of an installed package, which sets ``module.exports``.
 
     Raises:
-        InputError: The package is another one than this was written for.
+        InputError: The package is not the expected one.
         OSError: A file of it can't be read.
     """
-    # As bytes: a script may hold WebAssembly in strings, of which no end of line may be altered.
+    # Read as bytes, because a script may contain WebAssembly in strings, whose line ends must not change.
     text = (folder / package.script).read_bytes().decode("utf-8")
     ended = {f"export default {package.exported};": _default(package, folder)} if package.exported else {}
     for old, new in (ended | dict(package.closed)).items():
@@ -104,7 +103,7 @@ def package_script(package: Package, folder: Path) -> str:
 
 
 def _default(package: Package, folder: Path) -> str:
-    """Return what hands over the default of a module, with its WebAssembly where that is a file of its own."""
+    """Return the code that exports the default of a module, with its WebAssembly if that is a separate file."""
     if not package.binary:
         return f"module.exports = {{ default: {package.exported} }};"
     data = base64.b64encode((folder / package.binary).read_bytes()).decode()

@@ -1,4 +1,4 @@
-"""The page as one file, with a policy that lets nothing else run or be fetched."""
+"""The page as one file, with a policy that forbids other scripts and requests."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ MODULES = (
     *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
 )
 MOST_DISCS = 10
-#: Letters of packed blocks: 91 of ASCII, "!" in place of "<", so that no block ends the element that it is in.
+#: Letters of packed blocks: 91 of ASCII, with "!" instead of "<", so that no block ends its element.
 _LETTERS = bytes(range(35, 126)).replace(b"<", b"!").decode()
-#: Of the byte before a literal, as many bits choose its probabilities; `loader.js` has the same number.
+#: Number of bits of the byte before a literal that choose its probabilities; `loader.js` has the same number.
 _LITERAL_BITS = 3
-#: Scenes of the catalogue that a reader is led to, the first of them being shown.
+#: Scenes of the catalogue that the page offers; it shows the first.
 GALLERY = (
     *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
     *("classics/cradle-gaps", "tables/seam", "driven/paddle", "spin/throw-stick"),
@@ -40,23 +40,23 @@ _RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
 
 
 def page_script() -> str:
-    """Return all modules as one script: no two of them give one name to different things."""
+    """Return all modules as one script; no name is defined in two of them."""
     joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
     own = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
     return without_comments(own)
 
 
 def without_comments(script: str) -> str:
-    """Return a script without indents and comments, but for those with a quote; no text of it goes over lines."""
+    """Return a script without indents and comments, except comments with a quote; no string in it spans lines."""
     lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 
 def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
-    """Return the page with scenes to choose from, the first of them being shown, and engines that are installed.
+    """Return the page with scenes to choose from, which shows the first, and installed engines.
 
     Raises:
-        InputError: A scene is beyond what the page shows.
+        InputError: The page cannot show a scene.
     """
     script = page_script() + (engines[0].shared if engines else "")
     loader = without_comments((SOURCES / "loader.js").read_text(encoding="utf-8"))
@@ -86,20 +86,20 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
 
 
 def with_gallery(*own: Scene) -> list[Scene]:
-    """Return scenes, and after them those of the catalogue that a reader is led to."""
+    """Return scenes, followed by the gallery of the catalogue."""
     names = {scene.name for scene in own}
     return [*own, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
 
 
 def beyond_page(scene: Scene) -> str:
-    """Return what of a scene the page does not show, as a sentence's end; empty where it shows all, numbers aside."""
+    """Return the features of a scene that the page does not show, as the end of a sentence; empty if there are none."""
     if len(scene.discs) > MOST_DISCS:
         return f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}"
     return ""
 
 
 def _fields(scene: Scene) -> object:
-    """Return what the page is given of a scene; it checks each number itself."""
+    """Return the data of a scene for the page, which checks each number itself."""
     if beyond := beyond_page(scene):
         raise InputError(beyond)
     return json.loads(scene.model_dump_json())
@@ -114,7 +114,7 @@ def _packed_json(value: object) -> str:
 
 
 def packed_block(content: bytes) -> str:
-    """Return what `loader.js` unpacks: its length, and an LZMA stream, as letters of which two are 13 bits.
+    """Return packed text for `loader.js`: its length, and an LZMA stream, in letters of which two are 13 bits.
 
     Raises:
         InputError: This Python was built without LZMA.

@@ -1,4 +1,4 @@
-"""A broken twin: the penalty engine, each time with one lie. The conformance suite must find every one."""
+"""A broken twin: the penalty engine with one false statement each. The conformance suite must find every one."""
 
 import dataclasses
 import math

@@ -150,7 +150,7 @@ def test_a_run_takes_a_name_and_the_scenes_frame() -> None:
 
 
 def test_a_cross_check_takes_names_and_groups() -> None:
-    """A name stands for its scene with its known answer, and a group for all of its scenes."""
+    """A name selects its scene with its known answer, and a group all of its scenes."""
     results = cross_checked([NAME, SCENE.model_copy(update={"name": "mine"})], ["pit"], dts=[1 / 24])
     assert {row.job.scene.name for row in results.rows} == {NAME, "mine"}
     assert NAME in results.known
@@ -164,7 +164,7 @@ def test_a_cross_check_takes_names_and_groups() -> None:
     ],
 )
 def test_a_name_of_no_one_scene_is_refused(name: str, words: str) -> None:
-    """A misspelt name gets the nearest one, and a group the scenes that it stands for."""
+    """The error of a misspelt name has the nearest one, and that of a group its scenes."""
     with pytest.raises(UnknownNameError, match=words):
         carom.solve_pic(name)
 

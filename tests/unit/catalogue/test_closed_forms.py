@@ -47,7 +47,7 @@ def test_a_wall_is_an_immovable_disc(velocity: complex, normal: complex, e: floa
 
 @given(velocities, st.floats(-1, 1))
 def test_the_normal_of_an_offset_has_that_offset(approach: complex, offset: float) -> None:
-    """The second centre lies `offset` to the left of the approach, and ahead."""
+    """The second centre is `offset` to the left of the approach, and ahead."""
     assume(abs(approach) > 1e-3)
     normal = normal_of_offset(approach, offset)
     assert abs(normal) == pytest.approx(1)

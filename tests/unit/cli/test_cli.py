@@ -83,7 +83,7 @@ def test_nothing_that_could_be_run_is_exit_code_3(scene_file: Path, monkeypatch:
 
 @pytest.mark.long
 def test_names_are_no_markup_and_tell_a_terminal_nothing(tmp_path: Path) -> None:
-    """One with brackets is printed as it is, a control character by its escape; the report lies where it says."""
+    """A name with brackets is printed unchanged, a control character as its escape; the printed path is right."""
     path = tmp_path / "odd.toml"
     path.write_text(SCENE.replace('"mine"', '"[red]mine[/x]"'))
     folder = tmp_path / "r[red]q[/x]\x1b[31m"
@@ -230,7 +230,7 @@ def _works(pids: list[int]) -> bool:
 def test_ctrl_c_before_anything_is_finished_promises_no_journal(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Where no journal is left, the interruption is handed on; where one is, it is told with what goes on from it."""
+    """An interruption without a journal is raised again; with one, the message says how to resume."""
 
     def interrupt() -> None:
         with resumable(tmp_path / "journal.jsonl"):
@@ -355,7 +355,7 @@ def test_the_command_again_asks_for_the_same(study: Any) -> None:
 
 
 def test_what_continues_or_prints_more_is_no_part_of_it() -> None:
-    """A result is made again from its beginning, and is the same however much of it is printed."""
+    """A repeated result is the same, however much is printed."""
     _, again = asked("run", ["paper/missed", "--resume", "--retry", "-v", "--no-timing", "-e", "pit"])
     assert again == "carom run paper/missed --engine pit --no-timing"
 
@@ -402,7 +402,7 @@ def test_json_and_files_hold_the_whole_run(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_a_cross_check_says_how_far_its_reference_is_certified() -> None:
-    """Beside a scene of many discs stands the impact up to which it is certified, and asked for, beside any."""
+    """The impact up to which a scene is certified is printed for many discs, and on request for any scene."""
     arguments = ("run", "-e", "pic", "--dt", "1/60", "--no-timing")
     by_default = told(carom_command(*arguments, "classics/cradle-gaps", "classics/head-on"))
     assert "certified to impact 4" in by_default
@@ -416,7 +416,7 @@ LIST = (sys.executable, "-m", "carom", "scenes")
 
 @pytest.mark.long
 def test_a_reader_that_has_seen_enough_is_no_error() -> None:
-    """Into `head -1` the command ends with exit code 0 and says nothing of the pipe."""
+    """Into `head -1` the command ends with exit code 0 and no message about the pipe."""
     read, write = os.pipe()
     os.close(read)  # it has seen enough before the first line
     with os.fdopen(write, "wb") as out:
@@ -439,7 +439,7 @@ def test_a_full_disk_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...]) -
 
 @pytest.mark.long
 def test_an_output_of_ascii_alone_gets_ascii() -> None:
-    """With no encoding but ASCII nothing raises, in results or messages; each sign has one that stands for it."""
+    """In ASCII no result or message raises; each sign has a replacement."""
     plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}
     command, missed = (
         (sys.executable, "-m", "carom", "run"),
@@ -575,7 +575,7 @@ def test_the_scripts_are_one() -> None:
 
 
 def test_an_import_that_is_not_linked_is_refused() -> None:
-    """An adapter that comes to import something else is not put into the page without it."""
+    """An adapter with another import is refused for the page."""
     with pytest.raises(InputError, match="imports other"):
         linked("matter", package="", package_name="matter-js", module='import Other from "other";\n')
 

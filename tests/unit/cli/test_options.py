@@ -163,7 +163,7 @@ def test_the_stamp_holds_what_changes_answers(study: type[DeclaredOptions], name
 
 
 def test_usual_values_are_taken() -> None:
-    """Lists in place of tuples and whole numbers of seconds are what people write; a series is several steps."""
+    """Lists are accepted instead of tuples, and whole numbers as seconds; a series is several steps."""
     assert Options(["pit"], [1, 0.5], ["tuned"], time_limit_s=5).dts == (1, 0.5)
     assert BenchPlan(engines=("pit",), rounds=3, budget_s=1).rounds == 3
     assert BenchPlan.said({"dts": ["1/60", "1/100..1/400:3"]}).dts == (1 / 60, 1 / 100, 1 / 200, 1 / 400)

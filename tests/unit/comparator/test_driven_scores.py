@@ -13,12 +13,10 @@ from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
-from carom.comparator.align import ComparisonRange
 from carom.comparator.grades import Grade
 from carom.comparator.stepwise import StepWatch, window, window_runs
 from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.verdict import Verdict
-from carom.comparator.zeno import clip_before_rest
 from carom.errors import InputError
 from carom.model.walls import Leg
 
@@ -176,12 +174,6 @@ def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart(steps_
     scores = [row.score for row in results.rows if row.score is not None]
     assert {score.expected for score in scores} == {expected}  # of impacts at 1.25, 1.625, 1.75, 1.8125, 1.85, ... s
     assert all(score.findings[-1].reason.endswith("from there nothing is compared") for score in scores)
-
-
-def test_a_crush_begins_with_the_first_impact_that_the_next_follows_within_two_steps() -> None:
-    """At 1.625 and 1.75 s, exactly two steps of 1/16 s: from the former on nothing is compared."""
-    until_s = clip_before_rest(solve_pic(crush()), ComparisonRange(9, math.inf), 1 / 16).until_s
-    assert until_s == math.nextafter(1.625, 0.0)
 
 
 _SLANT = (0.6, 0.8)

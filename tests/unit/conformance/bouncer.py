@@ -86,7 +86,7 @@ def as_it_is(value: Setting) -> Setting:
 
 @dataclass
 class Bouncer:
-    """The adapter, honest but for what is told otherwise.
+    """The adapter, honest except for the given changes.
 
     Attributes:
         margin_m: What gap it answers.

@@ -1,4 +1,4 @@
-"""The adapter of pymunk, each time with one lie about spin or friction. The conformance suite must find every one."""
+"""Copies of pymunk's adapter with one false statement on spin or friction each, which the suite must find."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from carom.engines.api import Contact, Disc, Observation, Scene, Setting
-from carom_adapters.engine_adapter import EngineAdapter
-from carom_adapters.pymunk import PymunkWorld, adapter
+from carom_adapters.pymunk.adapter import adapter
+from carom_adapters.pymunk.world import PymunkWorld
+from carom_adapters.shared.engine_adapter import EngineAdapter
 
 Staged = Callable[[Scene], Scene]
 Seen = Callable[[Observation, float], Observation]

@@ -37,7 +37,7 @@ Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """A folder without tests; its adapters lie beside it, as another distribution's would."""
+    """A folder without tests; its adapters are next to it, like another distribution's."""
     site = tmp_path / "site"
     lay(site, "Carom_Toys", {name: f"toy_adapters:{name}" for name in ("sound", "hangs", "missing")})
     (site / "toy_adapters.py").write_text(TOYS)

@@ -55,7 +55,7 @@ def test_a_repository_without_tests_runs_the_suite(run_pytest: Pytest) -> None:
 
 @pytest.mark.long
 def test_the_suite_joins_tests_of_ones_own(project: Path, run_pytest: Pytest) -> None:
-    """With own tests, testpaths, strict markers, warnings as errors and xdist, the cases run beside the tests."""
+    """With own tests, testpaths, strict markers, warnings as errors and xdist, the cases run with the tests."""
     (project / "pyproject.toml").write_text(
         '[tool.pytest.ini_options]\ntestpaths = ["checks"]\nfilterwarnings = ["error"]\n'
         'addopts = ["--strict-markers", "--strict-config"]\n'

@@ -84,7 +84,7 @@ def narrowed(value: Setting) -> Setting:
 
 
 def off(units: float) -> Callable[[Setting], Setting]:
-    """Return what an engine does that is so many units in the last place of 32 bits off."""
+    """Return an engine that is off by a number of units in the last place of 32 bits."""
     return lambda value: value * (1 + units * 2.0**-23) if isinstance(value, float) else value
 
 
@@ -259,7 +259,7 @@ Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
 HERE = Path(__file__).parent
 
-#: Of each toy, the cases that find its lie, and what must be said.
+#: For each toy, the cases that find its false statement, and the required words.
 LIES: Mapping[tuple[str, str], str] = {
     ("one-friction", "friction[sliding-greatest]"): "disc 2 leaves with a wrong velocity",
     ("one-friction", "friction[greatest-least]"): "disc 2 leaves with a wrong velocity",
@@ -270,7 +270,7 @@ LIES: Mapping[tuple[str, str], str] = {
     ("damps", "greatest-spin"): "a free disc spins otherwise than it did at the start, in step 1",
     ("clockwise", "greatest-spin"): "-100000 rad/s",
     ("clockwise", "friction[least-sliding]"): "leaves with a wrong spin",
-    ("tells-none", "greatest-spin"): "no spins are told",
+    ("tells-none", "greatest-spin"): "no spins are reported",
     ("turns-rubs", "rubbing[tuned]"): "are not what changes the velocity",
     ("doubles-rubs", "rubbing[tuned]"): "are not what changes the velocity",
     ("rough", "rubbing[tuned]"): "is more than there can be",
@@ -307,7 +307,7 @@ def outcomes(project: Path, run_pytest: Pytest) -> Mapping[tuple[str, str], str]
 
 @pytest.mark.long
 def test_each_lie_about_spin_is_found(outcomes: Mapping[tuple[str, str], str]) -> None:
-    """Each lie fails its case with the words for it; the honest one fails none, and is asked all of them."""
+    """Each false statement fails its case with its words; the honest toy passes all cases."""
     for lie, words in LIES.items():
         assert words in outcomes[lie], (lie, outcomes[lie])
     honest = {case: said for (name, case), said in outcomes.items() if name == "honest"}

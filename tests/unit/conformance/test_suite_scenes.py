@@ -21,7 +21,7 @@ from carom.execution.options import LimitOptions
 
 
 def test_a_known_answer_and_pic_are_the_same_trace() -> None:
-    """Of every scene of the suite, the trace from the closed form and PIC's agree to rounding, normals included."""
+    """In every scene of the suite, the closed form and PIC's trace agree to rounding, normals included."""
     for name in CATALOGUE_SCENES:
         entry = all_scenes()[name]
         reference, pic = known_trace(entry.scene, entry.known), solve_pic(entry.scene)

@@ -1,10 +1,10 @@
 """Exact times of fall in rational numbers: an independent reference for the core.
 
-A gap is a polynomial in time with rational coefficients: the squared distance of a disc from an arc's centre minus the
-squared distance of contact, or the distance of its rim from a face times the length of the face. Its closings come from
-`carom.core.exact_quartic`. The sign of a cross or inner product tells whether the disc is in front of the feature at
-such a time. Where that sign is within rounding of 0, either answer is right, so the functions here return all times
-that are right.
+A gap is a polynomial in time with rational coefficients. For an arc it is the squared distance of a disc from the
+centre minus the squared distance of contact. For a face it is the distance of the rim times the length of the face. Its
+closings come from `carom.core.exact_quartic`. The sign of a cross or inner product tells whether the disc is in front
+of the feature at such a time. Where that sign is within rounding of 0, either answer is right, so the functions here
+return all times that are right.
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ def arc_time_error(case: Fall, arc: Arc, time: float) -> float:
 
 
 def coming_in(arc: Arc, sector: Sector, path: Path, gap: Polynomial) -> list[float]:
-    """Return when a disc that overlaps the circle of contact next to an arc touches the arc, after it comes to it."""
+    """Return when a disc that overlaps the circle of contact next to an arc touches the arc, after it reaches it."""
     found, (xs, ys) = list[float](), path.powers()
     for end, sense in ((sector.first, 1), (sector.last, -1)):
         fx, fy = value(end[0]), value(end[1])

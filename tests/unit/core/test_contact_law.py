@@ -83,7 +83,7 @@ def test_exactly_one_branch_of_two_frictions_holds_and_is_the_one_that_is_given(
 
 @pytest.mark.parametrize("count", long_after(1, [500, 20_000]))
 def test_rates_are_those_of_the_law_of_two_frictions(count: int) -> None:
-    """Of contacts rates are the law's to rounding, and what is said to be held is."""
+    """Rates of contacts are the law's to rounding, and what is reported as held is held."""
     for a, _, most, y, signs in problems(count):
         ((slip, rim),) = admitted(a, Fraction(0), most, y, signs if most[1] else (signs[0], 0))
         press = Press(1.0, float(a), float(most[0]), float(y), float(most[1]))

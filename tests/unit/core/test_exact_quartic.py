@@ -1,4 +1,4 @@
-"""The exact solver of quartics: falls are told from rises and grazes, and the powers are those given."""
+"""The exact solver of quartics: falls are distinguished from rises and grazes, and the powers are those given."""
 
 from __future__ import annotations
 

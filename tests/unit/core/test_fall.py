@@ -73,8 +73,8 @@ def test_many_discs_meet_fixed_ones_at_the_exact_time(make: Callable[[random.Ran
 def assert_exact_at_features(make: Callable[[random.Random], Fall], count: int, seed: int) -> None:
     """Compare times with the exact ones, to the bit for circles, whose place and reach are rounded to pairs.
 
-    Faces are right to 4 units in the last place. An arc that a disc comes to from next to it is right to 4, too: the
-    time at which the disc comes into the sector is a quotient of pairs.
+    Faces are right to 4 units in the last place. The time is also right to 4 for an arc that a disc reaches from the
+    side: the time of entering the sector is a quotient of pairs.
     """
 
     def error_s(exact: float) -> float:
@@ -148,7 +148,7 @@ def decided(make: Callable[[random.Random], Encounter], count: int) -> tuple[int
 
 
 def test_floats_decide_most_discs_that_never_meet() -> None:
-    """Of discs that move anyhow, floats decide nearly all that miss, and pairs the rest."""
+    """Floats decide nearly all misses of randomly moving discs, and pairs the rest."""
     floats, pairs, exact = decided(free, 1000)
     assert floats > 800
     assert floats + pairs == 1000

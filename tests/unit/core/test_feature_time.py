@@ -22,13 +22,13 @@ from carom.core.numbered import numbers_of
 from carom.model.chain_geometry import Edge, ExactCircle, circle_of
 
 DIGITS = 80
-#: So many halvings of the largest length away from contact, pairs still give the last digit of a time.
+#: At this number of halvings of the largest length away from contact, pairs still give the last digit of a time.
 NEAREST = 50
 NEVER = math.inf
 
 
 def exact(value: float | Fraction | Pair) -> Any:
-    """Return a number, or what a pair stands for, to 80 digits."""
+    """Return a number, or the value of a pair, to 80 digits."""
     number = sum(map(Fraction, value)) if isinstance(value, tuple) else Fraction(value)
     return mpf(number.numerator) / mpf(number.denominator)
 
@@ -214,7 +214,7 @@ def gap_unit(geometry: Geometry) -> Any:
 
 
 def measured(seed: int, rounds: int, *, falling: bool) -> dict[str, Found]:
-    """Return how each form does on so many rounds of random cases; those that touch or overlap at once are left out."""
+    """Return the accuracy of each form in rounds of random cases, without those that touch or overlap at the start."""
     mp.dps, rnd = DIGITS, random.Random(seed)
     found: dict[str, Found] = {}
     for _ in range(rounds):
@@ -262,7 +262,8 @@ def test_many_times_are_those_of_eighty_digits() -> None:
     assert_right(measured(2, 800, falling=True))
 
 
-# Touching, and beside -------------------------------------------------------------------------------------------------
+# Touching, and next to
+# -------------------------------------------------------------------------------------------------
 
 FLOOR = Face.between((0.0, 0.0), (2.0, 0.0), 0.25)
 HALF = circle_of(Edge((2.0, -1.0), (2.0, 1.0), 1.0))  # the right half of a circle of radius 1 about (2, 0)
@@ -277,7 +278,7 @@ RING = Arc.on(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, ins
         (FLOOR, (1.0, 0.5), (3.0, 0.0), NEVER),  # slides along
         (FLOOR, (1.0, 0.25), (0.0, -1.0), 0.0),  # overlaps
         (FLOOR, (1.0, -3.0), (0.0, -1.0), NEVER),  # behind
-        (FLOOR, (2.5, 0.25), (0.0, -1.0), NEVER),  # beside: the vertex is what it meets
+        (FLOOR, (2.5, 0.25), (0.0, -1.0), NEVER),  # next to it: the disc meets the vertex
         (FLOOR, (2.0, 1.5), (0.0, -1.0), 1.0),  # onto its very end
         (FLOOR, (0.0, 1.5), (0.0, -1.0), 1.0),
         (FLOOR, (4.0, 1.5), (-2.0, -1.0), 1.0),  # the same, aslant
@@ -297,7 +298,7 @@ RING = Arc.on(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, ins
     ],
 )
 def test_a_time_of_small_numbers_is_exact(feature: Feature, place: Point, velocity: Point, time: float) -> None:
-    """Sides, ends and touches of a disc of radius 1/4 are told by signs."""
+    """Signs decide sides, ends and touches of a disc of radius 1/4."""
     assert feature_time(Mover.at(place, velocity, 0.25), feature) == (time, False)
 
 
@@ -317,7 +318,7 @@ def test_a_time_of_small_numbers_is_exact(feature: Feature, place: Point, veloci
     ],
 )
 def test_what_comes_along_a_tangent_glides(place: Point, velocity: Point, time: float) -> None:
-    """Contact with an arc from inside without an approach is told from an impact, and from going off the arc's end."""
+    """Contact with an arc from inside without an approach is neither an impact nor an exit at the arc's end."""
     assert feature_time(Mover.at(place, velocity, 0.25), CAP) == (time, time < NEVER)
 
 
@@ -354,8 +355,8 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
     ("feature", "place", "velocity", "leaving", "time"),
     [
         (FLOOR, (1.0, 4.5), (0.0, 0.0), None, 1.0),  # 4 m of free fall at 8 m/s^2
-        (FLOOR, (3.0, 4.5), (0.0, 0.0), None, NEVER),  # beside it
-        (FLOOR, (-1.0, 0.25), (1.0, 8.0), None, 1 + math.sqrt(15 / 16)),  # thrown up from beside: falls onto it
+        (FLOOR, (3.0, 4.5), (0.0, 0.0), None, NEVER),  # next to it
+        (FLOOR, (-1.0, 0.25), (1.0, 8.0), None, 1 + math.sqrt(15 / 16)),  # thrown up next to it: falls onto it
         (FLOOR, (-5.0, 0.25), (2.0, 8.0), None, NEVER),
         (FLOOR, (1.0, 0.5), (0.5, 0.0), None, 0.0),  # rests
         (FLOOR, (1.0, 0.5), (0.0, -1e-17), 4.0, 1.0),  # back after 2 v/g, whatever rounding has made of its velocity
@@ -376,7 +377,7 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
 def test_a_fall_onto_a_feature_takes_the_time_of_free_fall(
     feature: Feature, place: Point, velocity: Point, leaving: float | None, time: float
 ) -> None:
-    """At 8 m/s^2 the times of a disc of radius 1/4 follow from v^2 = 2 g h; sides and ends are told by signs."""
+    """At 8 m/s^2 the times of a disc of radius 1/4 follow from v^2 = 2 g h; signs decide sides and ends."""
     found = feature_fall_time(Mover.at(place, velocity, 0.25), feature, (0.0, -8.0), leaving)
     assert found == pytest.approx(time, rel=1e-15)
 

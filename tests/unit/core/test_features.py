@@ -77,7 +77,7 @@ def test_an_arc_knows_whether_it_is_more_than_half_a_circle(
 
 @given(st.fractions(Fraction(1, 10**9), 10**9))
 def test_pairs_of_rationals_and_of_their_roots_are_right_to_a_hundred_bits(number: Fraction) -> None:
-    """A pair is within 2^-104 of what it stands for, and its head is the nearest float."""
+    """A pair is within 2^-104 of its exact value, and its head is the nearest float."""
     assert abs(exact(pair_of(number)) / number - 1) <= Fraction(2) ** -104
     assert abs(exact(root_of(number)) ** 2 / number - 1) <= Fraction(2) ** -103
     assert root_of(number * number)[0] == pair_of(number)[0] == float(number)

@@ -19,17 +19,17 @@ from carom.errors import InputError
 
 #: Relative rounding of one operation.
 U = Fraction(1, 2**53)
-#: `resolve_impact` rounds at most 20 times on the way to one component of a velocity change: 7 times in the normal, 4
-#: in the approach speed, 4 in the impulse, 2 in the push, 1 in the new velocity, and two inverses. No number on that
-#: way is above twice ``S = |v1| + |v2|``, once masses have cancelled. So each component is off by less than 40 units of
-#: relative rounding times S, and the same count holds for the momentum handed over, in units of the smaller mass.
+#: `resolve_impact` rounds at most 20 times for one component of a velocity change. These are 7 in the normal, 4 in the
+#: approach speed, 4 in the impulse, 2 in the push, 1 in the new velocity, and two inverses. No number on that way is
+#: above twice ``S = |v1| + |v2|``, once masses have cancelled. So each component is off by less than 40 units of
+#: relative rounding times S, and the same count holds for the exchanged momentum, in units of the smaller mass.
 ROUNDINGS = 40
 
 # Nothing between 0 and 1e-9: products that underflow are not what these laws are about.
 components = st.floats(-100, 100).map(lambda v: v if abs(v) > 1e-9 else 0.0)
 velocities = st.tuples(components, components)
 masses = st.floats(1e-3, 1e3)
-#: Of the second of two, which may be immovable.
+#: Masses of the second of two discs, which may be immovable.
 second_masses = st.one_of(masses, st.just(math.inf))
 coefficients = st.floats(0, 1)
 normals = velocities.filter(lambda n: math.hypot(*n) > 1e-3)
@@ -69,7 +69,7 @@ def span(*vectors: Vector) -> Fraction:
     ("impact", "after"),
     [
         pytest.param(Impact((3, 0), 2, (-1, 0), 2, (1, 0), 1.0), [(-1, 0), (3, 0)], id="equal masses exchange"),
-        # 2 kg at 3 m/s against 1 kg at rest with e = 1/2 hand over 3 N s.
+        # 2 kg at 3 m/s against 1 kg at rest with e = 1/2 exchange 3 N s.
         pytest.param(Impact((3, 0), 2, (0, 0), 1, (1, 0), 0.5), [(1.5, 0), (3, 0)], id="masses and restitution"),
         # At e = 0 both go on along the normal as one, and keep what they had across it.
         pytest.param(Impact((4, 5), 1, (0, 7), 3, (1, 0), 0.0), [(1, 5), (1, 7)], id="no restitution"),
@@ -163,9 +163,9 @@ GOOD: dict[str, Any] = {"v1": [1, 0], "m1": 1.0, "v2": [0, 0], "m2": 1.0, "norma
         ("m1", 0.0, "m1 must be above 0 (infinity is immovable), got 0.0"),
         ("m2", [1.0, -3.0], "m2 must be above 0 (infinity is immovable), got -3.0"),
         ("m2", math.nan, "m2 must be above 0 (infinity is immovable), got nan"),
-        ("restitution", 1.25, "restitution must lie in 0 to 1, got 1.25"),
-        ("restitution", -0.5, "restitution must lie in 0 to 1, got -0.5"),
-        ("restitution", math.nan, "restitution must lie in 0 to 1, got nan"),
+        ("restitution", 1.25, "restitution must be from 0 to 1, got 1.25"),
+        ("restitution", -0.5, "restitution must be from 0 to 1, got -0.5"),
+        ("restitution", math.nan, "restitution must be from 0 to 1, got nan"),
     ],
 )
 def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: str) -> None:

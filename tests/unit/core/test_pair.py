@@ -89,7 +89,7 @@ def sign_of(row: list[float]) -> tuple[int, int, int]:
 def ties(kind: str, count: int) -> list[list[float]]:
     """Return pairs of which b, c or D is exactly 0, and as many with one number off by a unit in its last place.
 
-    They stand aslant, on a Pythagorean triple, so that all is rational. The first disc has 2^-60 or less of what the
+    They are oblique, on a Pythagorean triple, so that all is rational. The first disc has 2^-60 or less of what the
     second has, so that no single float holds position, velocity and radii as one sees them from the other.
     """
     rng = np.random.default_rng(12)
@@ -112,7 +112,7 @@ def ties(kind: str, count: int) -> list[list[float]]:
 @pytest.mark.parametrize("rows", long_after(1, [150, 600]))
 @pytest.mark.parametrize("kind", ["graze", "touching", "sliding"])
 def test_no_rounding_decides_a_tie(kind: str, rows: int) -> None:
-    """Where b, c or D is exactly 0, or a rounding beside it, the answer is that of rational arithmetic."""
+    """Where b, c or D is exactly 0, or a rounding from it, the answer is that of rational arithmetic."""
     seen = set()
     for row in ties(kind, rows):
         b, c, d = signs = sign_of(row)

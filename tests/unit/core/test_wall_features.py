@@ -76,7 +76,7 @@ def face(a: tuple[float, float], b: tuple[float, float]) -> Face:
         pytest.param((0.0, 3.0), True, True, id="90 degrees"),
         pytest.param((-4.0, 3.0), False, False, id="an obtuse corner"),
         pytest.param((5.0, 5.0), False, True, id="45 degrees"),
-        pytest.param((-5.0, 5.0), False, False, id="135 degrees, of the same cosine but for its sign"),
+        pytest.param((-5.0, 5.0), False, False, id="135 degrees, of the same cosine except for its sign"),
         pytest.param((5.0, 4.0), False, False, id="an angle that divides no half turn"),
     ],
 )

@@ -148,7 +148,7 @@ class Guest:
 
 
 def test_an_adapter_says_itself_why_it_is_unavailable_and_which_version_it_drives() -> None:
-    """Where no module tells, the adapter does; an engine that lies in its adapter alone has the adapter's version."""
+    """Without a version of a module, the adapter's counts; an engine within its adapter has the adapter's version."""
 
     def told(engine: Engine, **own: Callable[[], str]) -> tuple[str, str]:
         guest: Any = Guest(engine, **own)

@@ -1,4 +1,4 @@
-"""Two clocks, of making a world and of its steps: one that is too coarse, or shows what no clock can, is told."""
+"""Two clocks, of making a world and of its steps: a clock that is too coarse or impossible is reported."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DT_S = 1 / 60
 
 
 class World(Still):
-    """A world whose own clock shows what it is told to, one value after each call."""
+    """A world whose clock shows given values, one after each call."""
 
     settings: Mapping[str, Any] = {"dt_s": DT_S}
 
@@ -83,7 +83,7 @@ def test_a_clock_that_shows_no_number_is_refused_by_value(begun: Any, shown: Any
 
 @pytest.mark.parametrize("shown", [(0.0,), (0.0, math.inf), (0.0, 0.0, 0.001)])
 def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
-    """In a timing pass an engine with such a clock is not timed, with the reason; PIT beside it is."""
+    """In a timing pass an engine with such a clock is not timed, with the reason; PIT is timed."""
     found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
     monkeypatch.setattr(timing_pass, "load_adapter", found)
     asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
@@ -142,5 +142,5 @@ def test_ends_that_differ_in_a_bit_are_counted() -> None:
 
 
 def test_runs_that_agree_are_enough() -> None:
-    """Once two runs in a row took as long, but for less than a part, no other is made; where none is named, all are."""
+    """After two runs in a row with times equal to a part, no other is made; without such a part all are."""
     assert [time_run(TimedAdapter(), ONE, "tuned", 0.5, agreed=part).runs for part in (0.0, 0.1)] == [3, 2]

@@ -45,7 +45,7 @@ def spoilt(value: Any) -> Iterator[Any]:
 
 
 def test_an_answer_of_wrong_types_is_a_validation_error() -> None:
-    """Whatever stands in the place of a field of a trace, reading it raises a validation error or gives a value."""
+    """Whatever a field of a trace contains, reading it raises a validation error or gives a value."""
     codec = codec_of(ObserveTask)
     sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
     trace = json.loads(sound[1]["value"])

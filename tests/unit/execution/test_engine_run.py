@@ -69,7 +69,7 @@ def test_a_world_that_lacks_a_part_is_refused_by_it() -> None:
 
 
 def test_counts_may_be_absent_or_come_by_any_way() -> None:
-    """A world without counts is told by its steps alone, and counts that `__getattr__` answers for are read."""
+    """A world without counts has only its steps as counts, and counts by `__getattr__` are read."""
     assert "solved" not in observed(Still())
     assert observed(Delegating())["solved"] == 3
 

@@ -1,4 +1,4 @@
-"""A worker's folder is removed whatever an engine made of it, and nothing beside it is touched."""
+"""A worker's folder is removed whatever an engine did to it, and nothing next to it is touched."""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ LIMIT_S = 2.0
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, install: Callable[[str, dict[str, str]], None]) -> None:
-    """Adapters that do these acts; all that they note and leave lies in folders of their own."""
+    """Adapters that do these acts; their notes and leftovers are in folders of their own."""
     for variable, name in (("CAROM_TEST_FOLDER", "here"), ("TMPDIR", "temp")):
         (tmp_path / name).mkdir()
         monkeypatch.setenv(variable, str(tmp_path / name))
@@ -227,7 +227,7 @@ SAYS = {
 def test_an_act_is_a_row(
     run: Callable[..., dict[str, Row]], name: str, start: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    """Each act ends in a row that says what happened; the other row stands, and no process or folder is left."""
+    """Each act ends in a row that says what happened; the other row is complete, and no process or folder remains."""
     if start == "forked":
         request.getfixturevalue("forking")
     row = run(name)[name]

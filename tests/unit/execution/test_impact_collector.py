@@ -113,7 +113,7 @@ def test_without_impulses_a_change_of_velocity_decides() -> None:
 def test_two_contacts_of_one_disc_in_one_step_are_told_apart_by_their_impulses() -> None:
     """In a chain resolved within one step, the middle disc's velocities are those between its two impacts.
 
-    The states before say nothing of where the two were, but which step it was stays known.
+    The states before do not have the positions of the two, but the step stays known.
     """
     start = state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
     contacts = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 1.0))
@@ -163,7 +163,7 @@ def test_the_effective_time_is_where_the_path_turned(turn_s: float) -> None:
 
 
 def test_a_method_that_knows_the_velocities_is_taken_at_its_word() -> None:
-    """A contact that carries velocities is an impact as it stands, several of one pair in one step included."""
+    """A contact with velocities is an impact without changes, also several of one pair in one step."""
     start = state((0.0, 1.0), (1.0, 0.0))
     velocities = ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0))
     twice = (Contact(0, 1, 0.01, ALONG_X, None, velocities), Contact(0, 1, 0.05, ALONG_X, None, velocities))

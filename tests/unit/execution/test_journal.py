@@ -58,7 +58,7 @@ def kept(folder: Path, *dts: float) -> Path:
 
 
 def test_an_entry_whose_line_would_be_too_long_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It counts in this run, and a resume, which would refuse its line, finds it anew; the others stand."""
+    """It counts in this run, and a resume, which would refuse its line, computes it again; the others are kept."""
     path, long = (
         tmp_path / "journal.jsonl",
         JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=measures())),
@@ -279,7 +279,7 @@ def test_a_full_disk_is_an_error_and_the_journal_survives_it(tmp_path: Path, mon
 def test_ctrl_c_while_the_first_line_is_written_does_not_lose_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Interrupted when a line lies in the file and the disk has not confirmed it, a journal keeps the line."""
+    """A journal that is interrupted before the disk confirms a line keeps the line."""
     path = tmp_path / "journal.jsonl"
 
     def interrupted(_file: int) -> None:
@@ -343,7 +343,7 @@ def test_what_was_broken_off_is_run_again_where_it_is_asked_for(tmp_path: Path, 
 
 
 def test_who_comes_second_is_told_that_another_writes(tmp_path: Path) -> None:
-    """Of two runs on one folder the loser hears of the other, whether or not that has written a result by then."""
+    """The second of two runs on one folder is refused, whether or not the first has written a result by then."""
     path = tmp_path / "journal.jsonl"
     with score_journal(path) as first:
         for written in (False, True):

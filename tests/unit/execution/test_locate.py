@@ -15,7 +15,7 @@ from carom.execution.locate import Cutter
 
 
 class Runner:
-    """A point on a line at 1 m/s that touches things where it is told to, and is never turned back."""
+    """A point on a line at 1 m/s that touches at given places, and is never turned back."""
 
     settings: Mapping[str, Setting] = {}
 

@@ -72,7 +72,7 @@ def test_even_phases_are_spread_over_a_step() -> None:
 
 
 def dropped() -> Scene:
-    """A disc thrown along a floor from half a metre above it, 4 m/s^2 downwards; one that can't move stands aside."""
+    """A disc thrown along a floor from half a metre above it, 4 m/s^2 downwards; an immovable one is apart."""
     return staged(
         "dropped",
         disc_at(0.0, 1.0, 2.0, 0.0),

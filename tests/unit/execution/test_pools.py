@@ -107,7 +107,7 @@ def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest
 
 @pytest.mark.parametrize("first", [1, 2])
 def test_a_signal_that_comes_while_a_pool_is_started_is_heard(first: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What interrupts the start of a thread leaves the pool as it came, with nothing of the pool at work."""
+    """An interruption of a thread's start leaves the pool as it was, without a running part."""
     started: list[threading.Thread] = []
 
     def start(thread: threading.Thread) -> None:

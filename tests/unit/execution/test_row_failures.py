@@ -1,4 +1,4 @@
-"""A row whose run, scoring, record or page fails is a failure of that row, with where it came up; the others stand."""
+"""A failure of a row's run, scoring, record or page fails only that row, with the place of the error."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def test_a_sound_row_is_reported_as_it_is(scene: Scene) -> None:
 )
 @pytest.mark.usefixtures("in_process")
 def test_an_exception_of_an_adapter_is_told_with_file_and_line(scene: Scene, act: str, words: str) -> None:
-    """Whoever wrote the adapter reads where it failed: in the own file, also where a library raised it."""
+    """The author of an adapter reads where it failed: in the own file, also if a library raised the error."""
     reason = by_engine(checked(scene, act))[act].reason
     assert re.fullmatch(words, reason), reason
     assert "\x1b" not in reason
@@ -187,7 +187,7 @@ adapter = Adapter()
 
 
 def test_a_failure_is_explained_by_its_own_last_words(install: Callable[[str, dict[str, str]], None]) -> None:
-    """Of tasks in one message each has what it printed itself, from Python or C, and a silent one has nothing."""
+    """Each task in one message has its own output, from Python or C, and a silent one has none."""
     install(SAYING, {"says": "adapter"})
     scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
     steps = (1.0, 0.5, 2.0, 0.25, 0.125, 1.0)

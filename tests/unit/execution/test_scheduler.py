@@ -25,7 +25,7 @@ class Double:
 
 @dataclass(frozen=True)
 class Quadruple(DependentTasks[int]):
-    """Twice what twice a number was told to be: the second question depends on the first answer."""
+    """Twice the answer for twice a number: the second task depends on the first answer."""
 
     number: int
 
@@ -51,7 +51,7 @@ class Counted(InProcessPool):
 
 
 def test_what_is_known_or_refused_is_not_sent() -> None:
-    """An answer in the notes is taken as it is; a refusal is told and not written; all else is carried out and kept."""
+    """An answer in the notes is returned as it is; a refusal is not written; other tasks run and are kept."""
     pool, notes = Counted(), MemoryJournal[str, int]()
     notes.add([JournalEntry("known", Answer(Status.RAN, value=-1))])
     no = Answer[int](Status.UNSUPPORTED, "no")
@@ -75,7 +75,7 @@ def test_what_is_asked_twice_is_carried_out_once() -> None:
 
 
 def test_an_answer_is_written_down_before_it_is_told() -> None:
-    """Whoever stops listening after an answer has that one in the notes."""
+    """If the caller stops after an answer, that one is in the notes."""
     notes = MemoryJournal[int, int]()
     for alone in (False, True):
         told = run_tasks(

@@ -21,7 +21,8 @@ from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
 from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
-from carom.report.records import junit, records
+from carom.report.junit import junit
+from carom.report.records import records
 from carom.report.render.markdown import markdown
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.observed import DRAWN, observed_journal
@@ -56,7 +57,7 @@ def test_the_engine_runs_with_what_is_tried_and_every_word_says_so(scene: Scene)
 
 
 def test_no_word_of_a_report_takes_it_for_the_profiles_own(scene: Scene) -> None:
-    """Wherever a report, its JSON lines, its JUnit or its tables name the profile, what was tried stands beside it."""
+    """Wherever a report, its JSON lines, its JUnit or its tables name the profile, they name its changed settings."""
     results = checked(scene, integrator="RK4")
     row = json.loads(records(results).splitlines()[1])
     assert (row["profile"], row["tried"]) == ("tuned", {"integrator": "RK4"})

@@ -14,6 +14,7 @@ from tests.lengths import each
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import AdapterError, Contact, Observation
+from carom.execution.state_rows import StateRows
 from carom.execution.validate import MOST_CHARACTERS, Validator, plain_counts, plain_settings
 from carom.support.limits import LARGEST
 
@@ -34,9 +35,10 @@ def scene(friction: float = 0.0) -> Scene:
 
 def enter(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
     """Let in what was observed in the second step."""
-    validator = Validator(scene(friction), DT, float_bits)
+    validator, rows = Validator(scene(friction), DT, float_bits), StateRows(1, len(STATE))
     found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
-    return validator.contacts(validator.state(Observation(**found))[0], DT, 2 * DT)
+    validator.read(Observation(**found), rows, 0)
+    return rows.observation(0, validator.contacts(found["contacts"], DT, 2 * DT))
 
 
 def test_what_is_sound_comes_in_as_it_is() -> None:
@@ -103,10 +105,10 @@ def test_every_number_of_a_contact_must_be_one(value: Any) -> None:
 
 
 def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
-    """A swapped contact of a scene without walls is not told that a wall would do, but where to read on."""
+    """The error of a swapped contact without walls suggests no wall, but where to read on."""
     validator = Validator(scene().model_copy(update={"walls": ()}), DT, 64)
     with pytest.raises(AdapterError, match=r"has no walls\); see docs/reference/adapters.md#field-by-field"):
-        validator.contacts(Observation(STATE, STATE, (Contact(1, 0, 0.1, ALONG_X),)), DT, 2 * DT)
+        validator.contacts((Contact(1, 0, 0.1, ALONG_X),), DT, 2 * DT)
 
 
 @each(
@@ -121,8 +123,8 @@ def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
         (Contact(0, 1, 0.1, (0.0, 0.0)), "normal of a contact of bodies 0 and 1 must have the length 1, got 0, 0"),
         (Contact(0, 1, 0.1, (5.0, 0.0)), "must have the length 1, got 5, 0"),
         (Contact(0, 1, 0.1, (0.6, 0.8, 0.0)), "normal of a contact .* must be 2 of them"),  # type: ignore[arg-type] # what is refused
-        (Contact(0, 1, -0.1, ALONG_X), "must lie within the step that reports it, 0.1 to 0.2 s, got -0.1"),
-        (Contact(0, 1, 0.5, ALONG_X), "must lie within the step that reports it, 0.1 to 0.2 s, got 0.5"),
+        (Contact(0, 1, -0.1, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got -0.1"),
+        (Contact(0, 1, 0.5, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got 0.5"),
         (dataclasses.replace(TOLD, velocities=((1.0, 0.0),)), "velocities of a contact .* must be 4 of them"),  # type: ignore[arg-type] # what is refused
     ],
 )
@@ -139,7 +141,7 @@ BEYOND = math.nextafter(LARGEST, math.inf)
 @pytest.mark.parametrize("place", [1, 3])
 @pytest.mark.parametrize("value", [1e-17, -5e-324, 1.0])
 def test_a_wall_of_a_contact_neither_moves_nor_turns(place: int, value: float) -> None:
-    """What a contact says of a wall is 0 to the bit, as whoever compares asks; anything else is a slip, by value."""
+    """Values of a wall in a contact must be exactly 0; another value is an error that names it."""
     moved: Any = list(WALL.velocities or ())
     moved[place] = (0.0, value)
     with pytest.raises(AdapterError, match=f"velocities of a contact .* must be 0 for a wall.*{value:g}"):
@@ -172,7 +174,7 @@ def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
     validator = Validator(scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
 
     def enter_one(contact: Contact) -> None:
-        validator.contacts(Observation(STATE, STATE, (contact,)), DT, 2 * DT)
+        validator.contacts((contact,), DT, 2 * DT)
 
     enter_one(Contact(0, second, DT, ALONG_X))
     enter_one(Contact(0, second, DT, ALONG_X, 0.0))

@@ -39,7 +39,7 @@ def pipe() -> Iterator[tuple[int, int]]:
 
 @pytest.mark.long
 def test_it_ends_when_it_is_told_to(pipe: tuple[int, int], tmp_path: Path) -> None:
-    """Told to end, it takes along what left its session, though its input is held open."""
+    """When it must end, it also ends processes that left its session, even if its input is open."""
     keeper = subprocess.Popen(KEEPER, stdin=pipe[0], stdout=subprocess.DEVNULL, cwd=tmp_path)
     os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))
     started = noted(tmp_path / "note")

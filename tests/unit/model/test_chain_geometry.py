@@ -32,7 +32,7 @@ def test_the_angle_of_an_arc_is_four_times_the_arc_tangent_of_its_bulge() -> Non
 
 
 def test_what_is_nearest_on_a_stadium() -> None:
-    """Its straight sides lie at y = -2 and 2, and its ends are half circles of radius 2 about (-2, 0) and (2, 0)."""
+    """Its straight sides are at y = -2 and 2, and its ends are half circles of radius 2 about (-2, 0) and (2, 0)."""
     assert STADIUM.nearest(0.5, -1.0) == (0.5, -2.0, 0, True)
     assert STADIUM.nearest(3.5, 0.0)[:3] == (4.0, 0.0, 1)
     foot = STADIUM.nearest(10.0, 6.0)
@@ -127,7 +127,7 @@ def exact_gap(edge: Edge, x: float, y: float) -> float:
 
 @each("bulge", [50.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-60])
 def test_however_flat_an_arc_is_its_nearest_point_is_known_to_the_rounding_of_its_ends(bulge: float) -> None:
-    """Of points around its middle the distance is that of exact arithmetic, on both sides and for both ways."""
+    """The distance of points around its middle is that of exact arithmetic, on both sides and for both directions."""
     rnd = random.Random(5)
     for sign in (1.0, -1.0):
         edge = Edge((-1.25, 0.75), (0.5, 1.0), sign * bulge)

@@ -94,7 +94,7 @@ def test_the_published_schema_takes_what_is_said_for_short() -> None:
 
 @pytest.mark.parametrize("value", ["12", None, [1, 2, 3], {"x": 1}, True, 10**400, [[1], 2]])
 def test_what_is_no_length_is_refused_as_it_stands(tmp_path: Path, value: object) -> None:
-    """A malformed field of a file in pixels is told by its name, as in one in metres."""
+    """The error of a malformed field in a file in pixels names it, as in a file in metres."""
     content = PIXELS | {"discs": [{"position_m": value, "radius_m": 1}]}
     with pytest.raises(SceneError, match=r"discs\[0\]\.position_m"):
         loaded(tmp_path, content)

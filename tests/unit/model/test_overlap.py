@@ -101,7 +101,7 @@ def test_a_scene_names_the_first_ten_overlaps_and_says_that_there_are_more() -> 
 @pytest.mark.parametrize("immovable", [False, True])
 @pytest.mark.parametrize("walls", [1, 3])
 def test_discs_in_walls_are_named_by_disc_and_wall(walls: int, immovable: bool) -> None:
-    """Every movable disc that reaches into a wall is named with each such wall; an immovable one may stand in it."""
+    """Every movable disc that reaches into a wall is named with each such wall; an immovable one may be in it."""
     n = 30
     place = np.stack([np.arange(n) * 2.0, np.where(np.arange(n) % 7 == 3, 0.25, 1.0)], axis=1)
     start = DiscArrays(

@@ -23,12 +23,12 @@ NAN, INF = math.nan, math.inf
 
 
 def disc(**fields: Any) -> dict[str, Any]:
-    """Return a valid disc as a file would hold it, but for the fields given."""
+    """Return a valid disc as in a file, except for the fields given."""
     return {"position_m": [0.0, 0.0], "radius_m": 1.0, **fields}
 
 
 def scene(**fields: Any) -> Scene:
-    """Return a scene of one disc, but for the fields given."""
+    """Return a scene of one disc, except for the fields given."""
     return Scene(**{"name": "test", "duration_s": 1.0, "discs": [disc()], **fields})
 
 
@@ -57,9 +57,9 @@ BAD_DISC_FIELDS = [
     ("mass_kg", -2.5, "mass_kg: must be greater than 0, got -2.5"),
     ("mass_kg", -INF, "mass_kg: must be greater than 0, got -inf"),
     ("mass_kg", NAN, "mass_kg: must be greater than 0, got nan"),
-    ("mass_kg", 1e-310, "mass_kg: must lie between 1.49e-154 and 6.7e153 (measure in other units), got 1e-310"),
-    ("mass_kg", 1e200, "mass_kg: must lie between 1.49e-154 and 6.7e153 (measure in other units), got 1e+200"),
-    ("radius_m", 1e-160, "radius_m: must lie between 1.49e-154 and 6.7e153 (measure in other units), got 1e-160"),
+    ("mass_kg", 1e-310, "mass_kg: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e-310"),
+    ("mass_kg", 1e200, "mass_kg: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e+200"),
+    ("radius_m", 1e-160, "radius_m: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e-160"),
     ("radius_m", 1e160, "radius_m: must be at most 6.7e153 in magnitude (measure in other units), got 1e+160"),
     ("position_m", [0, -1e160], "position_m[1]: must be at most 6.7e153 in magnitude (measure in other units), got "),
     ("velocity_m_s", [1e300, 0], "velocity_m_s[0]: must be at most 6.7e153 in magnitude (measure in other units), "),
@@ -83,11 +83,11 @@ BAD_DISC_FIELDS = [
     (
         "inertia_factor",
         0.0,
-        'inertia_factor: must lie between 6.22e-61 and 1, where all mass is in the rim, or be "inf"',
+        'inertia_factor: must be from 6.22e-61 to 1, where all mass is in the rim, or "inf"',
     ),
-    ("inertia_factor", 1.5, "inertia_factor: must lie between"),
-    ("inertia_factor", NAN, "inertia_factor: must lie between"),
-    ("inertia_factor", -INF, "inertia_factor: must lie between"),
+    ("inertia_factor", 1.5, "inertia_factor: must be from"),
+    ("inertia_factor", NAN, "inertia_factor: must be from"),
+    ("inertia_factor", -INF, "inertia_factor: must be from"),
     ("inertia_factor", "heavy", "inertia_factor: must be a valid number, got 'heavy'"),
     ("inertia_factor", True, "inertia_factor: must be a valid number, got True"),
 ]
@@ -127,7 +127,7 @@ BAD_SCENE_FIELDS = [
     ("wall_tangential_restitution", -2.0, "wall_tangential_restitution: must be greater than or equal to -1, got -2.0"),
     ("duration_s", 0.0, "duration_s: must be greater than 0, got 0.0"),
     ("duration_s", INF, "duration_s: must be a finite number, got inf"),
-    ("duration_s", 1e-200, "duration_s: must lie between 1.49e-154 and 6.7e153 (measure in other units), got 1e-200"),
+    ("duration_s", 1e-200, "duration_s: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e-200"),
     ("gravity_m_s2", [0.0, -1e200], "gravity_m_s2[1]: must be at most 6.7e153 in magnitude (measure in other units)"),
     ("frame_rate_hz", -60, "frame_rate_hz: must be greater than 0, got -60"),
     ("frame_rate_hz", NAN, "frame_rate_hz: must be a finite number, got nan"),
@@ -147,7 +147,7 @@ def test_a_bad_field_of_a_scene_is_refused_by_field_and_value(field: str, value:
 
 @pytest.mark.parametrize("field", ["colour", "self", "model_config", "__init__", "radius"])
 def test_an_unknown_field_is_refused_by_its_path(field: str) -> None:
-    """A field that no scene has is named, on whichever level it stands, even one named like Python's own."""
+    """A field that no scene has is named, on any level, even one named like Python's own."""
     says = f"{field}: is not a field of a scene; see `carom scenes --schema`"
     assert message(lambda: scene(**{field: 1})) == says
     assert message(lambda: scene(discs=[disc(**{field: 1})])) == f"discs[0].{says}"
@@ -186,7 +186,7 @@ def test_a_mass_of_infinity_is_an_immovable_disc(mass: object) -> None:
 
 
 def test_numpy_values_are_as_good_as_plain_ones() -> None:
-    """Arrays and NumPy scalars give the same scene as the lists and numbers that they stand for."""
+    """Arrays and NumPy scalars give the same scene as equal lists and numbers."""
     from_numpy = scene(
         discs=[disc(position_m=np.array([1, 2]), radius_m=np.float32(0.5), mass_kg=np.int64(3))],
         duration_s=np.float64(2.0),
@@ -310,7 +310,7 @@ def test_any_start_that_touches_in_decimals_is_accepted(
 def test_any_disc_that_touches_an_oblique_wall_in_decimals_is_accepted(
     triple: tuple[int, int, int], x: Fraction, y: Fraction, along: Fraction, size: int
 ) -> None:
-    """A disc that exactly touches a wall in rational numbers, wherever the wall's point lies, is never refused."""
+    """A disc that exactly touches a wall in rational numbers, wherever the wall's point is, is never refused."""
     nx, ny, length = triple
     radius = Fraction(size, 1000) * length
     point = (x - radius * nx / length - along * ny, y - radius * ny / length + along * nx)

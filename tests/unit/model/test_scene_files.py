@@ -129,7 +129,7 @@ def test_a_file_that_holds_no_scene_is_refused_in_a_sentence(what: str, tmp_path
 
 
 def test_what_is_no_file_is_refused_in_the_system_s_words(tmp_path: Path) -> None:
-    """A directory of a scene's name is not read; a file that is not there is told so."""
+    """A directory of a scene's name is not read; a missing file is reported."""
     for name in ("x.toml", "x.json"):
         assert refusal(tmp_path / name) == f"can't be read: {os.strerror(2)}"
         (tmp_path / name).mkdir()
@@ -328,7 +328,7 @@ def test_the_published_schema_is_the_one_of_the_code_and_accepts_what_is_saved()
     assert published == json.dumps(scene_schema(), indent=2, sort_keys=True) + "\n"
 
 
-#: In place of a value, for its being left out.
+#: Marks a value that is left out.
 MISSING = object()
 BAD_EDITS: list[tuple[list[str | int], object]] = [
     (["name"], MISSING),

@@ -1,4 +1,4 @@
-"""The walls of a scene: told apart by their fields, refused with edge and numbers, written as they were read."""
+"""The walls of a scene: distinguished by their fields, refused with edge and numbers, written as they were read."""
 
 from __future__ import annotations
 

@@ -130,13 +130,13 @@ def test_a_disc_balanced_on_an_immovable_one_ends_at_rest() -> None:
 def test_a_bound_of_when_two_meet_changes_nothing() -> None:
     """Discs that bounce, land, roll and strike each other have the impacts and modes of a run that solves each pair.
 
-    So do discs on tables that slow them down.
+    Discs on decelerating tables repeat, too.
     """
     discs = [disc_at(1.3 * k, 0.6 + 0.37 * k, 0.5 - 0.3 * k) for k in range(5)]
     rain = staged(
         "rain", *discs, FLOOR, restitution=0.9, wall_restitution=0.5, wall_friction=0.1, duration_s=6.0, **DOWN
     )
-    # Two that come head-on, before a third comes to a wall.
+    # Two that come head-on, before a third reaches a wall.
     pair = disc_at(0, 1, 0, 3), disc_at(0, 5, 0, -3), disc_at(9, 1.5, 0, -1), FLOOR
     scenes = [rain, staged("table", *pair, table_deceleration_m_s2=0.1, duration_s=2.0), *map(slowing, range(3))]
     runs = [assert_same(scene, 10_000) for scene in scenes]
@@ -167,7 +167,7 @@ def test_a_disc_flies_off_an_edge_where_its_weight_holds_it_to_no_circle(speed: 
 
 
 def test_a_floor_that_bends_up_or_down_smoothly_ends_where_the_arc_begins() -> None:
-    """However it is rounded, the disc comes to the end of an edge there, and is held by no two walls."""
+    """However it is rounded, the disc reaches the end of an edge there, and no two walls hold it."""
     for number in range(60):
         rnd = random.Random(number)
         x, y, length, radius, speed, part = (rnd.uniform(0.5, 3) for _ in range(6))

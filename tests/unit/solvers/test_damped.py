@@ -1,4 +1,4 @@
-"""Runs with damping: what they are beside the runs without, and what is refused."""
+"""Runs with damping: comparison with runs without it, and refusals."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_spins_fall_as_velocities_do() -> None:
 
 
 def test_pit_reports_the_instants_of_its_frames() -> None:
-    """An impact of PIT stands at a frame, to the bit, and is late by less than one where nothing went before."""
+    """An impact of PIT is at a frame, to the bit, and is late by less than one where nothing went before."""
     scene = box(damping_per_s=0.4)
     first, found = solve_pic(scene).impacts[0], solve_pit(scene, frame_rate_hz=60.0).impacts
     assert set(found["time_s"].tolist()) <= {k / 60.0 for k in range(181)}
@@ -94,7 +94,7 @@ def test_pit_reports_the_instants_of_its_frames() -> None:
 
 @pytest.mark.parametrize("frames", [240, 960, 3840])
 def test_pit_comes_to_pic_as_frames_come_closer(frames: int) -> None:
-    """Of one impact, velocities are off by no more than a frame of damping and of turning makes of them."""
+    """Velocities of one impact are off by at most a frame's effect of damping and turning."""
     pair = [disc_at(-2, 0, 3, 0), disc_at(2, 0.3, -1, 0)]
     scene = staged("pair", *pair, duration_s=2.0, damping_per_s=0.4)
     truth, found = solve_pic(scene).impacts, solve_pit(scene, frame_rate_hz=frames).impacts

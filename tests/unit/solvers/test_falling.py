@@ -22,8 +22,9 @@ def touching_the_floor(speed: float) -> Scene:
 
 
 _FLOOR: Any = {"point_m": (0.0, 0.0), "normal": (0.0, 1.0)}
-#: The speed that hops as high as its gap is known to, half of its square over 1 m/s^2: to 5 units in the last place, in
-#: parts of its coordinates and its radius, 1,000 + .5 + .5 m, as `carom.core.resolution` derives it.
+#: The speed of a hop as high as the accuracy of its gap; the height is half of its square over 1 m/s^2. The gap is
+#: known to 5 units in the last place of its coordinates and its radius, 1,000 + .5 + .5 m, as `carom.core.resolution`
+#: derives it.
 _HOP_M_S = math.sqrt(2 * 5 * 2.0**-52 * 1001.0)
 
 
@@ -86,7 +87,7 @@ def test_a_disc_is_set_on_an_immovable_one_of_a_thousand_kilometres_as_on_a_floo
 @each("bulge", [0.25, 1e-3, 1e-6, 1e-9])
 @each("inside", [True, False])
 def test_a_disc_comes_to_rest_on_an_arc_of_any_radius_when_it_does_on_a_floor(bulge: float, inside: bool) -> None:
-    """Of a fall of half a second and e = 1/2 that is after 3/2 of a second; the last hop that is told is short."""
+    """For a fall of half a second and e = 1/2 that is after 3/2 of a second; the last reported hop is short."""
     points = [(-1, 0), (1, 0)] if inside else [(1, 0), (-1, 0)]
     middle = -bulge if inside else bulge  # half the chord times the bulge is how far the arc's middle is from it
     disc = Disc(position_m=(0, middle + 1.25), radius_m=0.25)

@@ -147,7 +147,7 @@ def pushed(rnd: random.Random) -> tuple[Scene, float]:
 
 
 def slid(rnd: random.Random) -> tuple[Scene, float]:
-    """Return a disc that slides along the side of a stadium, and when it comes to its round end."""
+    """Return a disc that slides along the side of a stadium, and the time at which it reaches its round end."""
     x, y, length, height, vx, vy = (rnd.uniform(*ends) for ends in ((-3, 0), (-3, 0), (1, 4), (1, 3), (0.5, 2), (4, 9)))
     corners = [(x, y), (x + length, y), (x + length, y + height), (x, y + height)]
     stadium = Chain(points_m=corners, bulges=[0, 1, 0, 1], closed=True, restitution=0.0)
@@ -168,7 +168,7 @@ def slid(rnd: random.Random) -> tuple[Scene, float]:
 def test_a_disc_that_comes_to_glide_along_an_arc_is_told_however_it_is_rounded(
     drawn: Callable[[random.Random], tuple[Scene, float]], fields: dict[str, Any]
 ) -> None:
-    """An ulp out of the arc's circle or in it, on the tangent to the last bit or beside it: then and there."""
+    """An ulp out of the arc's circle or in it, exactly on the tangent or next to it: then and there."""
     outcomes = set[Outcome]()
     for number in range(7):
         scene, time_s = drawn(random.Random(number))
@@ -220,7 +220,7 @@ def test_a_disc_as_wide_as_a_half_circle_comes_back_the_way_it_came(g: float, ti
 
 @each("restitution", [1.0, 0.5])
 def test_a_disc_that_fills_its_ring_can_t_move(restitution: float) -> None:
-    """Of one circle, of two half circles, or of more than half a circle: impacts without end, at the start."""
+    """One circle, two half circles, or more than half a circle have infinitely many impacts at the start."""
     halves = Chain(points_m=[(-1, 0), (1, 0)], bulges=[1, 1], closed=True)
     hook = Chain(points_m=[(-1, -0.75), (1, -0.75)], bulges=[-2])
     for ring, radius in ((Ring(centre_m=(0, 0), radius_m=1), 1), (halves, 1), (hook, 1.25)):
@@ -231,7 +231,7 @@ def test_a_disc_that_fills_its_ring_can_t_move(restitution: float) -> None:
 
 
 def wide(number: int) -> Scene:
-    """Return a disc, about as wide as an arc, that comes to it along its axis or another way."""
+    """Return a disc, about as wide as an arc, that approaches it along its axis or in another direction."""
     rnd = random.Random(number)
     bulge, (u, v) = rnd.choice((1, 1, 0.5, 0.25, 2, 1 - 2**-40)), rnd.choice(((0, -1), (0, -1), (3, -4), (-1, -2)))
     across, up = (1 + bulge * bulge) / (2 * bulge), (1 - bulge * bulge) / (2 * bulge)
@@ -271,7 +271,7 @@ def test_nothing_slips_through_an_arc_as_wide_as_it(first: int) -> None:
 
 
 def test_all_chords_of_a_circle_take_equally_long() -> None:
-    """Also those that a disc is on when time begins to be counted anew, for all the impacts of another in its box."""
+    """This includes those of a disc in contact at a new epoch, which the impacts of another disc in its box cause."""
     around, box = Ring(centre_m=(0, 0), radius_m=5.0), [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
     discs = (
         disc_at(0, 3, 3, 0.1, r=0.25),
@@ -361,7 +361,7 @@ def test_pit_finds_a_wall_by_its_nearest_point() -> None:
 def test_pit_goes_through_a_thin_wall_as_often_as_a_step_leads_past_it() -> None:
     """With a step of q radii a centre is seen on its side of the line with the probability 1/q; else it is through.
 
-    Of 100 starts 1 - 1/q are through, to four deviations of a sum of independent draws.
+    A share of 1 - 1/q of 100 starts passes, to four deviations of a sum of independent draws.
     """
     draws = np.random.default_rng(8).uniform(size=100)
     for q in (1.5, 3.0):

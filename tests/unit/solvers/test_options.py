@@ -69,7 +69,7 @@ def test_an_option_out_of_range_is_refused_in_the_same_words_at_every_door(
 def test_a_goal_that_is_none_is_refused_in_the_same_words_by_every_run(
     name: str, goal: tuple[Any, ...], message: str
 ) -> None:
-    """No run goes to what is no time or no number of impacts, and none is taken forward by being asked to."""
+    """A run refuses a goal that is no time or no number of impacts, and is not advanced by it."""
     run = RUNS[name](SCENE)
     with pytest.raises(InputError) as refusal:
         run.advance_to(*goal)
@@ -124,7 +124,7 @@ def test_a_state_of_walls_of_another_material_is_refused() -> None:
 
 
 def test_every_attribute_of_a_start_is_compared_or_belongs_to_the_state() -> None:
-    """An attribute that is added to `DiscArrays` is compared, too, or this list is told why it need not be."""
+    """An attribute that is added to `DiscArrays` is compared, too, or this list has the reason why it need not be."""
     compared = {"radius_m", "mass_kg", "inertia_factor", "walls", "restitution", "wall_restitution", "friction"}
     compared |= {"wall_friction", "tangential_restitution", "wall_tangential_restitution"}
     of_the_state = {"position_m", "velocity_m_s", "spin_rad_s"}

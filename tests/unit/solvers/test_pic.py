@@ -103,7 +103,7 @@ def test_a_negative_limit_is_refused() -> None:
 
 
 def test_an_end_beyond_the_scene_s_own_may_span_no_more_than_a_scene() -> None:
-    """`until_s` may lead a disc of .5 m 2^395 m away, not 2^396: what a scene may span is held to that end, too."""
+    """`until_s` may lead a disc of .5 m 2^395 m away, not 2^396: the limit of a scene's span covers that end."""
     scene = line(0.0, 3.0, velocities=(1.0, 0.0))
     assert solve_pic(scene, until_s=2.0**395).end_time_s == 2.0**395
     with pytest.raises(InputError, match="until_s must be so short that no disc flies further than"):
@@ -150,7 +150,7 @@ def test_a_perfectly_inelastic_wall_is_hit_once(offset: int, bearing: int, speed
 def test_inelastic_collapse_at_one_instant_ends_in_standstill(solve: Any) -> None:
     """A disc pressing another against a wall at e = 0 halves its speed without end: that is said, not computed.
 
-    Of three bodies 900 impacts at one instant are let through, and no more.
+    With three bodies 900 impacts at one instant are allowed, and no more.
     """
     scene = staged(
         "squeeze",

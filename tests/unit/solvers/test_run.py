@@ -21,8 +21,8 @@ from carom.solvers.units import RunInUnits, units_of
 
 from .kinds import RUNS, of_frames
 
-#: Disc 0 meets disc 1 after 2 s, which passes its motion on to disc 2 after 4 s, and that meets the wall after 6 s; so
-#: no frame of 1/64 s is late, except that it stands at the instant itself, and what comes later is not in it.
+#: Disc 0 meets disc 1 after 2 s, which passes its motion on to disc 2 after 4 s. That meets the wall after 6 s, so no
+#: frame of 1/64 s is late. A frame at the instant itself does not include what comes later.
 ROW = staged("row", disc_at(0, 0, 1, 0), disc_at(3, 0), disc_at(6, 0), wall_at(8.5, 0, -1, 0), duration_s=7)
 ROUGH = ROW.model_copy(update={"friction": 0.5, "tangential_restitution": 0.0})
 

@@ -1,4 +1,4 @@
-"""Friction and spin in the solvers: what is told of them, what is left alone, and who refuses them by name."""
+"""Friction and spin in the solvers: what they report, what they leave unchanged, and which of them refuse."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_an_impact_of_the_tc_model_loses_no_energy_to_friction() -> None:
 
 
 def test_energy_of_turning_is_counted_where_spins_are_given() -> None:
-    """Half k m R^2 w^2 of each disc that can turn: 1/2 1/2 1 1/4 9 of the first, and nothing of one that can't."""
+    """Half k m R^2 w^2 of each disc that can turn: 1/2 1/2 1 1/4 9 of the first, and 0 of one that can't."""
     scene = pair()
     speeds = np.array([disc.velocity_m_s for disc in scene.discs])
     assert kinetic_energy(scene, speeds) == 8.0

@@ -74,7 +74,7 @@ def bench(*names: str) -> Bench:
 
 
 def spot(line: Line, method: Method) -> Spot:
-    """Return a cell: PIC stands, a default breaks at once, and the others half way."""
+    """Return a cell: PIC passes, a default fails at once, and the others half way."""
     found = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
     good = method.engine == "pic"
     if line.kind == "relation":

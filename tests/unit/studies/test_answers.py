@@ -108,7 +108,7 @@ def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
 
 
 def test_the_bench_says_why_points_are_missing() -> None:
-    """Beside the number of points that were not scored stands the reason, or, of several, where they are told."""
+    """The number of points that were not scored has the reason, or the place of several reasons."""
     scene = bench().scenes[0]
     curves = [replace(c, points=(replace(c.points[0], reason="out of time"), *c.points[1:])) for c in scene.curves]
 
@@ -183,7 +183,7 @@ def test_where_no_step_fails_any_step_is_the_answer() -> None:
 
 
 def test_steps_that_carom_cuts_are_no_answer_where_an_engine_takes_its_own() -> None:
-    """A located method has its row, below the others, is named in no answer beside others, and has no code."""
+    """A located method has its row, below the others, is in no answer with others, and has no code."""
     found = advice()
     first, *_, last = found.answers
     cut = replace(found, located=frozenset({first.method}))
@@ -198,7 +198,7 @@ def test_steps_that_carom_cuts_are_no_answer_where_an_engine_takes_its_own() -> 
 
 
 def test_who_sweeps_is_marked_and_what_a_frame_comes_to_is_said() -> None:
-    """CCD stands beside the method that has it; one step a frame loses starts, is refused, breaks off, or is off."""
+    """CCD is next to the method that has it; one step a frame loses starts, is refused, breaks off, or is off."""
     found = advice()
     assert [row.startswith("box2d tuned +CCD ") for row in rows(found)].count(True) == 1
     one, frame_s = found.answers[0], 1 / found.scene.frame_rate_hz
@@ -234,7 +234,7 @@ def test_what_the_adviser_can_not_know_is_not_said() -> None:
 
 
 def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> None:
-    """A search that its budget ended is named with the budget; of a curve with a hole both sides are told."""
+    """A search that its budget ended is named with the budget; a curve with a hole has both sides."""
     found = advice()
     one = found.answers[0]
     stopped = replace(one, ending=SearchEnding.BUDGET)
@@ -325,7 +325,7 @@ def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
 
 
 def test_a_step_that_was_not_scored_is_not_one_that_misses_an_impact() -> None:
-    """Of six steps of which one was scored, and finds all, the table says 1 of 1."""
+    """If one of six steps was scored, and finds all impacts, the table says 1 of 1."""
     whole = bench().scenes[0]
     curve = whole.curves[0]
     unscored = tuple(replace(point, reason="beyond the budget") for point in curve.points[1:])

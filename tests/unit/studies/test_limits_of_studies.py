@@ -160,7 +160,7 @@ ALL: dict[str, list[Any]] = {
     "stress": [attack],
     "tune": [search],
 }
-#: What keeps a journal, and so is told `how` to open it.
+#: Commands with a journal, which get `how` to open it.
 KEPT = {
     one
     for one in (cross_check, bench, grow, attack, search, look_back, timed, advice)

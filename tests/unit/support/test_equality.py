@@ -21,7 +21,7 @@ def trace() -> Trace:
 
 
 def test_two_traces_of_one_run_are_equal() -> None:
-    """Arrays, states for drawing and a NaN in both: all are compared, none stands in the way."""
+    """Arrays, states for drawing and a NaN in both: all are compared without an error."""
     assert trace() == trace()
 
 

@@ -11,7 +11,7 @@ from carom.support.escaping import last_words, shortened, visible
 
 
 def test_every_control_and_every_turn_of_direction_is_shown() -> None:
-    """Of all characters those that command a terminal, turn the writing or end a line are escapes; no others are."""
+    """Exactly the characters that command a terminal, turn the writing or end a line are escaped."""
     shown = []
     for number in (*range(0x3_0000), *range(0xE_0000, 0xE_1000)):  # of the rest none is in use
         sign = chr(number)
@@ -57,5 +57,5 @@ def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
     ],
 )
 def test_last_words_are_the_line_that_tells_the_error(printed: str, said: str) -> None:
-    """A trace of node's ends with its version, and the error stands above; where no line is one, the last counts."""
+    """A trace of node's ends with its version after the error; if no line is an error, the last counts."""
     assert last_words(printed) == said

@@ -27,7 +27,7 @@ def as_bytes(files: dict[str, str | bytes]) -> dict[str, bytes]:
 
 
 def test_a_folder_of_somebody_elses_files_is_refused_untouched(tmp_path: Path) -> None:
-    """Where anything lies that Carom did not write, nothing is written, and the message names file and option."""
+    """Nothing is written into a folder with files that Carom did not write, and the message names file and option."""
     (tmp_path / "index.html").write_text("mine")
     with pytest.raises(InputError, match=r"did not write, such as index.html; name another folder by --report"):
         claim(tmp_path, "cross-check", "--report")
@@ -58,7 +58,7 @@ def test_a_marker_that_was_not_finished_is_made_anew(tmp_path: Path, torn: str) 
 
 
 def test_files_of_ones_own_in_a_folder_of_caroms_stay(tmp_path: Path) -> None:
-    """Carom replaces its own files; what somebody put beside them stays."""
+    """Carom replaces its own files; other files next to them stay."""
     write_files(tmp_path / "out", "bench", OLD)
     (tmp_path / "out" / "notes.txt").write_text("mine")
     write_files(tmp_path / "out", "bench", NEW)
@@ -133,7 +133,7 @@ def test_a_kill_at_any_moment_leaves_the_old_files_or_the_new_ones(tmp_path: Pat
 
 
 def test_a_full_disk_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where a file can't be written whole, the older files stay, and no half file lies about."""
+    """If a file can't be written whole, the older files stay, and no partial file remains."""
     write_files(tmp_path / "out", "bench", OLD)
     put = folders._put  # noqa: SLF001 - a disk that is full can't be made here
 
@@ -149,7 +149,7 @@ def test_a_full_disk_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_one_file_is_replaced_whole(tmp_path: Path) -> None:
-    """A file that was asked for by name replaces an older one, and nothing else is left beside it."""
+    """A file that was asked for by name replaces an older one, and nothing else is left next to it."""
     path = tmp_path / "new" / "page.html"
     write_file(path, "old")
     write_file(path, "new")
@@ -200,5 +200,5 @@ def test_an_ordinary_name_stays_readable(name: str, file: str) -> None:
 
 @each("name", ["con", "nul/x", "com1", "a-b c", "A", "a.b", "..", "", "-x", "\ud800"])
 def test_a_name_that_some_system_does_not_take_gets_a_digest(name: str) -> None:
-    """Devices of Windows, capitals, full stops and what is empty are told apart by a digest."""
+    """Devices of Windows, capitals, full stops and empty names are distinguished by a digest."""
     assert "@" in file_name(name)

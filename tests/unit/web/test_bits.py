@@ -147,7 +147,7 @@ _FAULTS = [
 
 @pytest.mark.parametrize(("module", "old", "new"), long_after(1, _FAULTS))
 def test_a_fault_in_a_row_is_found(module: str, old: str, new: str, tmp_path: Path) -> None:
-    """A number that is the same but for rounding does not pass as the same bits."""
+    """A number that differs by rounding does not pass as the same bits."""
     for source in SOURCES.iterdir():
         if source.suffix in {".js", ".wasm", ".json"}:
             shutil.copy(source, tmp_path)
@@ -293,7 +293,7 @@ def _sized(scene: carom.Scene, length: int, time: int) -> carom.Scene:
 
 
 def _gliding() -> list[Job]:
-    """Discs that come to glide along an arc, or are as wide, beyond its circle by a rounding or not; some that fall."""
+    """Discs that start to glide along an arc, or are as wide, beyond its circle by a rounding or not; some fall."""
     pulls = ((0.0, 0.0), (1e-9, 0.0))
     drawn = [(form(random.Random(n)), form.__name__, n, g) for n in range(2) for form in (pushed, slid) for g in pulls]
     wides = [wide(n).model_copy(update={"name": f"wide {n}"}) for n in (15, 18, 19, 28)]
@@ -365,7 +365,7 @@ def test_no_two_modules_give_one_name_to_different_things(tmp_path: Path) -> Non
 
 
 def test_every_module_is_in_the_page() -> None:
-    """What lies beside the others is loaded; the loader stands on its own, before them."""
+    """Files next to the others are loaded; the loader is separate, before them."""
     assert {path.stem for path in page.SOURCES.glob("*.js")} == {*page.MODULES, "loader"}
     assert all(first != second for first, second in pairwise(page.MODULES))
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from carom.execution.job import Progress
     from carom.model.scene import Scene
 
-#: What a folder of certified runs is for.
+#: Purpose of a folder of certified runs.
 PURPOSE = "certified"
 
 

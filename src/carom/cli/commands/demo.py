@@ -1,4 +1,4 @@
-"""`carom demo`: an engine that misses an impact, and a page to miss it by hand, within seconds."""
+"""`carom demo`: show an engine that misses an impact, and a page to try the scene."""
 
 from __future__ import annotations
 

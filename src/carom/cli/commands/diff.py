@@ -1,4 +1,4 @@
-"""`carom diff`: what got better and worse between two cross-checks."""
+"""`carom diff`: compare two cross-checks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from carom.errors import InputError
 from carom.execution.options import FailOn
 from carom.studies.diff.options import DiffOptions
 
-#: What every comparison has among its first bytes, as a page after what keeps scripts out of it.
+#: Text among the first bytes of every comparison; a page has its policy before it.
 TITLE, MOST_HEAD = "Carom diff", 4096
 
 
@@ -57,7 +57,7 @@ def diff(
 
 
 def _require_own(option: str, path: Path) -> None:
-    """Refuse a file that holds something else than an earlier comparison: a scene, say, or the very results."""
+    """Refuse to overwrite a file that is not an earlier comparison, such as a scene or the results themselves."""
     from carom.support.checks import shown
 
     if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:

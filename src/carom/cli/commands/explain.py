@@ -1,4 +1,4 @@
-"""`carom explain`: what a word of a report means."""
+"""`carom explain`: explain a word of a report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`carom history`: what changed between releases of an engine."""
+"""`carom history`: compare releases of an engine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from carom.studies.history.options import HistoryOptions
 if TYPE_CHECKING:
     from carom.studies.history.overlay import Kept
 
-#: What is run unless scenes are named: short, each with a known answer, and of every kind.
+#: Default scenes: short, with known answers, and of every kind.
 SCENES = ("paper", "classics", "engines")
 
 

@@ -1,4 +1,4 @@
-"""`carom import`: a file of an engine as a scene."""
+"""`carom import`: convert a file of an engine to a scene."""
 
 from __future__ import annotations
 

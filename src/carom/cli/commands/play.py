@@ -1,4 +1,4 @@
-"""`carom play`: a page on which one throws the discs, exact next to a method that checks for overlap once per frame."""
+"""`carom play`: an interactive page of exact collision times and frame-sampled detection."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def run(
         folder: AbstractContextManager[None] = nullcontext()
     else:
         require_report_extra()
-        folder = claimed(out, PURPOSE, "--out")  # before engines are asked, which takes seconds
+        folder = claimed(out, PURPOSE, "--out")  # before engines are queried, which takes seconds
     with options.pool() as pool, folder:
         plan = build_plan(named, options, pool)
         if explain:
@@ -118,18 +118,15 @@ def _carried_out(
 
 
 def _say_settings(results: Results, scene: str) -> None:
-    """Say which command prints the settings of the best run of an engine, as code to paste; `scene` as it was asked."""
+    """Print the command that prints the settings of the best run of an engine, as code to paste."""
     from carom.engines.registry import engine_argument
     from carom.report import formatting
-    from carom.report.grid import build_grid
-    from carom.studies.cross_check.ranking import rank_methods
+    from carom.studies.cross_check.grid import build_grid, rank_methods
 
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
     for column in rank_methods(grid, grid.columns.values()):
         method, info = column.method, infos[column.engine]
-        steps = [
-            cell.row.job.dt_s for cell in grid.cells(column) if cell.row is not None and cell.row.score is not None
-        ]
+        steps = [cell.line.dt_s for cell in grid.cells(column) if cell.scored]
         if column.own or method.tried or not info.code or method.profile in info.located or not steps:
             continue
         words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
@@ -146,7 +143,7 @@ def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> 
         return common.EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
         return common.EXIT_UNAVAILABLE
-    if all(row.score is None for row in results.rows):  # what was not run does not conform
+    if all(row.score is None for row in results.rows):  # a cell that did not run does not conform
         return common.EXIT_UNAVAILABLE
     if fail_on is not None and any(violates(row, fail_on) for row in results.rows):
         return common.EXIT_VIOLATION

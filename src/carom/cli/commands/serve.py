@@ -29,7 +29,7 @@ def serve(
     Examples: `carom serve pymunk --path old/pymunk-6.4.0 --manifest pymunk-6.4.0 > old.toml`, then
     `carom run classics -e pymunk -e ./old.toml`.
     """
-    # What is printed by an engine, from its import on, must not stand among the answers.
+    # What an engine prints, from its import on, must not mix with the answers.
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", buffering=1)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     if path is not None:

@@ -1,4 +1,4 @@
-"""`carom tune`: look for the settings of an engine that give the least error for a cost."""
+"""`carom tune`: search for the settings of an engine with the least error."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 class _Allowed(NamedTuple):
-    """What errors of velocities, or of spins, may come to, over the scene's speed, and what that is made of."""
+    """Allowed errors of velocities, or of spins, over the scene's speed, by their causes."""
 
     sampled: float
     promise: float
@@ -92,7 +92,7 @@ class _Allowed(NamedTuple):
 
 
 def _allowed(subject: Subject, profile: str, name: str, kind: str) -> _Allowed:
-    """Return what errors of a kind may come to, after each impact and at the end."""
+    """Return the allowed errors of a kind, after each impact and at the end."""
     described, margin = subject.adapter.profiles[profile], subject.margin(profile, name)
     *_, pit = subject.score(profile, name)
     promise, final = described.accuracy.velocity, f"final_{kind}"

@@ -100,7 +100,7 @@ def slows_as_declared(subject: Subject) -> None:
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
     step = scene.damping_per_s * setup.dt_s
-    # Integrators of the first order make 1 - c dt or 1 / (1 + c dt) of exp(-c dt) in a step, which lies between.
+    # Integrators of the first order replace exp(-c dt) by 1 - c dt or 1 / (1 + c dt), one below it and one above.
     least, most = (1.0 - step) ** steps, (1.0 + step) ** -steps
     found = [(end.velocity_m_s[0] @ disc.velocity_m_s) / math.hypot(*disc.velocity_m_s) ** 2]
     if disc.spin_rad_s:
@@ -221,7 +221,7 @@ def _beyond_move(can: Capabilities) -> Scene | None:
 
 
 def _spinning_beyond(can: Capabilities, limit: float, other: float) -> Scene | None:
-    """Return a disc that spins beyond one of two limits on spin and, so that it is the one told, not the other."""
+    """Return a disc whose spin exceeds one of two limits and not the other, so that the message names the first."""
     return spinning(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
 
 

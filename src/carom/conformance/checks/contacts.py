@@ -20,7 +20,7 @@ from carom.support.formatting import number
 def _setup(subject: Subject, profile: str) -> Setup:
     can = subject.capabilities(profile)
     low, high = can.restitution
-    # Well below 1 where that is declared, so that discs part while they still overlap; 2/5 lies in most ranges.
+    # Well below 1 where that is declared, so that discs part while they still overlap; 2/5 is in most ranges.
     return Setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
@@ -58,7 +58,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
-    """The time of a contact lies within the step that reports it, and is that instant of it which is declared."""
+    """The time of a contact is within the step that reports it, at its start or end if that is declared."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _setup(subject, profile), subject.capabilities(profile).stamp
@@ -76,7 +76,7 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
-    """No velocity changes without a contact; where impulses are told, they are the whole change of momentum."""
+    """No velocity changes without a contact; where impulses are reported, they are the whole change of momentum."""
     setup = _setup(subject, profile)
     mass = masses(setup.scene)
     allowed = subject.rounding * greatest_speed(setup.scene)

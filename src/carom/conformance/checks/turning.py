@@ -51,7 +51,7 @@ def inertia_as_declared(subject: Subject, inertia: str) -> None:
 
 
 def spins_as_declared(subject: Subject) -> None:
-    """A disc that meets nobody spins as told, counterclockwise, at the greatest declared spin or turn a step."""
+    """A disc without contacts keeps its spin, counterclockwise, at the greatest declared spin or turn a step."""
     can = declared(subject, "spin")
     spin = min(can.max_spin_rad_s, can.max_turn_rad / DT_S, FAST_RAD_S)
     setup = Setup(spinning(spin))
@@ -63,7 +63,7 @@ def spins_as_declared(subject: Subject) -> None:
 
 
 def rubs_as_told(subject: Subject, profile: str) -> None:
-    """Friction is no more than the coefficient allows; where impulses are told, they change velocities and spins.
+    """Friction is no more than the coefficient allows; reported impulses explain changes of velocities and spins.
 
     The arm of friction is a disc's radius, or less by as much as the bodies overlap.
     """
@@ -84,7 +84,7 @@ def rubs_as_told(subject: Subject, profile: str) -> None:
     any_acted = any(contact.impulse_n_s != 0 for now in subject.seen(setup).seen for contact in now.contacts)
     require(any_acted, "no contact is reported", "impacts of the discs", "none", setup)
     if not told:
-        raise NotApplicable("tangential impulses are not told")
+        raise NotApplicable("tangential impulses are not reported")
 
 
 def _rubbing_capabilities(subject: Subject, profile: str = "tuned") -> Capabilities:
@@ -103,7 +103,7 @@ def _friction(can: Capabilities, share: str) -> float:
 def _spins(now: Observation, setup: Setup) -> list[float]:
     if now.spin_rad_s is None:
         require(
-            not setup.scene.arrays.spins.any(), "no spins are told", "spin_rad_s of a scene that turns", None, setup
+            not setup.scene.arrays.spins.any(), "no spins are reported", "spin_rad_s of a scene that turns", None, setup
         )
         return [0.0] * len(setup.scene.discs)
     return [float(spin) for spin in now.spin_rad_s]
@@ -177,7 +177,7 @@ def _require_cause(
 def _require_whole_change(
     setup: Setup, before: Observation, after: Observation, acting: list[Contact], allowed: float, step: int
 ) -> None:
-    """Hold a step's changes of velocity and spin against the impulses that are told."""
+    """Compare a step's changes of velocity and spin with the reported impulses."""
     discs, mass = setup.scene.discs, masses(setup.scene)
     told = np.zeros((len(discs), 2))
     turned, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)

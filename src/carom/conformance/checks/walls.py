@@ -20,7 +20,7 @@ from carom.engines.api.checks import COMBINE_RULES
 
 
 def edges_as_declared(subject: Subject) -> None:
-    """A disc comes back from an edge that stands on its own, whichever side it comes from."""
+    """A disc bounces off a single edge from either side."""
     e = declared(subject, "segments").restitution[1]
     setup = supported(subject, either_side(e))
     end_with_velocities(subject, setup, [(-3 * e, 0.0), (3 * e, 0.0)], "an edge")
@@ -59,7 +59,7 @@ def mallets_as_declared(subject: Subject) -> None:
 
 
 def legs_as_declared(subject: Subject) -> None:
-    """A wall that stands at first, and then moves, strikes a disc at the velocity that it has then."""
+    """A wall that is at rest at first and moves later strikes a disc at its later velocity."""
     e = declared(subject, "legs").restitution[1]
     setup = supported(subject, starting_paddle(e))
     end_with_velocities(subject, setup, [(1 + 4 * e, 0.0)], "a wall that starts")

@@ -92,7 +92,7 @@ def require_sound(
                 raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which is not possible for a disc")
     for field, value in (("restitution", scene.restitution), ("wall_restitution", scene.wall_restitution)):
         if not 0 <= value <= 1:
-            raise AdapterError(f"{engine}: {field} must lie in 0 to 1, got {value}")
+            raise AdapterError(f"{engine}: {field} must be from 0 to 1, got {value}")
     for field in _NON_NEGATIVE:
         if not 0 <= (value := getattr(scene, field)) < math.inf:
             raise AdapterError(f"{engine}: {field} must be a number, 0 or more, got {value}")
@@ -118,9 +118,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         # This holds for semi-implicit and explicit Euler. With whole steps, the late detection cancels the error.
         gained = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
-            f"discs fall onto what does not fall, and this profile cuts its steps: an engine's step of {dt_s:g} s "
-            "leaves the parabola by g dt^2/2, and where steps end at the impact, each bounce gains or loses up to g dt "
-            f"({number(gained, 3)} m/s) by that"
+            f"discs fall onto bodies that do not fall, and this profile cuts its steps. An engine's step of {dt_s:g} "
+            f"s leaves the parabola by g dt^2/2, so each bounce gains or loses up to g dt ({number(gained, 3)} m/s)"
         )
     low, high = capabilities.restitution
     used = [("restitution", scene.restitution)] if len(scene.discs) > 1 else []

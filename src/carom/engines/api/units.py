@@ -91,7 +91,7 @@ def _times(vector: Vector, factor: float) -> Vector:
 
 
 def _speed(length: float, time: float) -> float:
-    """Return how many of its speeds a metre a second is."""
+    """Return a metre a second in units of its speed."""
     for name, unit in (("length", length), ("time", time)):
         if not (math.isfinite(unit) and math.frexp(unit)[0] == 0.5):
             raise AdapterError(f"{name} must be a power of two, to avoid rounding, got {unit}")

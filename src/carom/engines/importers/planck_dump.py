@@ -128,7 +128,7 @@ class _Reading:
             wall = wall_towards(discs, faces)
             if wall is None:
                 self.dropped.append(
-                    f"{what}: a disc lies behind each of its faces, or in it, and a wall is a half-plane"
+                    f"{what}: a disc is inside it or behind each of its faces, and a wall is a half-plane"
                 )
                 continue
             found = True

@@ -1,4 +1,4 @@
-"""What ``engine.toml`` says of an engine that is a program: read, and nothing started."""
+"""Reader of ``engine.toml``, the manifest of an engine that is a program; it starts nothing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from carom.support.fields import said_of
 
 #: The name that a manifest has in a folder.
 MANIFEST = "engine.toml"
-#: Where an author reads what a field may be.
+#: Reference of the fields for authors.
 PAGE = "see docs/reference/engine-protocol.md#the-manifest"
 #: What Pydantic adds to the place of a setting that is of no kind: the first kind that it tried.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
@@ -87,24 +87,24 @@ class ProgramProfile(_Table):
 
 
 class Manifest(_Table):
-    """What is known of an engine without starting it.
+    """Manifest: description of an engine that needs no start of its program.
 
     Attributes:
         protocol: The version of the protocol that the program speaks.
         name: The name given to ``--engine``.
-        engine: What people call the engine; its name by default.
-        version: The engine's version, where it can be told without asking.
-        oldest: Oldest release that the program drives as it says: with an older one the engine is unavailable.
-        newest_tried: Newest release that it was run on.
+        engine: Display name of the engine; by default its name.
+        version: The engine's version, where it is known without starting the program.
+        oldest: Oldest supported release; with an older one the engine is unavailable.
+        newest_tried: Newest tested release.
         package: The ``package.json`` of the npm package that the program needs, as a file next to the manifest: without
             it the engine is unavailable, and its version is the engine's where `version` is empty.
         command: The command that starts the program. A word that begins with ``./`` or ``../`` is a file next to the
             manifest: the program runs in an empty folder of its own.
-        install: The command that installs what the program needs, shown where that is missing; its words as in
+        install: The command that installs the program's requirements, shown where they are missing; its words as in
             `command`.
-        capabilities: What the engine can do.
+        capabilities: Capabilities of the engine.
         profiles: Profiles by name; ``default`` and ``tuned`` at least.
-        knobs: Settings that may be searched, and how far, by name; a profile need not have them.
+        knobs: Settings that may be searched, with their ranges, by name; a profile need not have them.
     """
 
     protocol: int = PROTOCOL
@@ -135,7 +135,7 @@ class Manifest(_Table):
         return data
 
     def command_from(self, folder: Path) -> tuple[str, ...]:
-        """Return the command, with the files that lie next to the manifest by their full names."""
+        """Return the command, with full paths of the files that are next to the manifest."""
         return tuple(_from(folder, word) for word in self.command)
 
     def version_from(self, folder: Path) -> str:
@@ -169,7 +169,7 @@ def _from(folder: Path, word: str) -> str:
 
 
 def load_manifest(path: Path) -> Manifest:
-    """Return what a manifest says.
+    """Return the content of a manifest.
 
     Raises:
         AdapterError: There is no such file, or it is no manifest; the message names the field and the value.

@@ -105,7 +105,7 @@ class Failure(_Message):
 
 
 class Reply(_Message):
-    """What every answer may hold: an error, instead of all else."""
+    """Base of all answers: an error may replace all other fields."""
 
     error: Failure | None = None
 

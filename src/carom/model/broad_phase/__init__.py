@@ -1,12 +1,12 @@
-"""The broad phase: which discs of any radii, however they lie, are near each other, in linear time and memory.
+"""Broad phase: finds the pairs of discs that are near each other, for any radii, in linear time and memory.
 
-A tree over the discs halves them along the longer side of what their centres span, again and again, and knows of each
-part the span, the largest reach and the lowest number. A disc walks down it, past every part that is out of reach or
-of higher numbers. So no arrangement is a bad one: columns, lines, far outliers, radii of all sizes, and immovable discs
-upon one another, of which a movable disc within reach of none meets no more than the root of their part.
+A tree halves the discs again and again, along the longer side of the box around their centres. Each part has its box,
+largest reach and lowest number. A disc walks down the tree, past every part that is out of reach or has higher numbers.
+So no arrangement is slow: columns, lines, far outliers, radii of all sizes. Immovable discs may also overlap each
+other: a movable disc that none of them is near visits only the root of their part.
 
-Whether two discs are near is one comparison of floats. Rounding is monotone, so a part that fails it holds no disc that
-passes: the pairs are those that comparing all pairs gives, to the last.
+Whether two discs are near is one comparison of floats. Rounding is monotone, so a part that fails the comparison
+contains no disc that passes it. The pairs are exactly those that comparing all pairs gives.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-#: Distances of discs and walls that are computed in one go: a few arrays of this many numbers are tens of megabytes.
+#: Number of distances between discs and walls that are computed at once; a few arrays of this size are tens of
+#: megabytes.
 _DISTANCES = 2**20
 
 

@@ -1,4 +1,4 @@
-"""Impacts without end before some instant, which are declared and not proven: a collapse, and a crush."""
+"""Detection of infinitely many impacts in finite time (collapse and crush); these are declared, not proven."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _COLLAPSE = 20
 
 
 def without_end(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return what the last impacts are, if they have no end."""
+    """Return the collapse or crush that the last impacts are part of, if any."""
     return _collapse(log, bodies) or _crush(log, bodies) or crush_in_a_row(log, bodies)
 
 
 def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse that the last impacts are, if they are."""
+    """Return the collapse that the last impacts are part of, if any."""
     scene = bodies.scene
     if not log.rows or not (scene.restitution < 1 or any(material.restitution < 1 for material in bodies.materials)):
         return None
@@ -49,10 +49,10 @@ def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return when two half-planes that close on a disc leave it no room, once it has long gone to and fro between them.
+    """Return when two half-planes that close on a disc leave it no room, after many impacts to and fro between them.
 
-    Nothing else counts: half-planes have no side to get out by. With the one's normal the other's backwards, exactly,
-    the room is the sum of both gaps, which the disc's place is no part of.
+    Only half-planes count, because discs cannot escape sideways between them. If their normals are exactly opposite,
+    the room is the sum of both gaps, whatever the disc's position.
     """
     last = [row.values for row in log.rows[-CRUSH:]]
     if not bodies.fastest_drive or len(last) < CRUSH or len({(row.first, row.second) for row in last}) > 2:

@@ -1,11 +1,11 @@
-"""The state of all discs in ball arithmetic, in which every operation yields a ball that holds the true result.
+"""State of all discs in ball arithmetic, in which every operation yields a ball that contains the true result.
 
-The float64 numbers of the scene are the exact input. Each disc is kept at an exact reference instant, a float64 just
-before its last impact: so the uncertainty of the impact's time enters the position only through the change of velocity,
-and the instant itself costs no rounding. Between the reference and the impact the present path is extended backwards.
+The float64 numbers of the scene are the exact input. Each disc is stored at an exact reference instant, a float64 just
+before its last impact. So the uncertainty of the impact's time enters the position only through the change of velocity,
+and the instant itself needs no rounding. Between the reference and the impact the present path is extended backwards.
 
-Under uniform gravity all movable discs are seen from a frame that falls with them from rest at time 0, which adds
-``g t^2 / 2`` to a position and ``g t`` to a velocity: paths there are straight, and it is the walls that move.
+Under uniform gravity the states of movable discs are relative to a frame that falls from rest at time 0, which adds ``g
+t^2 / 2`` to a position and ``g t`` to a velocity. In that frame paths are straight, and walls move.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
 if TYPE_CHECKING:
     from carom.model.prescribed_motion import Drive
 
-#: Where a centre is and how it moves: x, y, vx, vy.
+#: Position and velocity of a centre: x, y, vx, vy.
 State = tuple[arb, arb, arb, arb]
 
 
 def greatest_speed(scene: Scene) -> float:
-    """Return the greatest speed of a disc, a spinning rim or what is driven, at the start; 1 where nothing moves."""
+    """Return the greatest speed of discs, spinning rims and driven bodies at the start; 1 where nothing moves."""
     speeds = [max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in scene.discs]
     return max(*speeds, fastest_drive(scene)) or 1.0
 
 
 def fastest_drive(scene: Scene) -> float:
-    """Return a bound on the speeds of what is driven, and of belts; 0 where nothing is."""
+    """Return a bound on the speeds of driven bodies and belts; 0 without any."""
     arrays = scene.arrays
     drives = (*(arrays.wall_drives or ()), *arrays.disc_drives)
     speeds = [*(drive.fastest for drive in drives), *map(abs, arrays.belts_m_s or ())]
@@ -45,7 +45,7 @@ def fastest_drive(scene: Scene) -> float:
 
 
 def _pull(scene: Scene, shape: Plane | Round) -> int:
-    """Return the sign of gravity's part along the normal of what is straight: below 0, it pulls discs to it."""
+    """Return the sign of gravity's component along a straight obstacle's normal; negative if it pulls discs to it."""
     if isinstance(shape, Round):
         return 0
     gx, gy = map(Fraction, scene.gravity_m_s2)
@@ -81,7 +81,7 @@ class WallLaw(NamedTuple):
 
 
 class RoundLaw(NamedTuple):
-    """Constants of a vertex or an arc and a radius: its centre, and how far from there a disc touches it.
+    """Constants of a vertex or an arc and a radius: its centre, and the distance at which a disc touches it.
 
     `change` is that of a disc's velocity for what `root` and (px, py) are of `carom.solvers.certified.meeting`.
     """
@@ -97,24 +97,24 @@ class BallBodies:
     """Positions and velocities of all discs as balls, at the precision of python-flint's context.
 
     Attributes:
-        obstacles: What discs meet of the walls: see `carom.solvers.certified.obstacles`. As bodies they are numbered as
-            walls are; where all walls are half-planes, they are these.
+        obstacles: Features of the walls: see `carom.solvers.certified.obstacles`. They are numbered as walls are. Where
+            all walls are half-planes, the features are the walls.
         time: Reference instant of each disc, seconds, exact.
         x: Centre at the reference instant; likewise `y`, `vx`, `vy`. Under gravity, in the falling frame.
         falls: Whether the scene has gravity.
-        pulls: Of each obstacle that is straight, the sign of gravity's part along its normal; 0 of the others.
-        fastest_drive: A bound on the speeds of what is driven, metres a second.
+        pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for the others.
+        fastest_drive: A bound on the speeds of driven bodies, metres a second.
         turns: Whether spins are kept: see `carom.DiscArrays.turns`.
         spin: Radians a second.
-        inverse_inertia_ratio: How easily each disc turns: 1/k, 0 for one that does not.
+        inverse_inertia_ratio: Inverse inertia factor of each disc, 1/k; 0 for one that does not turn.
         inverse_mass: 0 for a disc that no impact moves.
         met: For each disc, when it last met each kind of partner, oldest first: the key is the obstacle's body number,
             or 0 for any disc.
         last_met: A float64 no less than any time at which each disc has met anybody; 0 before its first impact.
         partner: Body that each disc met last; None before its first impact.
-        acceleration: Of a disc in contact, whose state is seen from the walls; None of one in flight.
+        acceleration: Contact state of a disc in contact, relative to the walls; None of a disc in flight.
         spin_rate: Radians a second squared, at which contact turns each disc.
-        contacts: Which discs are in contact, and how.
+        contacts: Contact states of the discs.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -160,7 +160,7 @@ class BallBodies:
         return len(self.x)
 
     def lower_precision(self, bits: int) -> None:
-        """Go on with fewer bits, where the balls have grown so wide that more would say nothing."""
+        """Lower the working precision where the balls have grown so wide that more bits are meaningless."""
         ctx.prec = bits
         self._legs.clear()
         self._pair_laws.clear()
@@ -168,7 +168,7 @@ class BallBodies:
         self._round_laws.clear()
 
     def state_bits(self, i: int) -> int:
-        """Bits to which disc `i` is known: its velocity in the scene's speed, its centre in its place and radius."""
+        """Bits to which disc `i` is known: velocity relative to the scene's speed, centre to distance and radius."""
         radius = arb(self.scene.discs[i].radius_m)
         x, y = self.place(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
         size = x.mid().max(ZERO - x.mid()) + y.mid().max(ZERO - y.mid()) + radius
@@ -199,15 +199,15 @@ class BallBodies:
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
     def have_just_met(self, i: int, j: int) -> bool:
-        """Whether discs `i` and `j` are on the paths that their impact with each other gave them: then they part."""
+        """Whether discs `i` and `j` are still on the paths after their impact with each other, and so separate."""
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
     def path_start(self, i: int, body: int) -> float:
-        """Return the later of the reference instants of disc `i` and another body: where both are on these paths."""
+        """Return the later of the reference instants of disc `i` and another body; from it on, both paths are valid."""
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def since(self, i: int, second: int) -> arb:
-        """Return when disc `i` last met anybody whose impact could bear on one with `second`; 0 if never.
+        """Return when disc `i` last met a body whose impact may affect one with `second`; 0 if never.
 
         An impact on a wall exactly orthogonal to another changes neither the distance from that other nor the speed
         towards it, unless there is friction.
@@ -219,12 +219,12 @@ class BallBodies:
         return latest
 
     def began(self, i: int, second: int, at: float) -> arb | None:
-        """Return when the later of two bodies' paths began, as far as it bears on their impact; None if before `at`."""
+        """Return when the later of two bodies' paths began, as far as it affects their impact; None if before `at`."""
         times = [self.since(disc, second) for disc in (i, second) if disc >= 0 and not at > self.last_met[disc]]
         return times[0].max(times[-1]) if times else None
 
     def orthogonal(self, one: int, other: int) -> bool:
-        """Whether impacts on two obstacles are exactly orthogonal, so that neither bears on the other."""
+        """Whether impacts on two obstacles are exactly orthogonal, so that neither affects the other."""
         found = self._orthogonal.get((one, other))
         if found is None:
             a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
@@ -235,11 +235,11 @@ class BallBodies:
         return found
 
     def trace_body(self, body: int) -> int:
-        """Return the number of a body in traces: of an obstacle that of its wall."""
+        """Return the number of a body in traces; an obstacle has that of its wall."""
         return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
     def legs(self, body: int) -> tuple[BallLeg, ...]:
-        """Return the legs of a disc, or of an obstacle by its body number; none of what is not driven."""
+        """Return the legs of a disc, or of an obstacle by its body number; empty if it is not driven."""
         key = self.trace_body(body)
         if key not in self._drives:
             return ()
@@ -252,11 +252,11 @@ class BallBodies:
         return bool(self.legs(wall_body(k)))
 
     def legs_from(self, body: int, at: float) -> tuple[BallLeg | None, ...]:
-        """Return the leg that a body is on at an instant, and those after it; one None of what is not driven."""
+        """Return the leg that a body is on at an instant, and those after it; a single None if it is not driven."""
         return tuple(leg for leg in self.legs(body) if leg.end_s > at) or (None,)
 
     def until(self, at: float, leg: BallLeg | None, *discs: int) -> arb:
-        """Return how long after an instant some discs move as they do, and what goes on a leg; or a little longer."""
+        """Return an upper bound of the time until the motion of discs, or of a body on a leg, changes."""
         ends = self.contacts.until(at, *discs)
         return ends if leg is None else ends.min(arb(leg.end_s) - at)
 
@@ -273,11 +273,11 @@ class BallBodies:
         return *self.moved(i, at), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
 
     def seen(self, i: int, at: float, leg: BallLeg | None) -> State:
-        """Return where disc `i` is at an instant, and how it moves, as seen from what goes on a leg."""
+        """Return position and velocity of disc `i` at an instant, relative to a body on a leg."""
         return self.less(leg, at, *self.place(i, at), *self.velocity(i, arb(at), at))
 
     def less(self, leg: BallLeg | None, at: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
-        """Return a state less how far what goes on a leg has moved at an instant, and its velocity."""
+        """Return a state relative to a body on a leg at an instant."""
         if leg is None:
             return x, y, vx, vy
         moved_x, moved_y = leg.moved_at(arb(at))
@@ -297,7 +297,7 @@ class BallBodies:
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
 
     def place_at(self, i: int, time: arb) -> tuple[arb, arb]:
-        """Return the centre of disc `i`, which nothing drives, at a time on its path, as seen from the walls."""
+        """Return the centre of disc `i`, which is not driven, at a time on its path, relative to the walls."""
         if not self.movable[i]:
             return self.x[i], self.y[i]
         dt, pull = time - self.time[i], self.acceleration[i]
@@ -309,12 +309,12 @@ class BallBodies:
         )
 
     def pull(self, i: int) -> tuple[arb, arb]:
-        """Return the acceleration of disc `i` as seen from the walls."""
+        """Return the acceleration of disc `i` relative to the walls."""
         own = self.acceleration[i]
         return own if own is not None else self.gravity if self.movable[i] else (ZERO, ZERO)
 
     def place(self, i: int, at: float) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at the exact instant `at`, as seen from the walls."""
+        """Return the centre of disc `i` at the exact instant `at`, relative to the walls."""
         if self.acceleration[i] is not None:
             return self.place_at(i, arb(at))
         x, y = self.moved(i, at)
@@ -324,7 +324,7 @@ class BallBodies:
         return x + self.gravity[0] * half_square, y + self.gravity[1] * half_square
 
     def velocity(self, i: int, time: arb, at: float) -> tuple[arb, arb]:
-        """Return the velocity of disc `i` at a time on its present path, or its leg at `at`, as seen from the walls."""
+        """Return the velocity of disc `i` at a time on its present path, or its leg at `at`, relative to the walls."""
         if not self.movable[i] and (leg := self.legs_from(i, at)[0]) is not None:
             return leg.vx, leg.vy
         if (own := self.acceleration[i]) is not None:
@@ -339,7 +339,7 @@ class BallBodies:
         return self.spin[i] + self.spin_rate[i] * (time - self.time[i])
 
     def strongest_pull(self) -> arb:
-        """Return a bound on how fast gravity, or a wall that it presses to, changes the speed of a disc or rim."""
+        """Return a bound on the rate at which gravity, or the wall of a contact, changes the speed of a disc or rim."""
         gx, gy = self.gravity
         friction = arb(max((material.friction for material in self.materials), default=0.0))
         turns = max([arb(1), *self.inverse_inertia_ratio], key=float)
@@ -352,7 +352,7 @@ class BallBodies:
         return arb(self.scene.discs[i].radius_m) * self.spin[i]
 
     def turn(self, i: int, impulse: arb) -> None:
-        """Let disc `i` be turned back by an impulse over its mass, along its rim."""
+        """Reduce the spin of disc `i` by an impulse over its mass, along its rim."""
         self.spin[i] = self.spin[i] - impulse * self.inverse_inertia_ratio[i] / arb(self.scene.discs[i].radius_m)
 
     def pair_law(self, i: int, j: int) -> PairLaw:
@@ -378,8 +378,8 @@ class BallBodies:
     def wall_law(self, k: int, radius: float | None) -> WallLaw:
         """Return the constants of the k-th obstacle, a half-plane or a face, and a disc's radius; None for its line.
 
-        The half-plane is ``(p - q).n >= 0``. The stored normal is a unit vector up to rounding only, and what
-        it spans is exact: its length is divided out, in the distance by ``|n|`` and in the reflection by ``|n|^2``.
+        The half-plane is ``(p - q).n >= 0``. The stored normal is a unit vector up to rounding only, and its direction
+        is exact. Its length is divided out, in the distance by ``|n|`` and in the reflection by ``|n|^2``.
         """
         law = self._wall_laws.get((k, radius))
         if law is None:
@@ -417,7 +417,7 @@ class BallBodies:
         return law
 
     def note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
-        """Note that disc `i`, whose state is of `at` already, has met another body at `time`, `latest` at most."""
+        """Record that disc `i`, whose state is that at `at`, has met another body at `time`, at most `latest`."""
         self.time[i] = at
         self.last_met[i] = max(self.last_met[i], latest)
         self.partner[i] = other

@@ -1,4 +1,4 @@
-"""Certified runs: event-driven simulation in ball arithmetic, in which every digit is proven."""
+"""The function `certify`: event-driven simulation in ball arithmetic, in which every digit is proven."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def certify(
 
     Args:
         scene: The scene, or its name in the catalogue; discs and walls of any number and kind, driven ones too.
-        digits: Decimal digits wanted: times to that part of themselves, velocities of the greatest speed at the start,
-            positions of the greatest extent of the start.
+        digits: Decimal digits wanted: of each time, of velocities relative to the greatest speed at the start, of
+            positions relative to the greatest extent of the start.
         max_impacts: Stop after this many impacts; None for no limit.
-        time_budget_s: Stop after this many seconds of clock time; None for no limit.
+        time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
         max_precision_bits: Never compute with more bits than these.
         tie_bits: An event that is still not decided when its bodies are known to this many bits is called degenerate.
         progress: Called now and then with impacts so far, time reached in seconds, and bits of precision.

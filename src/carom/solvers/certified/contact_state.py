@@ -1,4 +1,4 @@
-"""What is known of discs in contact in certified runs, and of the bounces and the starts that lead there and away."""
+"""Contact state of discs in certified runs, and the transitions into and out of contact."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carom.solvers.certified.two_frictions import BallFrictions
 
 
 class BallGround(NamedTuple):
-    """What a disc may be in contact with: the line on which its centre is then, of places p along it.
+    """Ground of a disc in contact: the line on which its centre is then, with positions p along it.
 
     Attributes:
         body: Body number of the obstacle.
@@ -20,8 +20,8 @@ class BallGround(NamedTuple):
         level: The line's distance from the origin along the normal.
         presses: Gravity into it.
         along: Gravity along it.
-        span: Of a face, the places of its ends.
-        never_met: Body numbers of what a disc on a face does not meet there.
+        span: Positions of a face's ends.
+        never_met: Body numbers of the obstacles that a disc on a face does not meet there.
     """
 
     body: int
@@ -35,20 +35,20 @@ class BallGround(NamedTuple):
     never_met: frozenset[int]
 
     def at(self, place: arb) -> tuple[arb, arb]:
-        """Return the centre of a disc at a place."""
+        """Return the centre of a disc at a position along the ground."""
         x, y = place * self.ny + self.level * self.nx, self.level * self.ny - place * self.nx
         return x / self.length, y / self.length
 
     def going(self, part: arb) -> tuple[arb, arb]:
-        """Return the vector of a part along it."""
+        """Return the vector of a length along the ground."""
         return part * self.ny / self.length, ZERO - part * self.nx / self.length
 
     def along_it(self, x: arb, y: arb) -> arb:
-        """Return the part of a vector along it."""
+        """Return the component of a vector along the ground."""
         return (x * self.ny - y * self.nx) / self.length
 
     def off_it(self, x: arb, y: arb) -> arb:
-        """Return the part of a vector along the normal."""
+        """Return the component of a vector along the normal."""
         return (x * self.nx + y * self.ny) / self.length
 
 
@@ -62,7 +62,7 @@ class GlideState(NamedTuple):
 
 
 class Bounce(NamedTuple):
-    """The last impact of a disc: when, on what, how fast it leaves, and what friction held of it."""
+    """The last impact of a disc: its time, the body, the speed after it, and whether friction held slip and spin."""
 
     time: arb
     body: int
@@ -86,9 +86,9 @@ class BallMode(NamedTuple):
 
 
 class End(NamedTuple):
-    """When a mode ends by itself: after what wait, at what time, and how it goes on.
+    """End of a mode without an impact: the wait, the time, and the next state.
 
-    It has that state then, or it is over the end of its face.
+    The disc has that state then, or it is over the end of its face.
     """
 
     wait: arb
@@ -99,10 +99,10 @@ class End(NamedTuple):
 
 
 class Gliding(NamedTuple):
-    """A disc in contact: since when, on what and how, with what rates of speed and rim; its end, None for never.
+    """A disc in contact: start, ground, mode, rates of its speed and its rim's, and end (None for never).
 
-    `branch` says by which part of the law: of friction and rolling resistance the signs where they are all that there
-    can be, and whether slip and rim's speed are held. Discs of one inertia factor have one rate by one branch, exactly.
+    `branch` is the branch of the law: the signs of friction and rolling resistance at their limits, and whether slip
+    and rim's speed are held. Discs of one inertia factor have exactly one rate by one branch.
     """
 
     since: arb
@@ -126,7 +126,7 @@ class Gliding(NamedTuple):
 
 
 class Landing(NamedTuple):
-    """The end of a disc's bounces: when, on what, and its state then."""
+    """The end of a disc's bounces: time, ground, and state."""
 
     time: arb
     ground: BallGround
@@ -134,7 +134,7 @@ class Landing(NamedTuple):
 
 
 class Launch(NamedTuple):
-    """A disc that leaves the end of a face: the vertex, when, and the powers of its squared gap from t^2 on."""
+    """A disc that leaves the end of a face: the vertex, the time, and the powers of its squared gap from t^2 on."""
 
     vertex: int
     time: arb
@@ -146,11 +146,11 @@ class ContactStates:
 
     Attributes:
         gliding: The contact of each disc; None in flight.
-        bounces: The last impact of each on something straight.
-        landings: The ends of bounces that are known to come before anything else of the disc.
+        bounces: The last impact of each on a straight obstacle.
+        landings: The ends of bounces that are known to precede all other events of the disc.
         stops: When each stops on a table; None for one that does not move, or without a table.
-        launched: How each has left the end of a face, if it was that.
-        barred: Obstacles that each certainly does not meet as long as it moves as it does, by their body numbers.
+        launched: How each has left the end of a face; None otherwise.
+        barred: Body numbers of obstacles that each certainly does not meet during its present motion.
     """
 
     def __init__(self, discs: int) -> None:
@@ -162,23 +162,23 @@ class ContactStates:
         self.barred: list[frozenset[int]] = [frozenset()] * discs
 
     def forget(self, i: int) -> None:
-        """Forget how disc `i` has moved."""
+        """Delete the contact state of disc `i`."""
         self.gliding[i] = self.bounces[i] = self.landings[i] = self.stops[i] = self.launched[i] = None
         self.barred[i] = frozenset()
 
     def end_of(self, i: int) -> arb | None:
-        """Return when how disc `i` moves ends by itself; None for never."""
+        """Return when the present mode of disc `i` ends without an impact; None for never."""
         gliding, landing = self.gliding[i], self.landings[i]
         if landing is not None:
             return landing.time
         return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
 
     def until(self, at: float, *discs: int) -> arb:
-        """Return how long after an instant the first of some discs no more moves as it does, or a little longer."""
+        """Return an upper bound of the time from an instant to the first end of some discs' modes."""
         ends = [end.upper() - at for i in discs if (end := self.end_of(i)) is not None]
         return min(ends, default=arb("inf"))
 
     def launch(self, i: int, body: int) -> Launch | None:
-        """Return how disc `i` has left an obstacle, if that is the vertex along which its rim moved."""
+        """Return the departure of disc `i` from an obstacle, if that is the vertex around which its rim moved."""
         launch = self.launched[i]
         return launch if launch is not None and launch.vertex == body else None

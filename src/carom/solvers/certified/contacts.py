@@ -1,12 +1,11 @@
-"""Contact in certified runs: discs that slide, roll and rest on straight walls that gravity presses them to.
+"""Contact in certified runs: discs that slide, roll and rest on straight walls below them.
 
-The law is that of `core/contact_law.h`, and what discs do that of `core/contact.h`, in balls.
-What the law makes 0 is exactly 0. A disc in contact is seen from its wall, on a path of its own acceleration; for an
-impact it is taken off its wall as if nothing held it there, and put back, or let go, after it. What is not decided ends
-the run by name.
+The law is that of `core/contact_law.h`, and the transitions are those of `core/contact.h`, in balls. What the law makes
+0 is exactly 0. The state of a disc in contact is relative to its wall, on a path of its own acceleration. For an impact
+it is released from its wall, and returned or left free after it. An undecided event ends the run and is named.
 
-Bounces are carried out one by one until the digits asked for do not tell them from the last. From there on, once all
-that are left do the same (each slips one way or is held, and so is each spin), they are a geometric series.
+Bounces are applied one by one until the requested digits do not distinguish them from the last. If all the remaining
+ones are then alike (each slips one way or is held, and so is each spin), they are summed as a geometric series.
 """
 
 from __future__ import annotations
@@ -37,23 +36,23 @@ if TYPE_CHECKING:
 
 
 class BallContacts:
-    """What becomes of the contacts of discs, which the bodies keep."""
+    """Changes of the contacts of discs, which the bodies store."""
 
     def __init__(self, bodies: BallBodies) -> None:
         self._bodies, self._states = bodies, bodies.contacts
-        self._was_on: dict[int, int] = {}  # the grounds of those that an impact has taken off
+        self._was_on: dict[int, int] = {}  # the grounds of discs that an impact has released
 
     # What may come ----------------------------------------------------------------------------------------------------
 
     def meet_end(self, i: int, at: float) -> Meeting | None:
-        """Return the end of how disc `i` moves, as a meeting with itself."""
+        """Return the end of disc `i`'s mode, as a meeting with itself."""
         time = self._states.end_of(i)
         if time is None:
             return None
         return Meeting(i, i, max(at, min(float_below(time), float_above(time))), time, float_above(time))
 
     def along_one(self, i: int, j: int, at: float, reach: arb) -> list[arb] | None:
-        """Return the gap of two discs on one ground along it, by powers of time from an instant on; None of others."""
+        """Return the gap of two discs on one ground along it, by powers of time from an instant on; None for others."""
         one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
             return None
@@ -71,7 +70,7 @@ class BallContacts:
     # The start --------------------------------------------------------------------------------------------------------
 
     def lying(self) -> Iterator[tuple[int, BallGround]]:
-        """Yield each disc that lies on something straight, up to what float64 tells of its start, and what that is."""
+        """Yield each disc that rests on a straight obstacle, to the accuracy of a float64 start, with its ground."""
         bodies = self._bodies
         for i, disc in enumerate(bodies.scene.discs):
             for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
@@ -88,7 +87,7 @@ class BallContacts:
                     break
 
     def begin(self, i: int, ground: BallGround) -> BallMode | Meeting:
-        """Set disc `i` on what it lies on, and begin its contact there; or return its impact, if it comes into it."""
+        """Place disc `i` on its ground, and begin its contact there; or return its impact, if it approaches."""
         bodies, k = self._bodies, wall_index(ground.body)
         place, speed = ground.along_it(bodies.x[i], bodies.y[i]), ground.along_it(bodies.vx[i], bodies.vy[i])
         off, rim = ground.off_it(bodies.vx[i], bodies.vy[i]), bodies.surface(i)
@@ -99,7 +98,7 @@ class BallContacts:
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
     def _known(self, i: int, k: int) -> arb:
-        """Return how well float64 numbers tell the gap between disc `i` and what is straight at the start."""
+        """Return the accuracy of float64 numbers for the gap between disc `i` and a straight obstacle at the start."""
         disc, shape = self._bodies.scene.discs[i], self._bodies.obstacles[k].shape
         point = shape.point if isinstance(shape, Plane) else (0, 0)
         sizes = size_of(*disc.position_m, disc.radius_m) + size_of(float(point[0]), float(point[1]), 0.0)
@@ -108,7 +107,7 @@ class BallContacts:
     # Modes ------------------------------------------------------------------------------------------------------------
 
     def go_on(self, meeting: Meeting) -> BallMode:
-        """Carry out the end of how a disc moves."""
+        """Apply the end of a disc's mode."""
         i, at = meeting.first, meeting.at
         gliding, landing = self._states.gliding[i], self._states.landings[i]
         if landing is not None:
@@ -122,16 +121,16 @@ class BallContacts:
         return self._settle(i, gliding.ground, end.time, at, state._replace(slip=slip, rim=rim))
 
     def release(self, i: int, time: arb, at: float) -> None:
-        """Take disc `i` off its wall for an impact: on the straight path, to one who falls, that it is on just then."""
+        """Release disc `i` from its wall for an impact, on the tangent of its path in the falling frame."""
         bodies = self._bodies
         place, velocity, spin = bodies.place_at(i, time), bodies.velocity(i, time, at), bodies.spin_at(i, time)
         self._fly(i, place, velocity, spin, time, at)
 
     def after_impact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
-        """Let disc `i`, released and struck just now, go on where it was in contact: it stays, or leaves its wall.
+        """Let disc `i`, after its release and impact, stay in contact with its wall or leave it.
 
         Raises:
-            Undecided: It is driven into its wall, for which there is no one answer, or that can't be told.
+            Undecided: The disc is driven into its wall, which has no unique answer, or this cannot be decided.
         """
         bodies, ground = self._bodies, before.ground
         time, at = meeting.time, meeting.at
@@ -153,7 +152,7 @@ class BallContacts:
         return None if same and now is not None and now.rim_rate.overlaps(before.rim_rate) else settled
 
     def _struck_along(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
-        """Whether an impact changes nothing of the speed of disc `i` along the normal of its ground, exactly."""
+        """Whether an impact leaves the speed of disc `i` along the normal of its ground exactly as it was."""
         bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
         if other < 0:
             rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
@@ -166,7 +165,7 @@ class BallContacts:
         return (alike and theirs == ground.body) or ground.off_it(*normal).is_zero()
 
     def strike(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
-        """Release the discs of an impact that are in contact; return how they were."""
+        """Release the discs of an impact that are in contact; return their contacts."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:
@@ -179,7 +178,7 @@ class BallContacts:
     def _settle(
         self, i: int, ground: BallGround, time: arb, at: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
-        """Let disc `i` move on in contact from a time and a state on."""
+        """Let disc `i` move in contact from a time and a state on."""
         bodies = self._bodies
         gliding, material = self._states.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
         if before is None:
@@ -216,7 +215,7 @@ class BallContacts:
         return self._record(i, ground, time, at, before, mode)
 
     def _put(self, i: int, at: float) -> None:
-        """Give disc `i` the path in contact that it is on."""
+        """Set the path of disc `i` to that of its contact."""
         bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
         assert gliding is not None  # noqa: S101 - it has just been put there
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
@@ -230,7 +229,7 @@ class BallContacts:
         bodies.note(i, ground.body, at, gliding.since, float_above(gliding.since))
 
     def _end_of(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
-        """Return when a mode ends by itself; None for never."""
+        """Return when a mode ends without an impact; None for never."""
         (_, _, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
         found = []
         for value, rate, ends in ((slip, slips, End(ZERO, ZERO, slip=True)), (rim, gliding.rim_rate, _RIM)):
@@ -250,7 +249,7 @@ class BallContacts:
         return None
 
     def _over(self, i: int, gliding: Gliding) -> list[End]:
-        """Return when a disc comes to the ends of its face, at those that it comes to."""
+        """Return the times at which a disc reaches ends of its face."""
         (place, speed, _, _), half, span = gliding.begun, gliding.rate / 2, gliding.ground.span
         if span is None:
             return []
@@ -262,7 +261,7 @@ class BallContacts:
         return [End(fall.time, ZERO, over=True) for fall in falls]
 
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
-        """Let disc `i`, which has come to an end of its face, fly off, if it is fast enough."""
+        """Let disc `i`, which has reached an end of its face, fly off if it is fast enough."""
         bodies, ground, end = self._bodies, gliding.ground, gliding.end
         assert end is not None and ground.span is not None  # noqa: S101, PT018 - which is what this is asked of
         obstacle = bodies.obstacles[wall_index(ground.body)]
@@ -315,10 +314,10 @@ class BallContacts:
     # The end of bounces -----------------------------------------------------------------------------------------------
 
     def consider_landing(self, i: int, tolerance: arb | None) -> bool:
-        """Let disc `i` land after all bounces that are left, if they do alike, and nothing else can come before.
+        """Let disc `i` land after all remaining bounces, if they are alike and nothing else can come before.
 
-        They have to be over within that part of the time so far. Where it is None that was found before, and what is
-        near, too.
+        The bounces must end within the part `tolerance` of the time so far. With None, this and the surroundings were
+        checked before.
         """
         bodies, bounce = self._bodies, self._states.bounces[i]
         if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:
@@ -344,7 +343,7 @@ _RIM = End(ZERO, ZERO, rim=True)
 
 
 def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
-    """Return what disc `i` would lie on of an obstacle: what is straight, stands, and gravity presses discs to."""
+    """Return the ground that an obstacle is for disc `i`: it must be straight, at rest, and below the disc."""
     obstacle = bodies.obstacles[k]
     shape, belts = obstacle.shape, bodies.scene.arrays.belts_m_s
     if not isinstance(shape, Plane) or bodies.pulls[k] >= 0 or bodies.is_driven(k):
@@ -371,7 +370,7 @@ def stretch_of(shape: Plane | Round) -> tuple[Exact, Exact]:
 
 
 def _is_part_of(other: Obstacle, face: Obstacle) -> bool:
-    """Whether an obstacle is the back of a face, or a vertex at one of its ends."""
+    """Whether an obstacle is the back of a face, or a vertex at one of the face's ends."""
     if other.wall != face.wall:
         return False
     begin, end = stretch_of(face.shape)

@@ -1,7 +1,7 @@
 """Questions about the start of a scene that exact rational arithmetic answers: ties, grazes, and contact.
 
-Times of impact on paths not yet changed are of the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0, whatever
-the bodies: for two discs P = -b, Q = D, A = a; for a wall P = (p - q).n, Q = r^2 n.n, A = -v.n.
+Times of impact on paths not yet changed are of the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0. For two
+discs ``P = -b, Q = D, A = a``; for a wall ``P = (p - q).n, Q = r^2 n.n, A = -v.n``.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 
 def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
-    """Return the first pair of bodies that touch or overlap at the start and approach; None where none do.
+    """Return the first pair of bodies that touch or overlap at the start and approach each other; None without any.
 
-    Such a state has no past, so no certain future, except of a disc with the wall that it has `begun` in contact with.
-    Of finite walls nothing is said.
+    Such a state has no past, so no certain future, except for a disc and the wall with which it has `begun` in contact.
+    Finite walls are not checked.
     """
     for i, j in _near_bodies(bodies):
         body = bodies.trace_body(j)
@@ -42,7 +42,7 @@ def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy
             gap, speed, pull = offset * abs(offset) - rim2, -toward, bodies.pulls[wall_index(j)]
         if gap <= 0 and speed < 0:
             kind = Degenerate.TOUCHING_START if gap == 0 else Degenerate.OVERLAPPING_START
-        elif gap <= 0 and speed == 0 and pull < 0:  # it lies there
+        elif gap <= 0 and speed == 0 and pull < 0:  # it rests there
             kind = Degenerate.RESTING_CONTACT
         else:
             continue
@@ -70,7 +70,7 @@ def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
 def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int, int]) -> bool:
     """Whether two impacts on first paths, each known to take place, are at the very same instant.
 
-    Of impacts on finite walls that is not asked: it returns False.
+    The function returns False for impacts on finite walls.
 
     ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is ``k + sqrt(C) = sqrt(B)`` with k = P2 A1 - P1 A2, C = A2^2 Q1 and
     B = A1^2 Q2, which squaring twice decides.
@@ -106,7 +106,7 @@ def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fract
 
 
 def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
-    """Return the sign at which the distance of two discs that do not close changes by and by; 0 if both fall, or none.
+    """Return the sign of the later change of distance of two discs that do not approach; 0 if both or none fall.
 
     `spread` is their squared relative velocity.
     """
@@ -132,7 +132,7 @@ def _root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, F
 
 
 def _near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
-    """Return all pairs that float64 can't tell apart, in the order of their first discs, other discs before walls."""
+    """Return all pairs whose gap float64 cannot resolve, ordered by their first discs, other discs before walls."""
     start = bodies.scene.arrays
     numbers = [k for k, obstacle in enumerate(bodies.obstacles) if obstacle.kind is None]
     walls = np.array([start.walls[bodies.obstacles[k].wall] for k in numbers]).reshape(-1, 4)

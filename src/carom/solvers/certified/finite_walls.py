@@ -1,10 +1,10 @@
-"""When a disc meets a face, a vertex or an arc, as a ball: as `docs/theory/walls.md` derives it.
+"""Times, as balls, at which a disc meets a face, a vertex or an arc: `docs/theory/walls.md` derives them.
 
-A face is met as a half-plane is, a vertex and an arc's outer side as another disc at the earlier root of
-``|d + t u| = R``, an arc's inner side at the later one, or under gravity where a quartic falls through zero; and all of
-them where the contact is on the edge. Where that is not decided, at an end of the edge, the disc meets the edge or what
-goes on from it there, which the outline of the thickened wall makes one smooth curve: time and state after are the
-hulls of both. All is seen from the wall, on one leg of its path where it is driven.
+A face is met like a half-plane. A vertex and an arc's outer side are met like another disc, at the earlier root of ``|d
++ t u| = R``, an arc's inner side at the later root. Under gravity the instant is where a quartic falls through zero. In
+all cases the contact must be on the edge. Near an end of the edge this may be undecided: the disc meets the edge or its
+continuation. The outline of the thickened wall joins both smoothly, so time and state after are the hulls of both.
+Everything is relative to the wall, on one leg of its path if it is driven.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.solvers.certified.legs import BallLeg
 
-#: Bits in which the start is asked for contact: far above what 53 bits of input make of a gap.
+#: Bits in which the start is checked for contact: far more than a gap of 53-bit input needs.
 _START_BITS = 2048
 
 
 class On(Enum):
-    """Where on its edge a contact is."""
+    """Position of a contact on its edge."""
 
     INSIDE = auto()
     BEGIN = auto()
@@ -54,7 +54,9 @@ class _Touch(NamedTuple):
 def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` on an obstacle of a finite wall on a leg; None where it certainly never comes."""
     launch = bodies.contacts.launch(i, second)
-    if launch is not None:  # its gap and the rate of that were 0 then: it is met again where the rest falls through 0
+    if (
+        launch is not None
+    ):  # its gap and the gap's rate were 0 then, so it is met again where the remaining powers fall through 0
         fall = next(falls_of(launch.powers), None)
         if fall is None:
             return None
@@ -98,7 +100,7 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
 
 
 def _flown(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
-    """Return where disc `i` is after a wait."""
+    """Return the position of disc `i` after a wait."""
     if not bodies.falls and bodies.acceleration[i] is None:
         return x + vx * wait, y + vy * wait
     (gx, gy), half = bodies.pull(i), wait / 2
@@ -112,12 +114,12 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
 
 
 def _lets_by(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Whether an obstacle is a stop of an arc in which there is room for disc `i`."""
+    """Whether an obstacle is a stop of an arc that disc `i` fits inside."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
 def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
-    """Return when a disc that falls touches a circle: of the instants at which it comes to it the first on the edge."""
+    """Return when a falling disc touches a circle: the first of its contacts that is on the edge."""
     law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:
         return None
@@ -148,7 +150,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _grazes(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
-    if c < 0 and not shape.inside:  # within the circle already, on the other side of the arc or next to it
+    if c < 0 and not shape.inside:  # already within the circle, on the other side of the arc or next to it
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
         # At the point next to the centre, or as far from there as the ball of D allows.
@@ -163,7 +165,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     px, py, time = dx + ux * wait, dy + uy * wait, arb(at) + wait
     on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
     begin = bodies.began(i, second, at)
-    past = ZERO if shape.inside else 2 * root / a  # how long a disc is within the circle of contact
+    past = ZERO if shape.inside else 2 * root / a  # time that a disc is within the circle of contact
     if time < at if begin is None else time + past < begin:
         return None
     if begin is not None and not time > begin:
@@ -172,7 +174,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
 
 
 def _foot(stretch: Between, x: arb, y: arb) -> On:
-    """Return where on an edge the foot of a point is."""
+    """Return the position of a point's foot on an edge."""
     (ax, ay), (bx, by) = stretch
     ex, ey = ball(bx - ax), ball(by - ay)
     after_begin = ex * (x - ball(ax)) + ey * (y - ball(ay))
@@ -187,7 +189,7 @@ def _foot(stretch: Between, x: arb, y: arb) -> On:
 
 
 def _place(sector: Between, x: arb, y: arb) -> On:
-    """Return where in a sector a direction from its centre is; its begin is where it is entered counterclockwise."""
+    """Return the position in a sector of a direction from its centre, counterclockwise from its begin."""
     (fx, fy), (lx, ly) = sector
     turns = []
     for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
@@ -221,7 +223,7 @@ def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
 
 
 def _root(square: arb) -> arb:
-    """Return the root of the most that a number may be, 0 where that is below 0."""
+    """Return the root of a ball's upper bound, 0 where that is negative."""
     return square.upper().max(ZERO).sqrt()
 
 
@@ -230,7 +232,8 @@ def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degenerac
 
     One that has `begun` in contact with that wall is left out.
 
-    Contact is told by balls of many bits. Where these do not tell it from a gap, it is called contact, not proven.
+    Balls of many bits decide about contact. Where they contain both contact and a gap, it is reported as contact, not
+    proven.
     """
     with ctx.workprec(_START_BITS):
         bodies = BallBodies(scene)
@@ -256,7 +259,7 @@ def _extent(wall: Outline) -> float:
 
 
 def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
-    """Return what a disc does at the start with an obstacle that it touches or overlaps, and the gap or its like."""
+    """Return the degeneracy of a disc and an obstacle that it touches at the start, and a measure of the gap."""
     shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
     x, y, ux, uy = bodies.seen(i, 0.0, bodies.legs_from(wall_body(number), 0.0)[0])
     gx, gy = bodies.gravity
@@ -283,6 +286,6 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
             return None
     if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
         return None
-    if speed.is_zero():  # then it glides, or lies there, or what it moves along bends away from it
+    if speed.is_zero():  # then it glides, or rests, or the surface bends away from it
         return (Degenerate.RESTING_CONTACT, gap) if pull < 0 or not (pull >= 0) else None
     return (Degenerate.OVERLAPPING_START if gap < 0 else Degenerate.TOUCHING_START), gap

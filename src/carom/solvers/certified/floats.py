@@ -1,4 +1,4 @@
-"""From balls to float64 numbers: below, above, or nearest, with a proven radius."""
+"""Conversion of balls to float64 numbers: below, above, or nearest, with a proven radius."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import math
 
 from flint import arb
 
-#: What rounding to a float64 costs, relative to it, and a little more.
+#: Relative error of rounding to a float64, and a little more.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: Accuracy from which a ball's radius is lost in that little.
+#: Accuracy at which a ball's radius is within that excess.
 NEGLIGIBLE_RADIUS_BITS = 100
-#: Part of a length or a speed: far above float64's rounding, far below what would let many pairs through a search.
+#: Relative margin of a length or a speed: far above float64's rounding, yet so small that a search finds few more
+#: pairs.
 SLACK = 2.0**-40
 #: Far above what is subnormal, or has subnormal roundings.
 SMALLEST = 2.0**-900
@@ -33,9 +34,8 @@ def float_above(ball: arb) -> float:
 def nearest(ball: arb) -> tuple[float, float]:
     """Return the float64 nearest to a ball's middle, and how far from it the truth can be.
 
-    However `float(ball)` rounds (python-flint 0.9: to the nearest), the float64 that it finds leaves an exact rest of
-    at most a unit in its last place, of which 53 bits are added, which is rounded correctly. The radius has 30 bits,
-    so it is a float64.
+    `float(ball)` (python-flint 0.9 rounds to the nearest) leaves an exact rest of at most a unit in the last place. 53
+    bits of the rest are added, and that sum is rounded correctly. The radius has 30 bits, so it is a float64.
     """
     if ball.is_zero():
         return 0.0, 0.0
@@ -53,7 +53,7 @@ def nearest(ball: arb) -> tuple[float, float]:
 
 
 def _nearest_out_of_range(ball: arb) -> tuple[float, float]:
-    """Do as `nearest` where float64 has too few bits for the rest, or none at all: scaled by a power of two."""
+    """Compute `nearest`, scaled by a power of two, where float64 has too few bits for the rest."""
     mantissa, exponent = ball.mid().man_exp()
     if mantissa == 0:
         return 0.0, math.nextafter(float(ball.rad()), math.inf)

@@ -1,9 +1,9 @@
-"""What an impact does to discs in ball arithmetic.
+"""Effect of an impact on discs, in ball arithmetic.
 
-Linear cases are computed by their linear identities, in which errors do not grow: walls, and discs that move exactly on
-one line parallel to an axis. Friction comes on top: where it is not decided whether two bodies stick or slide, the hull
-of both is taken, since friction is continuous between the two. A state after an impact is that of `Meeting.at`, before
-it, on the new path backwards.
+Linear cases (walls, and discs that move exactly on one line parallel to an axis) are computed by linear identities, in
+which errors do not grow. Friction is added. Where it is not decided whether two bodies stick or slide, the hull of both
+is taken, since friction is continuous between the two. A state after an impact is given at `Meeting.at`, before the
+impact, on the new path extended backwards.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from carom.solvers.certified.two_frictions import BallFrictions, stick, take
 class BallImpact(NamedTuple):
     """One certified impact: balls for time, normal (first to second, of the given length), velocities and spins after.
 
-    Velocities `before` are given under gravity only; without it they are those after the impact before. `second` is the
-    body's number in traces, `edge` what was hit of a finite wall.
+    Velocities `before` are given only under gravity; otherwise they are those after the previous impact. `second` is
+    the body's number in traces, `edge` the part of a finite wall that was hit.
     """
 
     first: int
@@ -43,17 +43,17 @@ class BallImpact(NamedTuple):
 
 
 class BallEvent(NamedTuple):
-    """What has happened: an impact, and the changes of how discs move in contact."""
+    """An event: an impact, and the changes of discs' modes."""
 
     impact: BallImpact | None
     modes: tuple[BallMode, ...] = ()
 
 
 def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
-    """Give all bodies the state after a meeting that is certain, and return what has happened.
+    """Set all bodies to the state after a certain meeting, and return the event.
 
     Raises:
-        Undecided: What follows in contact is not decided.
+        Undecided: The contact after it is not decided.
     """
     contacts, (first, second) = BallContacts(bodies), meeting[:2]
     if first == second:
@@ -76,7 +76,7 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
 
 
 def _straight(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairApproach:
-    """Return what is left of the way of two discs if both were on the straight paths that they are on just then."""
+    """Return the remaining approach of two discs, with their paths replaced by the tangents at that instant."""
     wait, places, speeds = near.wait, [], []
     for i in meeting[:2]:
         u, v = bodies.velocity(i, meeting.time, meeting.at)
@@ -122,7 +122,7 @@ def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
 
 
 def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
-    """Give a disc the hull of the states after each of two impacts, one of which takes place, and return it."""
+    """Set a disc to the hull of the states after each of two impacts, one of which takes place, and return it."""
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     begun, time = [state[i] for state in states], bodies.time[i]
     other = _carry_out(bodies, seam.other)
@@ -131,7 +131,7 @@ def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallI
         state[i] = value
     bodies.time[i] = time
     one = _carry_out(bodies, seam.one)
-    bodies.contacts.bounces[i] = None  # there is no one wall that it was on
+    bodies.contacts.bounces[i] = None  # the disc has no unique wall of its last contact
     for state, value in zip(states, after_other, strict=True):
         state[i] = state[i].union(value)
     nx = (one.nx / one.length).union(other.nx / other.length)
@@ -141,7 +141,7 @@ def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallI
 
 
 def _edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
-    """Return which edge of a finite wall an impact is on, and what of it; of several the one that the place is on."""
+    """Return the edge of a finite wall that an impact is on, and its kind; among several, the one at the position."""
     obstacle = bodies.obstacles[wall_index(meeting.second)]
     if obstacle.kind is None:
         return NO_EDGE
@@ -169,7 +169,7 @@ def _seen_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
 
 
 def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:
-    """Carry out the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``: neither is computed again."""
+    """Apply the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``: neither is computed again."""
     i, j = meeting.first, meeting.second
     law = bodies.pair_law(i, j)
     (_, _, vxi, vyi), (_, _, vxj, vyj) = bodies.state(i, meeting.at), bodies.state(j, meeting.at)
@@ -207,7 +207,7 @@ def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) ->
 
 
 def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundApproach | None) -> tuple[arb, arb, arb]:
-    """Carry out the impact of a disc on a wall: on a straight one a mirror, but where gravity pulls to or from it."""
+    """Apply the impact of a disc on a straight wall: a reflection, unless gravity has a component along the normal."""
     i = meeting.first
     if isinstance(near, RoundApproach):
         return _bounce_round(bodies, meeting, near)
@@ -233,7 +233,7 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
 
 
 def _bounce_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
-    """Carry out the impact of a disc on a vertex or an arc, at whose contact it closes at ``root / reach``."""
+    """Apply the impact of a disc on a vertex or an arc, which it approaches at ``root / reach`` at contact."""
     i = meeting.first
     x, y = bodies.moved(i, meeting.at)
     change = near.law.change * near.root
@@ -270,7 +270,7 @@ def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal
 def _slide_on_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
 ) -> BallFrictions:
-    """Let the frictions of a wall act on a disc that came at a velocity, as seen from there; return what they took."""
+    """Apply friction and rolling resistance of a wall to a disc, given its relative velocity; return what they took."""
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]
@@ -296,7 +296,7 @@ def _slide_on_wall(
 
 
 def _change_velocity(bodies: BallBodies, i: int, dvx: arb, dvy: arb, wait: arb) -> None:
-    """Change the velocity of a disc at its impact, which comes `wait` after the instant that its centre is of."""
+    """Change the velocity of a disc at its impact, `wait` after the instant of its centre."""
     if bodies.movable[i]:
         bodies.vx[i], bodies.vy[i] = bodies.vx[i] + dvx, bodies.vy[i] + dvy
         bodies.x[i], bodies.y[i] = bodies.x[i] - dvx * wait, bodies.y[i] - dvy * wait

@@ -1,6 +1,6 @@
-"""The end of infinitely many bounces in certified runs: what comes of a disc, and whether anything interferes.
+"""The end of infinitely many bounces in certified runs: the state of a disc then, and whether anything interferes.
 
-Bounces that do alike (they slip one way or are held, and so does the spin) change speed, slip and place by geometric
+Bounces that are alike (they slip one way or are held, and so is the spin) change speed, slip and position by geometric
 series: `docs/theory/contact.md`.
 """
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 def after_all(
     bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb, tolerance: arb | None
 ) -> GlideState | None:
-    """Return the state of a disc after all bounces that are left; None where they do not certainly do alike.
+    """Return the state of a disc after all remaining bounces; None where these may differ in kind.
 
-    What friction gives back may be told to that part of the slip alone; to whatever part, where it is None.
+    The slip that friction gives back must be known to this part of the slip, or to any part if `tolerance` is None.
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
@@ -65,14 +65,15 @@ def after_all(
 def _given_back(
     bodies: BallBodies, ground: BallGround, material: Material, bounce: Bounce, y: arb, state: GlideState
 ) -> GlideState | None:
-    """Return the state after bounces that give slip back; None where it is not decided whether any of it is left.
+    """Return the state after bounces that give slip back; None where it is not decided whether any slip is left.
 
-    Of r, the slip over the speed of approach, a bounce and its hop make ``(g(r) + A) / e``: with b the tangential
-    restitution and ``C = f (1 + e)(1 + y)`` g is ``-b r`` up to ``|r| = C / (1 + b)``, and r less C beyond. So r stays
-    within ``R = (C - |A|) / (1 - e)`` where ``|b| C / (1 + b) + |A|`` is at most ``e R``, and the slip ends as the
-    approach does, at 0, whichever bounces slide. Of ``y u - q`` friction changes nothing, and that gives the speed.
+    With r the slip over the speed of approach, a bounce and its hop change r to ``(g(r) + A) / e``. With b the
+    tangential restitution and ``C = f (1 + e)(1 + y)``, g is ``-b r`` up to ``|r| = C / (1 + b)``, and r less C beyond.
+    So r stays within ``R = (C - |A|) / (1 - e)`` where ``|b| C / (1 + b) + |A|`` is at most ``e R``, and the slip ends
+    at 0 together with the approach, whichever bounces slide. Friction does not change ``y u - q``, which gives the
+    speed.
 
-    Else a slip that is more than all of these impacts could take is left, to what they could take.
+    Otherwise a slip larger than all these impacts could end remains, known up to what they could take.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)
@@ -93,17 +94,17 @@ def _given_back(
 
 
 def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
-    """Whether disc `i` certainly meets nothing but its ground for a while.
+    """Whether disc `i` certainly meets only its ground for a while.
 
-    No impact, friction or wall that stands adds to the energy of all discs, and gravity to the root of twice that
-    no more than ``sqrt(M) g`` a second: so fast a disc gets at most.
+    No impact, friction or wall at rest adds to the energy E of all discs, and gravity increases ``sqrt(2 E)`` by at
+    most ``sqrt(M) g`` a second. This bounds the speed of a disc.
     """
     discs = bodies.scene.discs
     if bodies.fastest_drive:
         return False
     movable = [j for j in range(len(bodies)) if bodies.movable[j]]
     if any(bodies.inverse_inertia_ratio[j].is_zero() and discs[j].spin_rad_s for j in movable):
-        return False  # which friction on its rim drives on
+        return False  # whose rim can drive other discs by friction
     energy = mass = ZERO
     for j in movable:
         (u, v), rim = map(arb, discs[j].velocity_m_s), arb(discs[j].radius_m) * discs[j].spin_rad_s
@@ -119,7 +120,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
         if bodies.movable[j]:
             fastest = most / arb(disc.mass_kg).sqrt()
             since = [(last - time).upper() for last in bodies.met[j].values()]
-            late = max([ZERO, *since])  # it may have met another a little later already
+            late = max([ZERO, *since])  # it may already have met another a little later
             far = far + fastest * (window + 2 * late) + bodies.strongest_pull() * late * late
         ox, oy = bodies.place_at(j, time)
         reach = arb(disc.radius_m) + arb(discs[i].radius_m) + far

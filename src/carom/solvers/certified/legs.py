@@ -1,4 +1,4 @@
-"""The paths of what is driven, in balls: where a body has moved to, exactly, on each of its legs."""
+"""Paths of driven bodies, in balls: the exact displacement on each leg."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ZERO = arb(0)
 
 
 def ball(number: Fraction) -> arb:
-    """Return a ball that holds a rational number, exactly where the working precision has its digits."""
+    """Return a ball that contains a rational number; it is exact if the working precision has all its digits."""
     return arb(fmpq(number.numerator, number.denominator))
 
 
@@ -29,12 +29,12 @@ class BallLeg(NamedTuple):
     vy: arb
 
     def moved_at(self, time: arb) -> tuple[arb, arb]:
-        """Return how far the body has moved at a time."""
+        """Return the displacement of the body at a time."""
         return self.x + self.vx * time, self.y + self.vy * time
 
 
 def legs_of(drive: Drive) -> tuple[BallLeg, ...]:
-    """Return the legs of a path, each begun where the exact sum of those before it ends."""
+    """Return the legs of a path, each beginning at the exact sum of those before it."""
     found, x, y = [], Fraction(0), Fraction(0)  # what the leg adds to its velocity times the time
     before = (Fraction(0), Fraction(0))
     for leg in drive.legs:

@@ -1,4 +1,4 @@
-"""A possible impact of two bodies, and what is left of their way to it."""
+"""Possible impacts of two bodies, and their remaining approach."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 class PairApproach(NamedTuple):
-    """Two discs at `Meeting.at`: centres, relative position and velocity; and what is left of their way.
+    """Two discs at `Meeting.at`: centres, relative position and velocity, and the remaining approach.
 
-    `root`, that of D, is the speed at which they close at contact, times the sum of their radii; `wait` is in seconds.
-    `pull` is their relative acceleration, of a disc that falls and one that does not; else None.
+    `root`, that of D, is the closing speed at contact times the sum of their radii; `wait` is in seconds. `pull` is the
+    relative acceleration of a falling disc and one that does not fall; else None.
     """
 
     xi: arb
@@ -44,7 +44,7 @@ class PairApproach(NamedTuple):
         return x + self.pull[0] * half_square, y + self.pull[1] * half_square
 
     def slip(self) -> arb:
-        """Return how fast they move past each other at contact, times their distance."""
+        """Return their tangential relative speed at contact, times their distance."""
         if self.pull is None:  # u x d does not change along straight paths
             return self.ux * self.dy - self.uy * self.dx
         x, y = self.offset()
@@ -52,16 +52,16 @@ class PairApproach(NamedTuple):
 
 
 class WallApproach(NamedTuple):
-    """A disc that falls on a wall: `root` is its speed at contact times the normal's length, `wait` is in seconds."""
+    """A disc that falls onto a wall: `root` is its speed at contact times the normal's length, `wait` is in seconds."""
 
     root: arb
     wait: arb
 
 
 class RoundApproach(NamedTuple):
-    """A disc that meets a vertex or an arc: (px, py) is where its centre is then, as seen from the centre of that.
+    """A disc that meets a vertex or an arc: (px, py) is its centre then, relative to the centre of that.
 
-    `root` is the speed at which they close, times the reach; `wait` is in seconds.
+    `root` is the closing speed times the reach; `wait` is in seconds.
     """
 
     law: RoundLaw
@@ -72,7 +72,7 @@ class RoundApproach(NamedTuple):
 
 
 class Seam(NamedTuple):
-    """An impact on one of two obstacles that go over into each other where it is: each as if it were on that one."""
+    """An impact at a smooth joint of two obstacles, computed for each of the two."""
 
     one: Meeting
     other: Meeting
@@ -83,16 +83,16 @@ class Meeting(NamedTuple):
 
     Attributes:
         first: Disc.
-        second: Disc, of a higher number, or obstacle, as `wall_body` of its number; the same disc, where how it moves
-            ends by itself.
-        at: Float64 instant from which it was solved, seconds; the impact is not before it.
-        time: Ball that holds the time of impact; where undecided, that of the earliest it could be.
-        latest: Float64 no less than anything in `time`.
+        second: Disc of a higher number, or obstacle, as `wall_body` of its number; the same disc for the end of its
+            mode.
+        at: Float64 lower bound from which it was solved, seconds.
+        time: Ball that contains the time of impact; if undecided, the earliest possible time.
+        latest: Float64 upper bound of `time`.
         decided: Whether the impact is certain.
-        resting: Whether it is undecided because the bodies may be in contact already, rather than for a graze.
-        turning: Whether it is undecided because a driven body may begin another leg before.
-        proven: Whether the contact is certain, and it is only the order of impacts that has no answer.
-        near: What is known of two discs, of a disc and a wall that gravity has a part along, or of a finite wall.
+        resting: Whether it is undecided because the bodies may already be in contact, and not because of a graze.
+        turning: Whether it is undecided because a driven body may start another leg before.
+        proven: Whether the contact is certain, and only the order of impacts is undecided.
+        near: Geometry of two discs, of a disc and a wall with gravity along its normal, or of a finite wall.
     """
 
     first: int
@@ -108,12 +108,12 @@ class Meeting(NamedTuple):
 
     @property
     def obstacles(self) -> frozenset[int]:
-        """What the disc may be touching then: one obstacle or, at a seam, two."""
+        """Obstacles that the disc may be touching then: one or, at a seam, two."""
         near = self.near
         return frozenset({near.one.second, near.other.second} if isinstance(near, Seam) else {self.second})
 
     def holds(self, other: Meeting) -> bool:
-        """Whether another is of what this one is at a seam."""
+        """Whether another meeting is with the other obstacle of this one's seam."""
         return isinstance(self.near, Seam) and self.first == other.first and other.obstacles <= self.obstacles
 
 
@@ -127,10 +127,10 @@ def undecided(
 def contacts_ahead(
     bodies: BallBodies, i: int, second: int, at: float, powers: Sequence[arb], leg: BallLeg | None
 ) -> Iterator[tuple[arb, Meeting]]:
-    """Yield after what waits a gap falls through zero, while both bodies move as they do, and the meetings there.
+    """Yield the waits after which a gap falls through zero, during the bodies' present motion, and the meetings there.
 
-    The gap is given by powers of time from `at` on. A meeting is undecided where that fall, or that it comes after both
-    paths have begun, is not certain.
+    The gap is given by powers of time from `at` on. A meeting is undecided if the fall is not certain, or not certainly
+    after the start of both paths.
     """
     begin, discs = bodies.began(i, second, at), [body for body in (i, second) if body >= 0]
     for wait, certain in falls_of(powers, bodies.until(at, leg, *discs)):

@@ -1,10 +1,10 @@
-"""When two bodies meet, as a ball: certified to meet, certified never to, or not decided at this precision.
+"""Times, as balls, at which two bodies meet: certified to meet, certified never to meet, or undecided.
 
-The time is solved from a float64 instant that is a proven lower bound of it, and nearly equal to it: with the quadratic
-of `docs/theory/pic.md`, in which D does not change along the paths, and c is nearly 0, so that the root's error is that
-of the distance alone.
+The time is solved from a float64 instant that is a proven lower bound, nearly equal to it, with the quadratic of
+`docs/theory/pic.md`. D does not change along the paths, and c is nearly 0, so the root's error is that of the distance
+alone.
 
-What is driven is met leg by leg of its path: on each as seen from there, and no later than where the next begins.
+A driven body is met leg by leg of its path: relative to each leg, and no later than the start of the next.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
 
 
 def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return what `meet` does of a body that no impact moves, and that goes on a leg for ever."""
+    """Return the result of `meet` for a body that no impact moves and that stays on one leg for ever."""
     if body >= 0:
         pair = min(disc, body), max(disc, body)
         curved = bodies.falls or any(bodies.acceleration[i] is not None for i in pair)
@@ -63,7 +63,7 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallL
 
 
 def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of discs `i` < `j`, of which one falls as the other does not, along a parabola."""
+    """Return the impact of discs `i` < `j`, whose accelerations differ, along a parabola."""
     law, (ax, ay), (bx, by) = bodies.pair_law(i, j), bodies.pull(i), bodies.pull(j)
     pull = (bx - ax, by - ay)
     (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
@@ -111,20 +111,20 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
         if root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin:  # had parted before the paths began
             return None
         touching = bool((time - begin).is_zero()) and not bodies.untouched(i, j)
-        # Where they overlap already, and are driven together, they meet at once.
+        # If they already overlap and approach each other, they meet at once.
         return undecided(i, j, at, begin if time < at else time, resting=True, proven=touching)
     near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
     return Meeting(i, j, at, time, float_above(time), near=near)
 
 
 def _grazes(bodies: BallBodies, i: int, j: int) -> bool:
-    """Whether two discs on their first paths, neither of which turns, just touch in passing."""
+    """Whether two discs on their straight first paths just touch in passing."""
     straight = bodies.untouched(i, j) and not (bodies.bends(i) or bodies.bends(j))
     return straight and exactly_grazing(bodies, i, j)
 
 
 def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
-    """Return root and wait of an impact along an axis: no root where it never comes, no wait where undecided."""
+    """Return root and wait of an impact along an axis: no root if there is none, no wait if it is undecided."""
     if d > 0:
         gap, closing = d - reach, ZERO - u
     elif d < 0:

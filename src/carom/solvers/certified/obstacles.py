@@ -1,8 +1,8 @@
-"""What discs meet of walls, exactly: half-planes, faces, vertices, and arcs from outside and from inside.
+"""Exact features of walls that discs meet: half-planes, faces, vertices, and both sides of arcs.
 
 All numbers are rational in those of the scene. A finite wall's obstacles are its features, in the order of
-`carom.core.wall_features.features_of`. A face and an arc's side know what goes on from them at their ends: a vertex,
-or the same side of a neighbour that continues them without a kink. At such a place both are touched alike.
+`carom.core.wall_features.features_of`. A face and an arc's side have a continuation at each end: a vertex, or the same
+side of a neighbour that continues them without a kink. A disc at such a joint touches both alike.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _NOWHERE = Fraction(0)
 
 
 class Between(NamedTuple):
-    """The edge that a face is a side of, from its first point to its last."""
+    """The edge of a face, from its first point to its last."""
 
     begin: Exact
     end: Exact
@@ -35,7 +35,7 @@ class Plane(NamedTuple):
     Attributes:
         point: On its surface, metres.
         normal: Into the free side, of any length.
-        stretch: Of a face, its edge; None of a half-plane.
+        stretch: Edge of a face; None for a half-plane.
     """
 
     point: Exact
@@ -49,9 +49,9 @@ class Round(NamedTuple):
     Attributes:
         centre: Metres.
         radius2: The square of the line's radius, 0 of a vertex, square metres.
-        inside: Whether it is the side that the centre is on.
-        sector: Vectors from the centre to where the arc begins and ends, counterclockwise; None for the whole circle.
-        stops2: Of a point at which an arc stops discs that do not fit inside, the square of its radius; else 0.
+        inside: Whether this is the side of the centre.
+        sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for the whole circle.
+        stops2: Square of an arc's radius, for a point at which the arc stops discs that do not fit inside; else 0.
     """
 
     centre: Exact
@@ -63,16 +63,16 @@ class Round(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """One thing that a disc can meet of a wall.
+    """A feature of a wall that a disc can meet.
 
     Attributes:
         wall: Number of the wall.
-        shape: What it is.
+        shape: Its shape.
         half_width: The wall is all points within this of the line, metres.
-        kind: What it is of an edge; None of a half-plane.
+        kind: Kind of the feature of an edge; None of a half-plane.
         edges: Numbers of its edges; of a vertex that of the lower.
-        neighbours: What goes on from it where its stretch or sector begins and ends, as body numbers of obstacles; None
-            where nothing does.
+        neighbours: Its continuations at the begin and end of its stretch or sector, as body numbers of obstacles; None
+            where there is none.
     """
 
     wall: int
@@ -108,7 +108,7 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
 def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
     """Return the obstacles of a wall: the left and the right side of each run of edges, then its vertices and stops.
 
-    `before` is the number of obstacles that there are already; a disc's radius is `widest` at most, metres.
+    `before` is the number of obstacles of earlier walls; a disc's radius is `widest` at most, metres.
     """
     runs, thick = runs_of(outline), Fraction(outline.half_width)
     if outline.radius == 0.0:
@@ -143,28 +143,28 @@ def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list
 
 
 def _stop(side: Obstacle, arc: Round, way: Exact) -> Obstacle:
-    """Return the point of an arc, this way from its centre, at which it stops discs that do not fit inside."""
+    """Return the point of an arc, in a direction from its centre, that stops discs that do not fit inside."""
     ((cx, cy), radius2, *_), (_, left, _, right) = arc, quarters_of(way)
     shape = Round((cx + way[0], cy + way[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
     return replace(side, shape=shape, neighbours=(None, None))
 
 
 def _link(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
-    """Tell a side what goes on from it at an end of its run's way: for a clockwise arc the other end of its sector."""
+    """Set the continuation of a side at an end of its run; for a clockwise arc at the other end of its sector."""
     at_begin, at_end = sides[number].neighbours
     at_the_end = bool(end) == (run.turn >= 0)
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))
 
 
 def _vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, thick: Fraction) -> Obstacle:
-    """Return the vertex where a run ends and another begins, or at an end of an open chain."""
+    """Return the vertex between two runs, or at an end of an open chain."""
     numbers = [run.numbers[end] for run, end in ((one, -1), (other, 0)) if run]
     place = one.edge.b if one else other.edge.a if other else (0.0, 0.0)
     return Obstacle(k, Round(exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))
 
 
 def _sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
-    """Yield what is on the left of a run's way and what is on its right."""
+    """Yield the left side of a run and its right side."""
     a, b = exact(run.edge.a), exact(run.edge.b)
     if run.circle is None:
         ex, ey = less(b, a)

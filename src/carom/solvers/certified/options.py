@@ -1,4 +1,4 @@
-"""What may be asked of a certified run: see `carom.support.options`."""
+"""Options of a certified run: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from carom.support.options import DeclaredOptions, option, seconds, whole
 
 MOST_DIGITS = 10_000
 
-#: Half a million impacts of 64 discs at packing .4, which would take an hour or so.
+#: Enough for half a million impacts of 64 discs at packing .4, which would take about an hour.
 MAX_PRECISION_BITS = 65536
 
-#: Sixteen times as many. One exponential of so long a number takes a second or so; ctx.prec, a C long, ends far above.
+#: Sixteen times as many. One exponential of a number of this length takes about a second; ctx.prec, a C long, can be
+#: far larger.
 MOST_PRECISION_BITS = 2**20
 
-#: Two times that agree in this many bits are no accident of the start's 53.
+#: Agreement of two times in this many bits is no accident of a start of 53 bits.
 TIE_BITS = 512
 
-#: Floats have no fewer than these, rounded up to a word.
+#: The bits of floats, rounded up to a word, are the minimum.
 LEAST_BITS = 64
 
 
 @dataclass(frozen=True)
 class CertifyOptions(DeclaredOptions):
-    """What is asked of a certified run, apart from its scene: see `carom.certify`.
+    """Options of a certified run, without its scene: see `carom.certify`.
 
     Raises:
         InputError: A value makes no sense.

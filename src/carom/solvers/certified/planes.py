@@ -1,4 +1,4 @@
-"""When a disc meets a half-plane, or the line of a face, as a ball: on a straight path, and on a parabola.
+"""Times, as balls, at which a disc meets a half-plane, or the line of a face, on a straight path or a parabola.
 
 Under gravity the gap is ``w + s t + a t^2 / 2``. Its derivative where it is 0 is plus or minus the root of
 ``D = s^2 - 2 a w``, so a path reaches the wall from the front at one instant at most: ``(-s - sqrt(D)) / a``.
@@ -47,11 +47,11 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg
     if speed >= 0:
         return None
     gap = x * law.nx + y * law.ny - law.level
-    if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
+    if not speed < 0:  # along the wall: at the earliest with the greatest speed in its ball
         time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
         return undecided(i, second, at, time, resting=not gap > 0)
     time = arb(at) - gap / speed
-    if time < at:  # before this path, which is known to be free of impacts until then
+    if time < at:  # before this path, which has no impact until then
         return None
     begin = bodies.began(i, second, at)
     decided = begin is None or bool(time > begin)
@@ -69,7 +69,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     if d < 0 or (d.is_zero() and pulled > 0) or _grazes(bodies, i, k):
         return None
     begin = bodies.since(i, second)
-    if not d > 0:  # turns back where it may just touch; or it may lie on the wall
+    if not d > 0:  # turns back where it may just touch, or may rest on the wall
         root = d.lower().max(ZERO).sqrt().union(d.upper().sqrt())
         time = arb(at) + (ZERO - speed - root) / pull
     else:
@@ -85,7 +85,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
 
 
 def _grazes(bodies: BallBodies, i: int, k: int) -> bool:
-    """Whether a disc on its first path turns back exactly where it touches a half-plane that stands: no impact."""
+    """Whether a disc on its first path turns back exactly where it touches a half-plane at rest: no impact."""
     obstacle = bodies.obstacles[k]
     asked = obstacle.kind is None and bodies.untouched(i) and not bodies.is_driven(k)
     return asked and exactly_grazing_wall(bodies, i, k)

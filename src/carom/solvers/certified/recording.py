@@ -1,4 +1,4 @@
-"""The impacts of a certified run, as float64 numbers with proven radii and as decimal numbers of proven digits."""
+"""Log of a certified run: impacts as float64 numbers with proven radii and as decimal numbers of proven digits."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ BITS_A_DIGIT = math.log2(10)
 
 
 class Vector(NamedTuple):
-    """A vector as float64 numbers, and how far the truth can be from each."""
+    """A vector as float64 numbers, with the radius of each."""
 
     value: tuple[float, float]
     radius: tuple[float, float]
 
 
 class RecordedImpact(NamedTuple):
-    """One impact: its values, their radii (in the same fields), and time and what is after it as decimal numbers."""
+    """One impact: values, their radii (in the same fields), and the time and the state after it as decimal numbers."""
 
     values: ImpactRecord
     radii: ImpactRecord
@@ -47,7 +47,7 @@ class RecordedImpact(NamedTuple):
 
 
 class RecordedMode(NamedTuple):
-    """One change of how a disc moves: its values, and their radii in the same fields."""
+    """One change of a disc's mode: its values, and their radii in the same fields."""
 
     values: ModeRecord
     radii: ModeRecord
@@ -63,16 +63,16 @@ def enclosed(x: arb, y: arb) -> Vector:
 
 
 class Recording:
-    """The impacts of a run, as far as they are known to the digits asked for: its log.
+    """The log of a run: its impacts as far as they are known to the requested digits.
 
-    It outlives the attempts at rising precision: what is known well enough is not recorded again.
+    The log is kept over the attempts at rising precision; recorded impacts are not recorded again.
 
     Attributes:
-        digits: Decimal digits asked for.
+        digits: Requested decimal digits.
         bits: Bits to which balls are converted.
         rows: The impacts, in order.
-        mode_rows: The changes of how discs move in contact, in order.
-        events: How many events, of one impact or change and those that came with it, these are.
+        mode_rows: The changes of discs' modes, in order.
+        events: Number of events, each an impact or change and those that belong to it.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
@@ -111,7 +111,7 @@ class Recording:
         return edge_array(row.values for row in self.rows) if self._has_edges else None
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return the changes of how discs move, as an array of `carom.model.trace.MODE_DTYPE`; None without contact."""
+        """Return the changes of discs' modes, as an array of `carom.model.trace.MODE_DTYPE`; None without contact."""
         return mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
 
     def last_s(self) -> float:
@@ -124,7 +124,7 @@ class Recording:
         return ()
 
     def begin_again(self) -> None:
-        """Expect the events from the first on: those that are recorded are left out."""
+        """Restart at the first event; recorded events are skipped."""
         self._pending.clear()
         self._skip = self.events
 
@@ -136,7 +136,7 @@ class Recording:
             self._pending.append(event)
 
     def convert(self) -> bool:
-        """Convert what was added; return False at the first that is not known to the digits asked for."""
+        """Convert the added events; return False at the first that is not known to the requested digits."""
         with ctx.workprec(self.bits):
             try:
                 return all(self._take(event) for event in self._pending)
@@ -144,7 +144,7 @@ class Recording:
                 self._pending.clear()
 
     def state_is_good(self, bodies: BallBodies) -> bool:
-        """Whether the state of every disc is known to the digits asked for."""
+        """Whether the state of every disc is known to the requested digits."""
         return (
             all(ball.rad() <= self._speed_tolerance for ball in (*bodies.vx, *bodies.vy))
             and all(ball.rad() <= self._length_tolerance for ball in (*bodies.x, *bodies.y))
@@ -160,7 +160,7 @@ class Recording:
         return True
 
     def _mode(self, mode: BallMode) -> RecordedMode | None:
-        """Convert a change of how a disc moves; None where it is not known to the digits asked for."""
+        """Convert a change of a disc's mode; None where it is not known to the requested digits."""
         time, spin, spin_rate = +mode.time, +mode.spin, +mode.spin_rate
         place, velocity, acceleration = ([+part for part in vector] for vector in mode[5:8])
         good = (
@@ -185,7 +185,7 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = nearest(time)
         velocities = [enclosed(*after[:2]), enclosed(*after[2:])]
-        # Float64's own rounding is part of these radii: where it alone decides, the balls' radii are looked at.
+        # These radii include float64's own rounding; if that alone exceeds the limit, the balls' radii decide.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False
@@ -238,7 +238,7 @@ class Recording:
 
 
 def _damped(damping_per_s: float, impact: BallImpact) -> BallImpact:
-    """Return an impact of the undamped run as it is with damping."""
+    """Convert an impact of the undamped run to that of the damped run."""
     if not damping_per_s:
         return impact
     left = kept(damping_per_s, impact.time)

@@ -1,4 +1,4 @@
-"""What a certified run yields: the trace, and how far each of its numbers can be from the truth."""
+"""Result of a certified run: the trace, and a radius for each of its numbers."""
 
 from __future__ import annotations
 
@@ -36,30 +36,28 @@ class Degenerate(Enum):
     TOUCHING_START = "two bodies touch exactly at the start and move towards each other"
     OVERLAPPING_START = "two bodies overlap at the start, by no more than rounding, and move towards each other"
     RESTING_CONTACT = "two bodies already in contact are driven together"
-    GRAZE = "two bodies pass at so nearly their contact distance that touching cannot be told from missing"
+    GRAZE = "two bodies pass at so nearly their contact distance that touching or missing cannot be decided"
     SIMULTANEOUS_NEIGHBOURS = "two impacts fall at one instant so near each other that they may not be independent"
-    AT_A_TURN = (
-        "an impact falls at the very instant at which a driven body turns, and cannot be told to be before or after"
-    )
-    AT_THE_END = "an impact falls at the very end of the scene, and cannot be told to belong to it"
-    MODE = "a disc in contact is so near to where friction just holds it that it cannot be told how it goes on"
-    EDGE = "a disc comes to the end of a straight edge and does not fly off: how it goes on there is not solved"
+    AT_A_TURN = "an impact is so near the instant at which a driven body turns that its side cannot be decided"
+    AT_THE_END = "an impact is so near the end of the scene that it cannot be decided whether it belongs to it"
+    MODE = "a disc in contact is so near the limit of friction that its further motion cannot be decided"
+    EDGE = "a disc reaches the end of a straight edge and does not fly off: its motion from there is not solved"
     COLLAPSE = "impacts without end in a finite time (inelastic collapse)"
     CRUSH = "impacts without end before two bodies that close on a disc, or a row of them, leave no room"
 
 
 @dataclass(frozen=True)
 class Degeneracy:
-    """The event at which a certified run had to stop.
+    """Event at which a certified run stops.
 
     Attributes:
-        kind: What it is.
+        kind: Kind of event.
         bodies: The bodies that take part, in ascending order; walls as `carom.model.trace.wall_body`.
-        earliest_s: It is certainly not before this, seconds.
-        latest_s: It is certainly not after this, seconds; infinity where a graze may not be a contact at all. Of a
-            collapse, the last of the impacts that were counted.
-        proven: Whether exact arithmetic shows that it is what it is called. Where it does not, the event was not
-            decided although the state was known to `bits` bits.
+        earliest_s: Lower bound of its time, seconds.
+        latest_s: Upper bound of its time, seconds; infinity where a graze may not be a contact at all; for a collapse,
+            the last of the counted impacts.
+        proven: Whether exact arithmetic proves its kind. Otherwise the event was not decided although the state was
+            known to `bits` bits.
         bits: Bits to which the state of its bodies was known.
     """
 
@@ -80,7 +78,7 @@ class Degeneracy:
 
 
 class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer
-    """What comes next is not decided at this precision; holds what to report if no precision decides it."""
+    """The next event is not decided at this precision; contains the report if no precision decides it."""
 
     def __init__(self, degeneracy: Degeneracy) -> None:
         super().__init__(str(degeneracy))
@@ -89,29 +87,29 @@ class Undecided(Exception):  # noqa: N818 - not an error: a signal to look close
 
 @dataclass(frozen=True, repr=False, eq=False)
 class CertifiedTrace(ByValue, Drawn):
-    """A trace with a proven bound on the error of every number in it; compared as a trace is, and without a hash, too.
+    """A trace with a proven bound on the error of every number in it; compared by value, without a hash.
 
     Attributes:
-        trace: Method "certified". Each number is the float64 nearest to the middle of the ball that was proven to hold
-            the truth. It ends with the last impact that was certified, or with the scene.
-        radii: Structured array shaped as ``trace.impacts``: the truth is within this of each number there; the rounding
-            to float64 is included. The fields `first` and `second` repeat the bodies.
+        trace: The method is "certified". Each number is the float64 nearest to the middle of the ball that is proven to
+            contain the true value. It ends with the last impact that was certified, or with the scene.
+        radii: Structured array shaped as ``trace.impacts``: the greatest difference of each number from the truth, with
+            its rounding to float64. The fields `first` and `second` repeat the bodies.
         final_position_radius_m: Shape ``(n, 2)``, the same for `trace.final_position_m`.
         final_velocity_radius_m_s: Shape ``(n, 2)``, the same for `trace.final_velocity_m_s`.
         spin_radii: Structured array shaped as ``trace.spins``, the same for these; None as they.
         final_spin_radius_rad_s: Shape ``(n,)``, the same for `trace.final_spin_rad_s`.
         mode_radii: Structured array shaped as ``trace.modes``, the same for these; None as they.
-        digits: The decimal digits asked for.
+        digits: The requested decimal digits.
         decimals: For more than 15 digits: time and velocities after, ``(t, x1, y1, x2, y2)``, of each impact as decimal
             numbers of which every digit is right to one unit in the last one; then its discs' spins after, where
             anything turns. Empty where float64 can hold the digits.
         ending: How the run ended.
         degeneracy: The event that stopped it; None where none did.
-        commuted: Pairs of indices of impacts whose order is not known and makes no difference.
-        precision_bits: Bits that the run was begun with.
+        commuted: Pairs of indices of impacts whose order is unknown and irrelevant.
+        precision_bits: Initial bits of the last attempt.
         bits_lost: Bits of accuracy lost in the worst disc until the end.
-        replays: How often it was begun again at a higher precision.
-        elapsed_s: Seconds that it took; left out of a comparison.
+        replays: Number of restarts at a higher precision.
+        elapsed_s: Elapsed seconds; not compared.
     """
 
     trace: Trace
@@ -139,7 +137,7 @@ def proven_decimal(value: float, radius: float) -> str:
     """Return a value known to within `radius` with as many digits as are proven.
 
     With k decimals the truth is within ``radius + 10^-k / 2`` of what is shown; k is chosen so that this is at most one
-    unit in the last digit. Where not even the first digit is proven, a bound stands instead.
+    unit in the last digit. Where not even the first digit is proven, a bound is shown instead.
     """
     if radius == 0.0:
         return repr(value)

@@ -1,8 +1,8 @@
-"""Discs in a row on one line that two bodies leave no room: they stay on it by symmetry, whichever way it runs.
+"""Discs in a row, on a line of any direction, between two bodies that leave them no room.
 
-The mirror image of a motion in a line is a motion, and what begins alike on both sides of it goes on alike: discs whose
-centres lie exactly on a line, with nothing that moves, pulls or turns them off it, stay there. So their room is what
-lies between the ends of the row, less their widths, which is linear in time.
+The mirror image of a motion is a motion. So discs with centres exactly on a line, and nothing that moves, pulls or
+turns them off it, stay on it by symmetry. Their room is the distance between the ends of the row less their widths, and
+is linear in time.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.recording import Recording
 
-#: Impacts of a disc, to and fro between what closes on it, after which it is called crushed.
+#: Impacts of a disc, to and fro between two closing bodies, after which it counts as crushed.
 CRUSH = 256
 
 
 class _Facing(NamedTuple):
-    """What a disc at one end of a row met last of the body there.
+    """Last contact of a disc at one end of a row with the body there.
 
     Attributes:
         body: The body.
         disc: The disc.
         normal: Unit vector from the body to the disc, to rounding.
-        edge: Of a finite wall, the number of the edge and its kind.
+        edge: Number of a finite wall's edge, and its kind.
     """
 
     body: int
@@ -51,8 +51,8 @@ class _Facing(NamedTuple):
 def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return when discs that strike each other in a row, and a body at each end, have no room left.
 
-    All of it is exact: the centres, velocities and normals of the scene lie on one line, the discs have struck nothing
-    else so far, and nothing else moves. Where both ends move nothing else is there.
+    The result is exact. The centres, velocities and normals of the scene lie on one line, the discs have struck nothing
+    else so far, and nothing else moves. If both ends move, the scene has no other bodies.
     """
     last = [row.values for row in log.rows[-CRUSH:]]
     if not bodies.fastest_drive or len(last) < CRUSH:
@@ -92,7 +92,7 @@ def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
-    """Return the bodies of some pairs in their order, where they are a row between two that no impact moves."""
+    """Return the bodies of some pairs in their order, if they are a row between two immovable or driven bodies."""
     beside: dict[int, list[int]] = {}
     for first, second in pairs:
         beside.setdefault(first, []).append(second)
@@ -111,7 +111,7 @@ def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Whether nothing else can come near: nothing else moves, and one end is at rest, or there is nothing else."""
+    """Whether no other body can come near: no other moves and one end is at rest, or there is no other."""
     scene = bodies.scene
     others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     others = [body for body in others if body not in row]
@@ -120,14 +120,14 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _key(body: int, bodies: BallBodies) -> int:
-    """Return a body as the balls number it: of a wall its first obstacle."""
+    """Return the number of a body in the balls; a wall has that of its first obstacle."""
     if body >= 0:
         return body
     return wall_body(next(k for k, one in enumerate(bodies.obstacles) if one.wall == wall_index(body)))
 
 
 def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:
-    """Whether several discs lose something, and may come to rest on each other, or anything rubs that turns."""
+    """Whether several discs lose energy, and may come to rest on each other, or friction acts on a turning disc."""
     scene, arrays = bodies.scene, bodies.scene.arrays
     walls = [wall_index(body) for body in row if body < 0]
     pairs = len(row) - 1 - len(walls)
@@ -140,14 +140,14 @@ def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
-    """Return what a disc met last of the body at its end of a row."""
+    """Return the last contact of a disc with the body at its end of a row."""
     found = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
     nx, ny = found.normal
     return _Facing(body, disc, (-nx, -ny) if found.first == disc else (nx, ny), found.edge)
 
 
 def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
-    """Return what of a wall a disc at the end of a row meets, as it stands at time 0; None of a disc."""
+    """Return the part of a wall that a disc at the end of a row meets, at time 0; None for a disc."""
     if end.body >= 0:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
@@ -170,7 +170,7 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
 
 
 def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
-    """Return the direction of the line on which a row is, exactly, and stays; None where it is not."""
+    """Return the direction of the line on which a row is and stays, exactly; None if there is none."""
     scene, start = bodies.scene, _centre_of(bodies, row[1])
     if obstacles[0] is None:
         line = less(start, _centre_of(bodies, row[0]))
@@ -204,7 +204,7 @@ def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) 
 def _surface(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
-    """Return where the surface at an end would be at time 0 on its present leg, its speed, and till when."""
+    """Return an end surface's position at time 0, on its present leg extended, its speed, and the leg's end."""
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1

@@ -1,8 +1,7 @@
-"""A certified run: impact after impact at one precision, and again at a higher one where that does not decide.
+"""Certified run: impact after impact at one precision, and again at a higher one where that does not decide.
 
-What was certified at one precision is not selected again at the next: the order of impacts is known, and only the
-dynamics is computed anew. As the balls grow, the working precision is lowered after them, so that no bits are computed
-that mean nothing.
+The order of impacts that is certified at one precision is kept at the next; only the dynamics is computed again. As the
+balls grow, the working precision is lowered with them, so that no meaningless bits are computed.
 """
 
 from __future__ import annotations
@@ -37,20 +36,20 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.solvers.run import Progress
 
-#: Impacts between two looks at accuracy and progress.
+#: Impacts between two checks of accuracy and progress.
 _CHUNK = 32
 #: Bits of the first attempt beyond the digits asked for: some hundreds of impacts for most scenes.
 _FIRST_BITS = 160
 #: Bits by which the working precision exceeds the best known disc's accuracy.
 _GUARD_BITS = 24
-#: The precision is raised to what the bits lost so far let expect, and an eighth more; but never more than eightfold,
-#: since the first impacts say little about all, and never less than to half as much again.
+#: The precision is raised to an eighth more than the bits lost so far predict. It is raised at most eightfold, since
+#: the first impacts predict little, and at least by half.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: The working precision is lowered where a tenth of it has come to mean nothing.
+#: The working precision is lowered when the useful part is less than this.
 _LOWER_AT = 0.9
 #: Outcomes of impacts without end.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
-#: Ends after which a run can be taken further.
+#: Ends after which a run can be advanced further.
 _GOES_ON = {
     None: Outcome.COMPLETED,
     Ending.COMPLETED: Outcome.COMPLETED,
@@ -58,12 +57,12 @@ _GOES_ON = {
 }
 
 
-#: Stands for an event of the start.
+#: Marks an event of the start.
 _START = (-1, -1, 0.0)
 
 
 class Goal(NamedTuple):
-    """How far a run is to be taken: to a time, without damping, an impact, or an instant of the computer's clock."""
+    """Goal of a run: a time (undamped), a number of impacts, or an instant of the computer's clock."""
 
     time: arb
     impacts: float
@@ -72,23 +71,23 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Why an attempt stopped: its end, or an event that was not decided; neither where the balls became too wide."""
+    """Result of an attempt: its end, or an event that was not decided; neither if the balls became too wide."""
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
 
 
 class CertifiedRun:
-    """A scene taken forward with proven digits, a `carom.solvers.run.Run`.
+    """Run of a scene with proven digits, a `carom.solvers.run.Run`.
 
-    In pieces it has the digits that it has at once. Radii can differ beyond them, since the precision is chosen for how
-    far the run is to go. A run that has ended otherwise than at a time or an impact asked for goes no further.
+    A run in pieces has the same digits as one in a single piece. Radii can differ beyond them, since the precision is
+    chosen for the goal of the run. A run that ended before its requested time or impact goes no further.
 
     Attributes:
         ending: How the last call ended; None before the first.
-        degeneracy: The event that no precision tried has decided, where one was left.
-        replays: How often the run was begun again at a higher precision.
-        precision_bits: Bits that the last attempt was begun with.
+        degeneracy: The event that no tried precision has decided, if there is one.
+        replays: Number of restarts at a higher precision.
+        precision_bits: Initial bits of the last attempt.
     """
 
     def __init__(self, scene: Scene, *, digits: int, max_precision_bits: int, tie_bits: int) -> None:
@@ -135,7 +134,7 @@ class CertifiedRun:
             time_s: Seconds from the start.
             max_impacts: Stop after this many impacts in all; None for no limit.
             progress: Called now and then with impacts and seconds.
-            time_budget_s: Seconds of clock time; None for no limit.
+            time_budget_s: Limit of elapsed seconds; None for no limit.
 
         Raises:
             InputError: `time_s` is NaN, or `max_impacts` no number of impacts.
@@ -151,7 +150,7 @@ class CertifiedRun:
         attempt = self._attempt
         while stop.ending is None:
             stop = self._judged(attempt.advance(goal), attempt)
-            if attempt.has_replayed:  # what it was begun again from has nothing more to say
+            if attempt.has_replayed:  # the attempt before it cannot improve the estimate any more
                 self._attempt = attempt
             if stop.ending is None:
                 self.precision_bits = self._next_bits(attempt, stop, goal)
@@ -182,9 +181,9 @@ class CertifiedRun:
         return np.bincount(np.array(bodies, np.int64), minlength=len(self.scene.discs)).astype(np.int64)
 
     def result(self) -> CertifiedTrace:
-        """Return what is certified so far, with the state at the exact instant `time_s`."""
+        """Return the certified part of the run, with the state at the exact instant `time_s`."""
         attempt, impacts = self._attempt, len(self.log)
-        # An interrupt, or what can't be decided, may have cut an event in two.
+        # An interrupt, or an undecided contact, may have cut an event in two.
         if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
             attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
             if attempt.advance(Goal(self._undamped(self.time_s), impacts, math.inf, None)).ending is Ending.INTERRUPTED:
@@ -243,7 +242,7 @@ class CertifiedRun:
             return undamped(self.scene.damping_per_s, arb(time_s))
 
     def _judged(self, stop: Stop, attempt: Attempt) -> Stop:
-        """Decide whether more precision may help where an attempt did not get to its end."""
+        """Decide whether more precision may help after an attempt that did not reach its end."""
         trouble = stop.degeneracy
         if stop.ending is not None:
             return stop
@@ -255,7 +254,7 @@ class CertifiedRun:
         return Stop(Ending.DEGENERATE if undecided else Ending.PRECISION_CAP, trouble)
 
     def _next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
-        """Return the precision that the bits lost so far let expect to be enough."""
+        """Return the sufficient precision that the bits lost so far predict."""
         done = max(len(attempt.events), 1)
         reached_s = max(attempt.bodies.time)
         expected = done * (float_above(goal.time) / reached_s) if reached_s > 0 else math.inf
@@ -263,22 +262,22 @@ class CertifiedRun:
         lost = attempt.bits_lost() / done
         wanted = self._digits_bits + (lost * target * _MARGIN if lost else 0) + _FIRST_BITS
         wanted = min(wanted, attempt.bits * _MOST_RISE)
-        if stop.degeneracy is not None:  # as much as it takes to look at this event closely
+        if stop.degeneracy is not None:  # enough to resolve this event
             wanted = max(wanted, attempt.bits + self._tie_bits - stop.degeneracy.bits + _FIRST_BITS)
         return min(math.ceil(max(wanted, attempt.bits * _LEAST_RISE)), self._most_bits)
 
 
 class Attempt:
-    """A run at one precision: what is certified already is carried out again, and from there on impacts are selected.
+    """A run at one precision: it repeats the certified events, and then selects further impacts.
 
     Attributes:
-        bits: Precision that it began with.
+        bits: Initial precision.
         precision: Working precision.
-        bodies: Their state after the last of its impacts.
-        events: Its events as they can be carried out again: the bodies, and a lower bound of the time.
-        impacts: How many of them are impacts.
-        is_cut: Whether the last of them was left in the middle, undecided.
-        commuted: Pairs of neighbouring impacts whose order is not known and makes no difference.
+        bodies: State of the bodies after the last impact.
+        events: Its events in a form that can be repeated: the bodies, and a lower bound of the time.
+        impacts: Number of impacts among them.
+        is_cut: Whether the last of them was interrupted because it is undecided.
+        commuted: Pairs of neighbouring impacts whose order is unknown and irrelevant.
     """
 
     def __init__(
@@ -300,7 +299,7 @@ class Attempt:
         log.begin_again()
 
     def trouble_at_start(self) -> Degeneracy | None:
-        """Return what of the start has no certain future: contact, except with a wall that gravity presses to."""
+        """Return the degeneracy of the start, if any: contact, except with a wall below the disc."""
         bodies, scene = self.bodies, self.bodies.scene
         with ctx.workprec(self.precision):
             begun = (
@@ -312,7 +311,7 @@ class Attempt:
         return found if found or scene.arrays.has_half_planes else finite_contact_at_start(scene, begun)
 
     def _begin(self) -> None:
-        """Begin the contact of what lies on a wall at the start, or carry out its impact."""
+        """Begin the contacts of discs that rest on walls at the start, or apply their impacts."""
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.lying()) if self.bodies.falls else ():
             begun = contacts.begin(i, ground)
@@ -322,7 +321,7 @@ class Attempt:
 
     @property
     def has_replayed(self) -> bool:
-        """Whether all that was certified before has been carried out again."""
+        """Whether all events that were certified before have been repeated."""
         return len(self.events) >= len(self._known)
 
     def bits_lost(self) -> int:
@@ -331,7 +330,7 @@ class Attempt:
             return self.bits - self.bodies.worst_accuracy_bits()
 
     def advance(self, goal: Goal) -> Stop:
-        """Go on as far as this precision and the goal let it."""
+        """Advance as far as this precision and the goal permit."""
         with ctx.workprec(self.precision):
             try:
                 return self._replay(goal) or self._select(goal)
@@ -398,7 +397,7 @@ class Attempt:
         self.impacts += event.impact is not None
 
     def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
-        """Carry out and record an event; now and then convert, lower the precision, and see whether to stop."""
+        """Apply and record an event; at intervals convert events, lower the precision, and check whether to stop."""
         self._happened(carry_out(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:
             return None

@@ -1,11 +1,11 @@
-"""Which impact comes next: decided by certified comparison only, or said not to be decided.
+"""Selection of the next impact by certified comparisons; what they do not decide is reported as undecided.
 
-The event with the least lower bound is solved in balls, which raises its bound; when the least bound belongs to an
-event that is solved already, all whose bounds do not exceed its time are its rivals, and they are solved, too. It comes
-next if it is certainly before each rival, or if the two commute.
+The event with the least lower bound is solved in balls, which raises its bound. When the least bound belongs to a
+solved event, all events whose bounds do not exceed its time are its rivals and are also solved. The event is next if it
+is certainly before each rival, or if the two commute.
 
-Where a bound is no later than the start of both paths, it says nothing, and the instant to solve from may be far from
-the impact. So the first solution only makes a bound, from which it is solved again when its turn comes.
+A bound that is no later than the start of both paths carries no information, and may be far from the impact. So the
+first solution only gives a bound, from which the event is solved again when it has the least one.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meetings import meet
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
-#: Solutions between two looks at the clock.
+#: Solutions between two checks of the clock.
 _CHUNK = 1024
 
 
 class OutOfTime(Exception):  # noqa: N818 - not an error: a signal to stop
-    """The time budget is used up amidst a search."""
+    """The time budget ran out during a search."""
 
 
 class Choice(NamedTuple):
-    """The next impact, and whether it might as well come after another that follows."""
+    """The next impact, and whether its order with a following one is irrelevant."""
 
     meeting: Meeting
     commutes: bool
@@ -43,8 +43,8 @@ class Selection:
     """Chooses the next impact of discs in ball arithmetic.
 
     Attributes:
-        end_s: Impacts after this time are none of its business, seconds.
-        deadline_s: It gives up when `time.perf_counter` is past this.
+        end_s: Impacts after this time, seconds, are ignored.
+        deadline_s: Value of `time.perf_counter` after which the search ends.
         solved: Number of times of impact solved in balls.
     """
 
@@ -59,13 +59,13 @@ class Selection:
             self.expect_end(i)
 
     def expect_end(self, i: int) -> None:
-        """Look for the end of how disc `i` moves, if there is one."""
+        """Find the end of disc `i`'s mode, if there is one."""
         if self.bodies.contacts.end_of(i) is not None:
             self._meetings.pop((i, i), None)
             self.bounds.raise_to(i, i, self.bodies.time[i])
 
     def changed(self, meeting: Meeting) -> None:
-        """Take over the state after an impact that was carried out."""
+        """Update the state after an applied impact."""
         for i in self._moved_by(meeting):
             for key in self._of[i]:
                 self._meetings.pop(key, None)
@@ -75,10 +75,10 @@ class Selection:
             self.expect_end(i)
 
     def next_impact(self) -> Choice | None:
-        """Return the impact that certainly comes next; None where certainly none comes before the end.
+        """Return the impact that is certainly next; None if there is certainly none before the end.
 
         Raises:
-            Undecided: That is not decided at this precision.
+            Undecided: The next impact is not decided at this precision.
             OutOfTime: The deadline has passed.
         """
         bounds, meetings = self.bounds, self._meetings
@@ -90,7 +90,7 @@ class Selection:
                 meeting = self._solve(bound, disc, body)
                 if meeting is None or not meeting.decided or meeting.latest > self.end_s:
                     continue
-                if len(bounds.up_to(meeting.latest)) == 1:  # all others are above all that its time may be
+                if len(bounds.up_to(meeting.latest)) == 1:  # all others are above the greatest value of its time
                     return Choice(meeting, False)
                 continue
             limit, rivals = -math.inf, [(bound, disc, body)]
@@ -102,11 +102,11 @@ class Selection:
             self._solve(*min(unsolved))
 
     def _latest(self, rivals: list[tuple[float, int, int]]) -> float:
-        """Return the latest that any of these impacts may be, as far as they are solved."""
+        """Return the greatest upper bound of those of these impacts that are solved."""
         return max(self._meetings[rival[1:]].latest for rival in rivals if rival[1:] in self._meetings)
 
     def _solve(self, at: float, disc: int, body: int) -> Meeting | None:
-        """Solve one impact in balls from its bound, and raise that; return the impact if there may be one near it."""
+        """Solve one impact in balls from its bound, and raise the bound; return the impact if one may be near it."""
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:
             raise OutOfTime
@@ -149,7 +149,7 @@ class Selection:
         raise blocking
 
     def is_at_the_end(self, meeting: Meeting) -> NoReturn:
-        """Say that an impact can't be told to belong to the scene.
+        """Raise that it cannot be decided whether an impact belongs to the scene.
 
         Raises:
             Undecided: Always.
@@ -157,7 +157,7 @@ class Selection:
         raise Undecided(self._report(Degenerate.AT_THE_END, (meeting,), meeting.time))
 
     def _commute(self, one: Meeting, other: Meeting) -> bool:
-        """Whether two impacts whose times overlap give the same in either order."""
+        """Whether two impacts whose times overlap have the same result in either order."""
         mine, theirs = self._moved_by(one), self._moved_by(other)
         if mine & theirs:
             one_each = all(m.second < 0 and len(m.obstacles) == 1 for m in (one, other))
@@ -169,7 +169,7 @@ class Selection:
         return {body for body in (meeting.first, meeting.second) if body >= 0 and self.bodies.movable[body]}
 
     def _out_of_reach(self, i: int, j: int, window: arb) -> bool:
-        """Whether two discs are so far apart that, whatever these impacts do to them, they can't meet in the window.
+        """Whether two discs are so far apart that they cannot meet in the window, whatever the effect of these impacts.
 
         No impact with a partner of speed s leaves a disc of speed v with more than ``v + 2 (v + s)``; the partners'
         speeds are among all discs' speeds. Friction adds no more than twice the slip, ``2 (v + s)`` and the speeds of
@@ -204,7 +204,7 @@ class Selection:
     def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], when: arb) -> Degeneracy:
         bodies = self.bodies
         involved = sorted({body for m in meetings for body in (m.first, m.second)})
-        if kind is Degenerate.RESTING_CONTACT:  # the disc that met one of them last drives it into the other
+        if kind is Degenerate.RESTING_CONTACT:  # the disc with the last impact drives one of them into the other
             last = [bodies.partner[body] for body in involved if body >= 0]
             involved = sorted({*involved, *(body for body in last if body is not None)})
         proven = all(m.proven for m in meetings) or (

@@ -1,4 +1,4 @@
-"""Certified runs as data: plain numbers, lossless in JSON, that can be read where python-flint is not installed."""
+"""Serialisation of certified runs: lossless in JSON, and readable without python-flint."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 _FORMAT = "carom certified run, 1"
 NUMBERS = ("digits", "precision_bits", "bits_lost", "replays")
-#: What a run has of rows and of its final state: in its trace, and next to it how far the truth can be from each
-#: number. What is None (where nothing turns, or is in contact) is left out.
+#: Rows and final state of a run: the field of its trace, and the field of the radii. Fields that are None (where
+#: nothing turns, or is in contact) are left out.
 ROWS = {"impacts": IMPACT_DTYPE, "spins": SPIN_DTYPE, "modes": MODE_DTYPE}
 FINAL = ("final_position_m", "final_velocity_m_s", "final_spin_rad_s")
 RADII = {"radii": IMPACT_DTYPE, "spin_radii": SPIN_DTYPE, "mode_radii": MODE_DTYPE}
@@ -28,7 +28,7 @@ FINAL_RADII = ("final_position_radius_m", "final_velocity_radius_m_s", "final_sp
 
 
 def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
-    """Return a certified run as what JSON can hold; a number's truth is within its radius of it."""
+    """Return a certified run as JSON values; the true value of each number is within its radius."""
     trace, degeneracy = certified.trace, certified.degeneracy
     trouble = degeneracy and dataclasses.asdict(degeneracy)
     if degeneracy and trouble:

@@ -1,8 +1,8 @@
-"""Where a polynomial of balls falls through zero: certainly there, certainly nowhere, or not decided.
+"""Instants at which a polynomial of balls falls through zero: certain, certainly none, or undecided.
 
-The line from now on is halved until on each piece the polynomial has one sign, or its slope has, by Taylor's expansion
-about the middle. So a fall is certain where only pieces of a negative slope lie between a place where the polynomial
-is above zero and one where it is below; what is left open is so near to a touch of zero that this precision can't tell.
+The time from now on is halved until on each piece the polynomial or its slope has one sign, by Taylor's expansion about
+the middle. A fall is certain where only pieces of negative slope separate a place above zero from one below. What
+remains open is so near to a touch of zero that this precision cannot decide it.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from flint import arb, arb_poly, ctx
 
 from carom.solvers.certified.legs import ZERO
 
-#: The roots lie within a multiple of this power of the greatest that they may be, or are looked for below it.
+#: The first pieces are the horizon times 2 to the powers from minus this one to 0.
 _FIRST = 8
-#: Halvings beyond half the bits, at which a touch of zero shows, before a piece is left open; and it is left so where
-#: it is so short that the polynomial changes along it by no more than this many times what its balls leave open.
+#: A piece is left open after this many halvings beyond half the bits, at which a touch of zero shows. It is also left
+#: open if the polynomial changes along it by at most this many times its balls' radius.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 
 
 class Fall(NamedTuple):
-    """A fall through zero: when, and whether it is certain; where it is not, it may be anywhere in the ball."""
+    """A fall through zero: its time, and whether it is certain; an uncertain one may be anywhere in the ball."""
 
     time: arb
     certain: bool
@@ -51,8 +51,8 @@ def squared_gap(
 def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
     """Yield the instants from 0 on, and no later than `until`, at which a polynomial falls through zero, in order.
 
-    Its coefficients are given lowest power first. One that begins below zero has to rise first; one that begins at
-    exactly zero does next what its lowest power left says.
+    Its coefficients are given lowest power first. A polynomial that begins below zero must rise first; if it begins at
+    exactly zero, its lowest remaining power decides.
     """
     left = list(powers)
     while left and left[-1].is_zero():
@@ -84,7 +84,7 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
 
 
 def _of_parabola(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
-    """Return where ``c + b t + a t^2``, which is above zero at 0, falls through zero, if at all; None if undecided."""
+    """Return the fall of ``c + b t + a t^2``, which is above zero at 0, if there is one; None if undecided."""
     d = b * b - 4 * a * c
     if not c > 0:
         return None
@@ -109,7 +109,7 @@ def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int
 def _pieces(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None, int]]:
     """Yield pieces of the line up to a horizon, in order, and the sign at the end of each, 0 where that is open.
 
-    None stands for a piece on which there is no zero.
+    A piece without a zero is None.
     """
     edges = [arb(0), *((horizon * arb((1, k - _FIRST))).mid() for k in range(_FIRST)), horizon]
     most = int(ctx.prec) // 2 + _HALVINGS
@@ -136,7 +136,7 @@ def _around(polynomial: arb_poly, middle: arb) -> list[arb]:
 
 
 def _spread(powers: Sequence[arb], half: arb) -> arb:
-    """Return what the powers above the lowest may come to within so much of 0."""
+    """Return a bound of the sum of the powers above the lowest, within a distance of 0."""
     total, power = arb(0), arb(1)
     for coefficient in powers[1:]:
         power = power * half
@@ -163,9 +163,9 @@ def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
 
 
 def _refined(polynomial: arb_poly, low: arb, high: arb) -> arb:
-    """Return the zero between two instants, between which the polynomial falls, as narrow as its balls have it.
+    """Return the zero between two instants, between which the polynomial falls, as narrowly as its balls permit.
 
-    Both are kept as they are: one ball around them reaches further, where there may be another zero.
+    Both instants are kept, because one ball around them reaches further, where there may be another zero.
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()

@@ -1,7 +1,7 @@
-"""What slows discs down in certified runs: damping, and a table.
+"""Deceleration of discs in certified runs: by damping, and by a table.
 
-With damping the undamped run is seen in the time of clocks, as `carom.model.damping` says. On a table each disc is
-slowed down by one deceleration, against its motion, until it stops.
+With damping the times of the undamped run are mapped, see `carom.model.damping`. On a table each disc has the same
+deceleration, against its motion, until it stops.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 
 
 def undamped(damping_per_s: float, time: arb) -> arb:
-    """Return in what time an undamped disc would get as far as a damped one does in a time."""
+    """Return the time in which an undamped disc gets as far as a damped one in a given time."""
     return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
 def kept(damping_per_s: float, undamped_time: arb) -> arb:
-    """Return what is left of a speed then, over the speed."""
+    """Return the remaining part of a speed at a time."""
     return 1 - damping_per_s * undamped_time
 
 
 def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
-    """Let the table act on disc `i`, which goes straight on at a new velocity from a time on.
+    """Let the table act on disc `i`, which moves straight at a new velocity from a time on.
 
     Raises:
-        Undecided: It can't be told whether it moves.
+        Undecided: It cannot be decided whether the disc moves.
     """
     vx, vy = bodies.velocity(i, time, at)
     if vx.is_zero() and vy.is_zero():
@@ -52,7 +52,7 @@ def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
 
 
 def stop(bodies: BallBodies, meeting: Meeting) -> None:
-    """Let a disc lie where it has stopped."""
+    """Leave a disc where it has stopped."""
     i = meeting.first
     bodies.x[i], bodies.y[i] = bodies.place_at(i, meeting.time)
     bodies.vx[i] = bodies.vy[i] = ZERO

@@ -1,8 +1,9 @@
-"""`core/contact_law.h` in balls: what two frictions take of a slip and of a rim's speed, and hold at 0.
+"""`core/contact_law.h` in balls: what friction and rolling resistance take of slip and rim speed, or hold at 0.
 
 `stick` is the clip of `core/impact.h` between sticking and sliding.
 
-Forces are cuts, which are continuous: where it is not decided which side of one they are on, the ball holds both.
+Forces are clipped, which is continuous. Where it is not decided on which side of a limit they are, the ball contains
+both.
 """
 
 from __future__ import annotations
@@ -29,17 +30,17 @@ def sign(ball: arb) -> int | None:
 
 
 def cut(x: arb, most: arb) -> arb:
-    """Return x, cut to between minus and plus `most`."""
+    """Return x, clipped to between minus and plus `most`."""
     return x.min(most).max(ZERO - most)
 
 
 def stick(sticking: arb, most: arb) -> BallFrictions:
-    """Return what friction alone takes, of which sticking is the most that serves, and `most` what the cone allows."""
+    """Return what friction alone takes, up to sticking and up to `most`, the limit of the cone."""
     return BallFrictions(cut(sticking, most), ZERO, sticks=_within(sticking, most), blocks=False)
 
 
 def take(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallFrictions:
-    """Do as `share_frictions` of `core/contact_law.h`."""
+    """Compute `share_frictions` of `core/contact_law.h`."""
     (slip, rim), (f_most, h_most) = signs, most
     f = h = ZERO
     blocks: bool | None = False

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from carom.core.wall_features import WallFeature
     from carom.model.disc_arrays import DiscArrays
 
-#: Where a wall goes on smoothly behind the end of a face: `NO_OBSTACLE` of state.h.
+#: Mark of a smooth continuation of the wall behind the end of a face: `NO_OBSTACLE` of state.h.
 NO_OBSTACLE = -1
 
 
 class Grounds(NamedTuple):
-    """What contact that lasts needs to know of each feature of all walls.
+    """Data on each feature of all walls that lasting contact needs.
 
     Attributes:
         rows: Whether a disc can be in contact with it, the numbers of the vertices over its two ends, and how many
@@ -37,7 +37,7 @@ class Grounds(NamedTuple):
 def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
     """Return the grounds of a start.
 
-    A driven wall is none, and of a finite wall only its straight faces are.
+    Driven walls are no grounds, and of finite walls only straight faces are.
 
     Args:
         start: The discs and walls.
@@ -88,7 +88,7 @@ class _Surroundings:
                     self._arcs[end].append(number)
 
     def of_face(self, face: Face) -> tuple[tuple[int, int], list[int]]:
-        """Return the vertices over the ends of a face, and what a disc on it never meets.
+        """Return the vertices over the ends of a face, and the features that a disc on it never meets.
 
         These are the face and its other side, the vertices, and any arc with which the wall goes on smoothly: rounding
         would decide which of it and the face comes first.

@@ -53,7 +53,7 @@ class Obstacles:
         return grounds_of(self._start, self._finite, self.rows[:, 1].astype(int).tolist())
 
     def names(self, one: int, other: int) -> str:
-        """Return what two obstacles are called: walls, and edges of finite walls."""
+        """Return the names of two obstacles: walls, or edges of finite walls."""
         walls = [f"wall {int(self.rows[number, 1])}" for number in (one, other)]
         edges = [self._finite[number][1].edges[0] if number in self._finite else None for number in (one, other)]
         if walls[0] == walls[1] and None not in edges:
@@ -64,7 +64,7 @@ class Obstacles:
         )
 
     def decides(self, one: int, other: int, elastic: bool) -> bool:
-        """Return whether a disc that meets two features at one instant goes on alike, whichever comes first."""
+        """Return whether the order of two features that a disc meets at one instant is irrelevant."""
         first, second = self._finite[one][1], self._finite[other][1]
         return are_decidable(first.feature, second.feature, elastic=elastic)
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from carom.solvers.run import Progress, Start
 
-#: Events a call of the kernel, after which progress is reported and Ctrl-C is heard: a tenth of a second or so.
+#: Events a call of the kernel, about a tenth of a second; progress and Ctrl-C are handled between calls.
 _EVENTS = 100_000
 #: `Ending` of state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
@@ -42,11 +42,11 @@ _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyon
 
 
 class Acceleration(NamedTuple):
-    """What accelerates the discs of a run.
+    """Accelerations of the discs of a run.
 
     Attributes:
         gravity_m_s2: Uniform gravity.
-        table_deceleration_m_s2: By how much a table slows every disc down, against its motion; 0 without.
+        table_deceleration_m_s2: Deceleration of every disc by a table; 0 without.
         wall_rolling_resistance: Coefficient of rolling resistance of every disc and wall.
     """
 
@@ -56,13 +56,13 @@ class Acceleration(NamedTuple):
 
     @classmethod
     def of(cls, start: Start) -> Acceleration | None:
-        """Return what accelerates the discs of a start; None for nothing."""
+        """Return the accelerations of a start; None if all are 0."""
         found = cls(start.gravity_m_s2, start.table_deceleration_m_s2, start.wall_rolling_resistance)
         return found if found.table_deceleration_m_s2 or found.gravity_m_s2 != (0.0, 0.0) else None
 
 
 class RunState(NamedTuple):
-    """All that a run of the same discs and walls needs to go on; impacts recorded so far are not part of it."""
+    """State from which a run of the same discs and walls can be resumed, without the impacts recorded so far."""
 
     kernel: Mapping[str, Any]  # see `Kernel.state` in pic.pyx
     time_s: float
@@ -73,9 +73,9 @@ class RunState(NamedTuple):
 
 
 class EventDrivenRun:
-    """A PIC run that can be advanced in as many pieces as one likes; the pieces do not change the result.
+    """A PIC run that can be advanced in any number of pieces, which do not change the result.
 
-    Of `carom.solvers.run.Run`, for any number of discs: a million as `DiscArrays`. Under gravity discs slide, roll and
+    A `carom.solvers.run.Run` for any number of discs: a million as `DiscArrays`. Under gravity discs slide, roll and
     rest on straight walls. Any other contact that lasts ends the run, see `carom.model.trace.Outcome` and `notes`.
 
     Args:
@@ -91,9 +91,9 @@ class EventDrivenRun:
         all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. It changes no result.
 
     Raises:
-        InputError: The scene has damping, or a contact time with gravity or a table that slows discs; walls have more
-            sides and vertices than can be numbered; discs given as arrays overlap, an option is outside its range, or
-            `resume` is the state of a run of another scene. The message names what differs.
+        InputError: The scene has damping, or a contact time with gravity or a table that slows discs. Walls have more
+            sides and vertices than can be numbered. Discs given as arrays overlap. An option is outside its range.
+            `resume` is the state of a run of another scene; the message names what differs.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class EventDrivenRun:
         if self._ended is not None:
             return self._ended
         ended = _PAUSE
-        while ended == _PAUSE:  # between calls Python hears of Ctrl-C
+        while ended == _PAUSE:  # between calls Python handles Ctrl-C
             ended = self._kernel.run(time_s, NO_LIMIT if max_impacts is None else max_impacts, _EVENTS)
             if progress is not None:
                 progress(self.impacts, self._kernel.clock["reported"])
@@ -182,22 +182,22 @@ class EventDrivenRun:
         return _OUTCOMES[ended]
 
     def _note(self, ended: int, reached_s: float) -> str:
-        """Return what a user reads of a run that an impact, or contact, has ended."""
+        """Return the note on a run that an impact, or contact, has ended."""
         if ended == _CRUSHED:
             crush = self._kernel.crush
             return crushing_note(crush["disc"], tuple(crush["between"]), crush["time"])
         if ended == _GLIDES:
             return gliding_note(*self._kernel.gliding, reached_s)
         if ended == _STANDSTILL:
-            return "impact after impact comes sooner than the arithmetic can tell"
+            return "impacts follow each other faster than floats can resolve"
         return self._contact_note(ended, **self._kernel.contact_end)
 
     def _contact_note(self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool) -> str:
-        """Return in what contact a run has ended: see `ContactEnd` in accelerated.h."""
+        """Return the note on the contact in which a run has ended: see `ContactEnd` in accelerated.h."""
         why = ", after infinitely many impacts" if after_bounces else ""
         if ended == _EDGE:
             wall = body_name(other)
-            return f"disc {disc} comes to the end of a straight edge of {wall} and does not fly off"
+            return f"disc {disc} reaches the end of a straight edge of {wall} and does not fly off"
         if ended == _PRESSED:
             return f"disc {disc} stays in touch with {body_name(other)}{why}"
         if ended == _CORNER and self._obstacles is not None:
@@ -246,14 +246,14 @@ class EventDrivenRun:
 
 
 def _obstacles_of(start: DiscArrays, *, accelerate: bool) -> Obstacles | None:
-    """Return what a disc can meet of the walls; None where the walls themselves are the obstacles."""
+    """Return the features of the walls that discs can meet; None where the walls themselves are the obstacles."""
     obstacles = None if start.has_plain_walls and not (start.driven or accelerate) else Obstacles(start)
     if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
         raise InputError(f"walls have {count} sides and vertices: at most {MOST_OBSTACLES} can be numbered")
     return obstacles
 
 
-#: Coefficients of a start: with the walls, and the discs' radii, masses and inertia, all that no impact changes.
+#: Coefficients of a start. They, the walls, and the discs' radii, masses and inertia are all that no impact changes.
 _LAW = (
     *("restitution", "wall_restitution", "wall_materials"),
     *("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"),
@@ -262,14 +262,14 @@ _LAW = (
 
 
 def _fixed_of(start: DiscArrays, contact_duration_s: float) -> dict[str, Any]:
-    """Return by name what no impact changes, except for radii and masses, which the kernel has copied."""
+    """Return by name what no impact changes, except for radii and masses, which the kernel copies."""
     law = {name: getattr(start, name) for name in _LAW}
     inertia = start.inertia.copy() if start.turns else None
     return {"inertia_factor": inertia, "walls": start.walls, **law, "contact_duration_s": contact_duration_s}
 
 
 def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.void]) -> None:
-    """Refuse a state of other discs, walls or coefficients: a run that went on from it would be of neither scene."""
+    """Refuse a state of other discs, walls or coefficients: a run resumed from it would mix two scenes."""
     if not isinstance(state, RunState):
         raise InputError(f"resume must be what EventDrivenRun.state() returns, got {shown(state)}")
     theirs = state.kernel["discs"].view(discs.dtype)

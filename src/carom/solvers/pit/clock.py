@@ -1,4 +1,4 @@
-"""When PIT looks."""
+"""Instants of PIT's frames."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FrameClock:
-    """The instants of the frames: frame k, counted from 0, stands at ``k * step_s / rate_hz``.
+    """Instants of the frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
     Seconds from frame to frame, or frames a second: the other is 1, so that neither form is rounded twice.
     """
@@ -24,7 +24,7 @@ class FrameClock:
     rate_hz: float = 1.0
 
     def in_units(self, units: Units) -> FrameClock:
-        """Return the same clock in units of time that are a power of two of a second: no instant is rounded anew."""
+        """Return the same clock in units that are a power of two of a second; no instant is rounded again."""
         if self.rate_hz != 1.0:
             return FrameClock(rate_hz=units.seconds(self.rate_hz))
         return FrameClock(step_s=units.of_seconds(self.step_s))
@@ -39,7 +39,7 @@ class FrameClock:
         return frame * self.step_s / self.rate_hz
 
     def frames_before(self, time_s: float) -> int:
-        """Return how many frames stand before a time: not the one that differs from it by rounding only.
+        """Return the number of frames before a time, without one that differs from it by rounding only.
 
         Raises:
             InputError: The time is not a finite number of seconds, 0 or more.

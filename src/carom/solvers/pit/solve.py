@@ -1,4 +1,4 @@
-"""A run of PIT, taken forward from frame to frame in as many pieces as one likes; and from scene to trace by it."""
+"""PIT runs: a run that can be advanced in any number of pieces, and the function from scene to trace."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
 
-#: How many times the work of looking around all discs once may be wasted before skipping counts as not paying. It is
-#: done at the start, and once more where bounds have run out: chosen, not tuned.
+#: Skipping is given up once it has wasted this many times the work of one search around all discs. The search happens
+#: at the start, and again where bounds have run out. The number is chosen, not tuned.
 MOST_WASTE = 2.0
-#: Tests handed to the loop at a time: some hundredths of a second, for progress and Ctrl-C.
+#: Tests per call of the loop: some hundredths of a second, for progress and Ctrl-C.
 _WORK = 2.0**23
-#: Of a recorded contact: that of core/chain_distance.h.
+#: Edge of a recorded contact, as in core/chain_distance.h.
 _EDGE_KINDS = 4
 
 
 class FrameRun:
     """A PIT run in progress: `carom.solvers.run.Run`.
 
-    The discs stand where the last frame passed left them, and what is asked of another time is computed from there:
-    so pieces that end between frames change no bit.
+    The discs are where the last frame passed left them, and states at other times are computed from there. So pieces
+    that end between frames change no bit.
 
     Args:
-        loop: What passes the frames.
-        clock: When they are.
-        edges_of: With finite walls, what finds the edges that recorded impacts were on.
-        damping: What slows the discs of the loop down.
+        loop: The loop over the frames.
+        clock: Instants of the frames.
+        edges_of: With finite walls, the function that finds the edges of recorded impacts.
+        damping: Damping of the discs.
     """
 
     def __init__(
@@ -74,8 +74,8 @@ class FrameRun:
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Pass every frame before `time_s`, or until there have been `max_impacts` in all.
 
-        A frame at `time_s` itself comes after it; and a frame is taken whole, so its impacts may be more than were
-        asked for.
+        A frame at `time_s` itself is not passed. A frame is never split, so the run may have more impacts than
+        `max_impacts`.
 
         Args:
             time_s: Seconds from the start.
@@ -134,7 +134,7 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
 
     Args:
         scene: The scene.
-        clock: When the frames are.
+        clock: Instants of the frames.
         skipping: Whether to skip tests that can find nothing; the result is the same to the bit.
     """
 
@@ -166,7 +166,7 @@ def edges_of_contacts(contacts: NDArray[np.void]) -> NDArray[np.void]:
 def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:
     """Run a scene by PIT.
 
-    Frame k stands at ``k / frame_rate_hz``, from 0 to the last one before `scene.duration_s`.
+    Frame k is at ``k / frame_rate_hz``, from 0 to the last one before `scene.duration_s`.
 
     Args:
         scene: The scene, or its name in the catalogue.

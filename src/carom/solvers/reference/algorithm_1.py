@@ -62,7 +62,7 @@ class MovingDisc:
 
 @dataclass(frozen=True)
 class PitResult:
-    """What Algorithm 1 finds.
+    """Result of Algorithm 1.
 
     Attributes:
         impacts: The impacts in their order.

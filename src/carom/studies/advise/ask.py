@@ -1,4 +1,4 @@
-"""The adviser for who works in Python: `carom.advise`."""
+"""`carom.advise`: the adviser from Python."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ShownAdvice(Advice):
-    """What the adviser says, and shows by itself."""
+    """Advice, with its displays."""
 
     def __repr__(self) -> str:
         return plain_text(advice_document(self))
@@ -54,15 +54,16 @@ def advise(
     pool: Pool | None = None,
     **options: Any,
 ) -> ShownAdvice:
-    """Return from which step on each engine never misses an impact of a scene, and meets a demand.
+    """Find the largest step at which each engine misses no impact of a scene, and meets an accuracy target.
 
-    It prints what `carom advise` prints, shows itself in a notebook, and `plot()` draws the error against the step.
+    The result prints like `carom advise`, displays itself in a notebook, and has `plot()` for the error against the
+    step.
 
     Args:
         scene: The scene, or its name in the catalogue.
-        engine_names: Names of adapters; every one that is installed by default.
+        engine_names: Names of adapters; by default all installed ones.
         progress: Called with (done, all, what).
-        pool: Where steps are tried; it stays open. By default a new pool, which is closed.
+        pool: Pool that tries steps; it stays open. By default a new pool, which is closed.
         options: ``direction_error_rad``, ``profiles``, ``scheduler`` and the other fields of
             `carom.studies.advise.options.AdviceOptions`.
 

@@ -1,4 +1,4 @@
-"""The document of `carom advise`: the answer, what it rests on, and which impact asks for it."""
+"""Document of `carom advise`: the answer, its evidence, and the deciding impact."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ from carom.studies.advise.run import Advice, Advised, Cause, HardImpact, SearchE
 from carom.studies.advise.step_search import CONFIRM, in_a_frame
 from carom.support.folders import write_files
 
-#: What a folder of advice is for.
+#: Purpose of a folder of advice.
 PURPOSE = "advise"
 
-#: From this number of steps on the first and the last are named.
+#: With this number of steps or more only the first and the last are named.
 _MANY = 4
 
 
 def advice_document(advice: Advice, asked: str = "") -> Document:
-    """Return the answers, a row a method, and what was not reached; who may take the longest step comes first.
+    """Return the answers, a row a method, with omissions; the method with the longest step is first.
 
     Args:
-        advice: What the adviser says.
-        asked: How the scene was asked for, as the word of a command; by default its name, which the catalogue must
-            then have for the commands to be of use.
+        advice: The advice.
+        asked: The scene as the word of a command; by default its name, for which the commands need a scene of the
+            catalogue.
     """
     rows = sorted(advice.answers, key=lambda one: (_cut(advice, one), _order(one.demand), _order(one.never_misses)))
     frame = f"{formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
@@ -113,7 +113,7 @@ def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
 
 
 def _answers(advice: Advice) -> Iterator[str]:
-    """Yield the two answers, the yardstick, and who was not searched."""
+    """Yield the two answers, that of sampling alone, and the methods that were not searched."""
     if advice.answers:
         yield f"{advice.scene.name}: to miss no impact, {_fewest(advice, lambda answer: answer.never_misses)}."
         yield f"{_wholly(advice)}, {_fewest(advice, lambda answer: answer.demand)}."
@@ -138,9 +138,9 @@ def _angle(advice: Advice) -> str:
 
 
 def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
-    """Return the longest step that passes, and who takes it; a located method only where no other was searched.
+    """Return the longest step that passes, and its method; a located method only where no other was searched.
 
-    Steps that Carom cuts are no setting to take.
+    Carom cuts the steps of located methods, so they are no setting of an engine.
     """
     able = [one for one in advice.answers if not _cut(advice, one)] or list(advice.answers)
     passing = [(found, answer) for answer in able if (found := question(answer)).passes]
@@ -156,12 +156,12 @@ def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
 
 
 def _any(answer: Advised, found: StepRange) -> bool:
-    """Whether every step of the grid passes, from the whole run in one step on."""
+    """Whether every step of the grid passes, the whole run in one step included."""
     return found.passes is not None and found.fails is None and answer.refused_s is None
 
 
 def _substeps(advice: Advice, found: StepRange) -> str:
-    """Return how often a frame takes the step, or the next finer one tried of which a whole number fills a frame."""
+    """Return the steps per frame of the step, or of the next finer tried one that divides a frame."""
     if (times := _times(advice, found)) is None:
         return ""
     told = f"{formatting.count(times, 'step')} per frame at {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
@@ -180,7 +180,7 @@ def _framed(advice: Advice, found: StepRange) -> str:
 
 
 def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
-    """Yield the engine's own code of a frame: of the first that has any on a terminal, of each in full."""
+    """Yield the engine's own code of a frame: on a terminal that of the first method, in full all."""
     shown = EVERYWHERE
     for answer in rows:
         found = answer.demand if answer.demand.in_frame else answer.never_misses
@@ -216,7 +216,7 @@ def _rated(answer: Advised, found: StepRange) -> str:
 
 
 def _at_a_frame(advice: Advice, answer: Advised) -> str:
-    """Return what one step a frame comes to."""
+    """Return the result with one step a frame."""
     rate_hz = advice.scene.frame_rate_hz
     trial = next((one for one in answer.trials if in_a_frame(one.dt_s, rate_hz) == 1), None)
     if trial is None:
@@ -240,7 +240,7 @@ def _yardstick(advice: Advice) -> str:
 
 
 def _limits(advice: Advice) -> Iterator[str]:
-    """Yield what a row alone does not say: curves that are not monotone, what was not reached, and how far it goes."""
+    """Yield notes on the rows: curves that are not monotone, steps that were not reached, and limits of the result."""
     for answer in advice.answers:
         told = answer.never_misses
         for found, what in ((told, "miss none"), (answer.demand, "meet the demand")):
@@ -296,7 +296,7 @@ def _rate(dt_s: float) -> str:
 
 
 def _rates(trials: Iterable[StepTrial]) -> str:
-    """Return rates as a list, or, of many, the first and the last with their number."""
+    """Return rates as a list; if there are many, the first and the last with their number."""
     rates = [_rate(trial.dt_s) for trial in trials]
     return formatting.listed(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
 
@@ -319,20 +319,20 @@ def _fails(answer: Advised, found: StepRange) -> str:
 
 
 def _endings(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield why searches tried no finer step."""
+    """Yield the reasons why searches tried no finer step."""
     for ending, names in formatting.together((one.ending, _name(one.method)) for one in rows).items():
         yield f"No finer step was tested because {ending.value}: {formatting.listed(names)}."
 
 
 def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield why steps were refused, the finest of each method."""
+    """Yield the reasons why steps were refused, the finest of each method."""
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps per second ({one.refusal})."
 
 
 def _direction(answer: Advised) -> str:
-    """Return the error at the step that is the answer, or at the finest tried."""
+    """Return the error at the recommended step, or at the finest tried."""
     trial = answer.demand.passes or (answer.trials[-1] if answer.trials else None)
     if trial is None:
         return formatting.ABSENT

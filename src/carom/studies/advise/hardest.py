@@ -1,4 +1,4 @@
-"""What is demanded of a step, and what each impact of a reference allows a method that checks once per step."""
+"""The demand on a step, and the step that each impact of a reference allows a method that checks once per step."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, wall_index
 from carom.studies.advise.sampling_limit import ContactWindow, PairLimit, pair_limit
 
-#: The chord of a graze is less than half of what it would be head-on, at an impact parameter above cos 30 degrees.
+#: An impact is a graze at an impact parameter above cos 30 degrees, where the chord is less than half of a head-on one.
 GRAZE = math.cos(math.pi / 6)
 
 
@@ -26,10 +26,10 @@ class Cause(Enum):
 
 @dataclass(frozen=True)
 class Demand:
-    """What is asked for.
+    """Required accuracy.
 
     Attributes:
-        direction_error_rad: No disc's direction after any impact may be wrong by more.
+        direction_error_rad: Largest allowed error of a disc's direction after any impact.
         miss_probability: Share of starts at which an impact may be missed or invented.
     """
 
@@ -39,14 +39,14 @@ class Demand:
 
 @dataclass(frozen=True)
 class HardImpact:
-    """What one impact of the reference allows a method that checks for overlap once per step.
+    """The step that one impact of the reference allows a method that checks for overlap once per step.
 
     Attributes:
-        time_s: When it is.
+        time_s: Time of the impact.
         first: The disc.
         second: The other disc, or a wall.
-        limit: What it allows; of discs that rub, what it would allow without friction: enough to aim starts by.
-        cause: Why it allows no more.
+        limit: The allowed steps; for discs with friction those without it, which suffice to aim starts.
+        cause: Reason why it allows no larger step.
     """
 
     time_s: float
@@ -57,7 +57,7 @@ class HardImpact:
 
 
 def hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
-    """Return what each impact of a reference allows on its own, the hardest first."""
+    """Return the steps that each impact of a reference allows on its own, the hardest first."""
     found = [_hard(reference, k, demand) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
 

@@ -1,4 +1,4 @@
-"""What may be asked of the adviser: see `carom.support.options`."""
+"""Options of the adviser: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ def _share(value: object) -> float:
 
 @dataclass(frozen=True)
 class AdviceOptions(LimitOptions):
-    """What is asked of the adviser, apart from the scene.
+    """Options of the adviser, without the scene.
 
     Attributes:
-        engines: Names of adapters; None for all. PIC and PIT are no engines to take, and are not searched.
+        engines: Names of adapters; None for all. PIC and PIT are not searched.
         profiles: Names of profiles.
-        direction_error_rad: No disc's direction after any impact may be wrong by more.
+        direction_error_rad: Largest allowed error of a disc's direction after any impact.
         miss_probability: Share of starts at which an impact may be missed or invented.
-        phases: How many starts, evenly spread over a step, each step is tried at.
-        budget_steps: Engine steps that the search of one method may take; what was found until then is the answer.
+        phases: Number of starts, evenly spread over a step, at which each step is tried.
+        budget_steps: Budget of engine steps of the search of one method; the answer is what was found until then.
 
     Raises:
         InputError: A value makes no sense.

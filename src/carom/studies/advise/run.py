@@ -1,8 +1,8 @@
-"""The adviser: from which step on each engine never misses, and meets a demand, on a scene; and the hardest impact.
+"""The adviser: largest steps at which each engine misses no impact of a scene, and meets a target; hardest impact.
 
-Of two smooth discs what checking once per step (PIT) needs is a closed form
-(`carom.studies.advise.sampling_limit`). All else is found by trying: every step of a grid, each at starts spread over
-it and at the unlucky ones that look just before the hardest impacts.
+For two smooth discs the step of a check once per step (PIT) has a closed form (`carom.studies.advise.sampling_limit`).
+All other steps are found by trial: every step of a grid, at starts spread over it and at aimed ones, with a check just
+before the hardest impacts.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ __all__ = [
     "hardest_impacts",
 ]
 
-#: The unlucky starts of this many of the hardest impacts are tried.
+#: Number of hardest impacts whose aimed starts are tried.
 AIMED = 3
 
 
 class ReferenceCut(Enum):
-    """Why a scene is asked about up to some time only; the value is the phrase shown."""
+    """Why a scene is advised on only up to a time; the value is the phrase shown."""
 
     TIE = "a disc meets two others at once, which has no unique answer"
     CHAOS = "rounding alone decides what happens"
@@ -64,7 +64,7 @@ class Unable:
 
     Attributes:
         method: Engine and profile.
-        reason: Why it can't run the scene at any step that would be tried.
+        reason: Reason why it can't run the scene at any step of the search.
     """
 
     method: Method
@@ -76,8 +76,8 @@ class ClosedForm:
     """The largest steps of checking once per step (PIT) on two smooth discs alone, seconds.
 
     Attributes:
-        never_misses_s: Up to it no start misses the impact.
-        demand_s: Up to it every start meets the demand.
+        never_misses_s: Largest step at which no start misses the impact.
+        demand_s: Largest step at which every start meets the demand.
     """
 
     never_misses_s: float
@@ -86,26 +86,26 @@ class ClosedForm:
 
 @dataclass(frozen=True)
 class Advice:
-    """What the adviser says.
+    """Result of the adviser.
 
     Attributes:
-        scene: The scene, ended where its reference is reliable no longer.
-        demand: What was asked for.
+        scene: The scene, up to the end of its reliable reference.
+        demand: Required accuracy.
         impacts: Impacts of the reference.
         hardest: Its hardest impacts, the hardest first.
-        closed_form: What PIT needs; None where there is no closed form of it.
-        sampling: PIT, searched as the engines are, where there is no closed form: a yardstick, and no engine to take.
+        closed_form: The steps of PIT; None where they have no closed form.
+        sampling: Search of PIT, for comparison, where there is no closed form.
         answers: One entry an engine's profile.
-        unable: Engines' profiles that can't run the scene, and were not searched.
-        phases: Even starts at which each step was tried, aimed ones not counted.
-        budget_steps: Engine steps that each search was allowed.
-        swept: The methods whose engine sweeps fast bodies, so that none passes through another in a step.
-        located: The methods whose steps Carom cuts: no setting of the engine does that, so there is nothing to paste.
-        code: The engine's own code of a frame at the step of the answer, by method; none where an adapter writes none.
+        unable: Engines' profiles that can't run the scene.
+        phases: Even starts at which each step was tried, without aimed ones.
+        budget_steps: Budget of each search, in engine steps.
+        swept: Methods whose engine sweeps fast bodies, so that none passes through another in a step.
+        located: Methods whose steps Carom cuts, which no setting of the engine does.
+        code: The engine's own code of a frame at the recommended step, by method, if the adapter writes code.
         environment: Machine and versions.
-        command: The command that makes this again; empty where it was called from Python.
-        elapsed_s: Seconds that it took.
-        cut: Why the scene was ended before its own end; None where it was not.
+        command: The command that repeats the advice; empty where it was called from Python.
+        elapsed_s: Elapsed seconds.
+        cut: Why the scene was shortened; None where it was not.
     """
 
     scene: Scene
@@ -130,14 +130,14 @@ class Advice:
 def advise(
     scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress = no_progress, command: str = ""
 ) -> Advice:
-    """Return from which step on each engine never misses an impact of a scene, and meets a demand.
+    """Find the largest step at which each engine misses no impact of a scene, and meets a demand.
 
     Args:
         scene: The scene.
-        options: What is asked for.
-        pool: Where steps are tried; it stays open.
+        options: Options of the adviser.
+        pool: Pool that tries steps; it stays open.
         progress: Called with (done, all, what).
-        command: The command that makes this again, for the result.
+        command: The command that repeats the advice, for the result.
 
     Raises:
         InputError: The scene has no reference or no impact.
@@ -206,13 +206,13 @@ def _sweeps(info: EngineInfo, profile: str) -> bool:
 
 
 def _code(scene: Scene, answer: Advised, pool: Pool) -> str:
-    """Return the code of a frame at the step that meets the demand, or, where none does, that misses nothing."""
+    """Return the code of a frame at the step that meets the demand, or else at the one that misses nothing."""
     trial = answer.demand.in_frame or answer.never_misses.in_frame
     return "" if trial is None else find_step_code(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
 
 
 def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
-    """Return the reference of a scene as far as it is reliable, and why it ends before the scene does."""
+    """Return the reference of a scene as far as it is reliable, and the reason why it ends before the scene."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"no reference to compare with: {reference}")
@@ -227,7 +227,7 @@ def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
         return reference, None
     if reliable == 0:
         raise InputError(f"no step can be recommended for {scene.name!r}, because from its first impact on {cut.value}")
-    # Half way to the next impact: no start's rounding moves one across.
+    # The end is half way to the next impact, so no rounding of a start moves an impact across it.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
         raise InputError(f"no reference to compare with: {ended}")
@@ -235,7 +235,7 @@ def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
 
 
 def _closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
-    """Return what PIT needs; None where friction, slowing, legs, a third body or a fall onto one leave none."""
+    """Return PIT's largest steps; None where friction, damping, legs, a third body or gravity exclude a closed form."""
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     apart = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     turns = any(disc.legs for disc in scene.discs)
@@ -253,7 +253,7 @@ def _carry_out(
     pool: Pool,
     progress: Progress,
 ) -> None:
-    """Try what the searches want, one step of each at a time, until none wants any."""
+    """Try the requested steps of all searches, one step of each at a time, until none requests any."""
     tried = 0
     while wanted := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
         starts = {method: starts_of(one.dt_s, one.even, aimed_s) for method, one in wanted.items()}

@@ -1,11 +1,11 @@
 """The largest step at which checking once per step meets a demand, for one impact of two bodies, in closed form.
 
-A method that looks at t = k dt finds the impact of two discs at the first look in [enter, closest approach): touching
-or overlapping, and approaching still. So whatever the phase it finds it if dt is at most the length of that window;
-and it finds it late by less than dt. How late makes how wrong a direction is geometry: while the discs slide into one
-another their line of centres turns, and the velocity of each after the impact moves on a circle. With u the relative
-velocity, k a disc's share (1 + e) mu / m of the push, and n the unit line of centres,
-``k (u . n) n = (k / 2) (u + |u| w)``, where w is the unit vector whose angle is twice that of n less that of u.
+A method that checks at t = k dt finds the impact of two discs at the first check in [enter, closest approach), where
+they overlap and still approach. So it finds the impact at any phase if dt is at most the length of that window, and
+less than dt late. Geometry gives the direction error of a delay. While the discs slide into one another, their line of
+centres turns, and the velocity of each after the impact moves on a circle. With u the relative velocity, ``k = (1 + e)
+mu / m``, and n the unit line of centres, a disc's velocity changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is
+the unit vector whose angle is twice that of n less that of u.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ Vector = tuple[float, float]
 
 @dataclass(frozen=True)
 class ContactWindow:
-    """Two discs as they touch, on the way into one another.
+    """Two discs in first contact.
 
     Attributes:
         reach_m: Distance of the centres at contact.
         speed_m_s: Relative speed.
-        miss_m: Impact parameter: distance of the first centre from the line on which the second moves, with a sign.
+        miss_m: Impact parameter: signed distance of the first centre from the line on which the second moves.
         normal: Unit vector from first to second at contact.
         relative_m_s: Velocity of the second less that of the first.
     """
@@ -55,14 +55,14 @@ class ContactWindow:
 
 
 def largest_step(window_s: float, miss_probability: float) -> float:
-    """Return the largest step that misses a window with no more than this probability, infinite for 1."""
+    """Return the largest step that misses a window with at most this probability; infinite for 1."""
     return math.inf if miss_probability >= 1.0 else window_s / (1.0 - miss_probability)
 
 
 def direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
-    """Return how late the impact may be found before a disc's direction after it is wrong by more than an angle.
+    """Return the largest delay of an impact at which a disc's direction after it is off by at most an angle.
 
     Args:
         window: The two discs at contact.
@@ -72,7 +72,7 @@ def direction_limit(
         angle_rad: The angle, above 0 and below pi.
 
     Returns:
-        Seconds of lateness, infinite where the direction never gets so wrong within the window.
+        Delay in seconds, infinite where the direction is never off by more within the window.
     """
     (ux, uy), speed = window.relative_m_s, window.speed_m_s
     radius = 0.5 * push * speed
@@ -88,7 +88,7 @@ def direction_limit(
         return (centre[0] + sign * radius * math.cos(place), centre[1] + sign * radius * math.sin(place))
 
     reference = after(0.0)
-    # A disc that is left at rest has no direction; the push and the course cancel to rounding there.
+    # A disc left at rest has no direction; its velocities before and of the push cancel to rounding.
     if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
         return math.inf
     heading = math.atan2(reference[1], reference[0])
@@ -102,13 +102,13 @@ def direction_limit(
 
 
 def _turn(window: ContactWindow) -> float:
-    """Return by how much w turns from contact to closest approach, radians, with its sign; head-on it does not."""
+    """Return the signed angle by which w turns from contact to closest approach, radians; 0 head-on."""
     share = min(1.0, window.share)
     return math.copysign(2.0 * math.acos(share), window.miss_m) if share > 0.0 else 0.0
 
 
 def _lateness(window: ContactWindow, swept: float) -> float:
-    """Return after how many seconds w has turned by so much."""
+    """Return the time after which w has turned by an angle, seconds."""
     along = window.length_s * window.speed_m_s
     aside = abs(window.miss_m)
     # The line of centres turns by half of it; the distance still to go to the closest approach is aside * tan(...).
@@ -117,7 +117,7 @@ def _lateness(window: ContactWindow, swept: float) -> float:
 
 
 def _circle_meets_ray(centre: Vector, radius: float, heading: float) -> list[Vector]:
-    """Return where a ray from the origin meets a circle, as vectors from the circle's centre."""
+    """Return the points at which a ray from the origin meets a circle, as vectors from the circle's centre."""
     dx, dy = math.cos(heading), math.sin(heading)
     half = centre[0] * dx + centre[1] * dy
     aside = centre[0] * dy - centre[1] * dx
@@ -130,12 +130,12 @@ def _circle_meets_ray(centre: Vector, radius: float, heading: float) -> list[Vec
 
 @dataclass(frozen=True)
 class PairLimit:
-    """What one impact allows a method that checks for overlap once per step.
+    """The steps that one impact allows a method that checks for overlap once per step.
 
     Attributes:
         window: The two discs at contact; None for a wall.
-        miss_dt_s: Largest step that finds it with the probability asked for.
-        direction_dt_s: Largest step at which no disc's direction is wrong by more than the angle asked for.
+        miss_dt_s: Largest step that finds it with the required probability.
+        direction_dt_s: Largest step at which no disc's direction is off by more than the required angle.
     """
 
     window: ContactWindow | None
@@ -156,7 +156,7 @@ def pair_limit(
     angle_rad: float,
     miss_probability: float,
 ) -> PairLimit:
-    """Return what an impact of two discs allows."""
+    """Return the steps that an impact of two discs allows."""
     total = sum(inverse_masses)
     pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
     direction = min(

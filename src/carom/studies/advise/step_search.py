@@ -1,4 +1,4 @@
-"""The search of one method: every step of a grid, from the whole run in one step down, and what follows from it."""
+"""Search for the step of one method: every step of a grid, from the whole run in one step down."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from carom.model.scene import Scene
 from carom.studies.advise.hardest import Demand
 from carom.studies.advise.step_trial import StepTrial, most_steps
 
-#: Even starts at which an answer is run once more before it is given.
+#: Number of even starts at which an answer is confirmed.
 CONFIRM = 64
 
 #: The grid has two steps an octave: 1, 1.5, 2, 3, 4, 6 ... steps a frame, whole numbers of them from half a frame down.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: An answer holds at all steps of the grid down to this many octaves below it, where the error falls in proportion to
-#: the step over them: what falls so goes on falling. Where it does not, one octave more.
+#: An answer must hold at all steps of the grid down to this many octaves below it. This is enough where the error is in
+#: proportion to the step there, since it then keeps falling. Otherwise one octave more is required.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
-#: No answer is given before the steps were tried down to a frame's, which is what people run, and, where looking once a
-#: step needs finer ones, down to those, or to this many octaves below a frame: engines that sweep fast discs alone
-#: sweep none there any more, and may miss what they found at larger steps.
+#: An answer requires that steps were tried down to a frame's, the usual step. Where a check once per step needs finer
+#: ones, they are tried too, down to this many octaves below a frame. Engines that sweep only fast discs sweep none at
+#: such steps, and may miss impacts that they found at larger ones.
 OCTAVES_COVERED = 3
 
-#: An error is in proportion to the step, or does not depend on it, where error over step, or the error itself, is the
-#: same to a quarter over these octaves: its order is then within 0.16 of 1 (over two), or 0.11 of 0 (over three).
+#: An error is in proportion to the step if error over step varies by at most a quarter over these octaves, and does not
+#: depend on it if the error itself does. Its order is then within 0.16 of 1 (over two), or 0.11 of 0 (over three).
 SAME = 1.25
 
-#: No step finer than this fraction of a frame, or of what the hardest impact allows on its own, is tried.
+#: The finest tried step, as a fraction of a frame or of the step that the hardest impact allows.
 FINEST = 1 / 64
 
 
@@ -48,16 +48,16 @@ class SearchEnding(Enum):
 
 @dataclass(frozen=True)
 class StepRange:
-    """Which steps pass: every step tried from the one that `passes` down to `down_to_s`.
+    """Passing steps: every tried step from the one that `passes` down to `down_to_s`.
 
     Attributes:
         passes: The largest of them, confirmed at `CONFIRM` starts; None where there is no answer.
-        in_frame: The largest of them that takes a whole number of steps a frame, confirmed, too; None where there is
-            no answer, or none of them does.
+        in_frame: The largest of them that divides a frame, also confirmed; None where there is no answer, or none of
+            them does.
         down_to_s: The finest that was tried, seconds; NaN where no step was.
         fails: The finest that fails, which is the next larger one tried; None where none fails.
-        coarser_passes: Steps that pass though a finer one fails, the largest first; of no use to anybody.
-        finer_failures: Steps that fail though a larger one passes, the largest first.
+        coarser_passes: Steps that pass although a finer one fails, the largest first.
+        finer_failures: Steps that fail although a larger one passes, the largest first.
     """
 
     passes: StepTrial | None
@@ -69,22 +69,22 @@ class StepRange:
 
     @property
     def monotone(self) -> bool:
-        """Whether no step tried fails that is finer than one that passes."""
+        """Whether no tried step fails that is finer than a passing one."""
         return not self.finer_failures
 
 
 @dataclass(frozen=True)
 class Advised:
-    """What was found of a method.
+    """Result of a method's search.
 
     Attributes:
         method: Engine and profile.
         trials: Every step that was tried, the largest first.
-        never_misses: Where no start misses or invents an impact.
-        demand: Where the whole demand is met.
+        never_misses: Steps at which no start misses or invents an impact.
+        demand: Steps that meet the whole demand.
         ending: Why no further step was tried.
-        refused_s: The finest step that the method does not take, seconds; larger ones were not run. None for none.
-        refusal: Why it does not take it; empty for none.
+        refused_s: The finest step that the method refuses, seconds; larger ones were not run. None for none.
+        refusal: Reason of the refusal; empty for none.
     """
 
     method: Method
@@ -97,14 +97,14 @@ class Advised:
 
     @property
     def steps(self) -> int:
-        """Engine steps of the trials that are kept."""
+        """Engine steps of these trials."""
         return sum(trial.steps for trial in self.trials)
 
     @property
     def flat_from_s(self) -> float | None:
-        """The largest step from which on the direction error does not depend on the step, seconds; None for none.
+        """The largest step below which the direction error does not depend on the step, seconds; None for none.
 
-        Looked at are the finest steps tried, as far up as nothing is lost.
+        Only the finest tried steps count, up to the first that loses an impact.
         """
         run: list[StepTrial] = []
         for trial in reversed(_finest_that(self.trials, lambda trial: trial.never_misses)):
@@ -116,14 +116,14 @@ class Advised:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A step that a search wants tried, and the number of its even starts."""
+    """A step that a search requests, and the number of its even starts."""
 
     dt_s: float
     even: int
 
 
 def grid_of(scene: Scene, guess_s: float) -> Iterator[float]:
-    """Yield the steps of the grid: the whole run in one, then those below it, two an octave, to the finest."""
+    """Yield the steps of the grid: the whole run in one step, then two an octave, down to the finest."""
     frame_s, whole_s = 1.0 / scene.frame_rate_hz, scene.duration_s
     finest = min(guess_s, frame_s, whole_s) * FINEST
     yield whole_s
@@ -139,25 +139,26 @@ def grid_of(scene: Scene, guess_s: float) -> Iterator[float]:
 
 
 def in_a_frame(dt_s: float, frame_rate_hz: float) -> int | None:
-    """Return how many steps a frame takes; None where it is no whole number of them."""
+    """Return the number of steps a frame; None if it is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
-    # A step of the grid is one over a product, and so is this: four operations, each of which rounds once.
+    # A step of the grid is one over a product, and so is this: four operations with one rounding each.
     whole = round(times)
     return whole if whole and abs(times - whole) <= 8 * 2.0**-53 * whole else None
 
 
 class StepSearch:
-    """The search of one method: it says which step it wants tried next, and takes what came of it.
+    """Search for the step of one method: it requests the next step to try, and takes its result.
 
     Args:
         scene: The scene.
         method: Engine and profile.
-        demand: What is asked for.
-        guess_s: What the hardest impact allows a method that checks for overlap once per step.
+        demand: Required accuracy.
+        guess_s: Largest step that the hardest impact allows a method that checks for overlap once per step.
         phases: Even starts at which each step is tried.
-        aimed: How many aimed starts come to those.
-        budget_steps: Engine steps that it may take; a step is tried if those of the step before say that it will do.
-        refusal: Why the method does not take a step; empty where it does.
+        aimed: Number of aimed starts in addition.
+        budget_steps: Budget of engine steps; a step is tried if the cost of the step before predicts that the budget
+            suffices.
+        refusal: Returns why the method does not take a step; empty where it does.
     """
 
     def __init__(
@@ -191,14 +192,14 @@ class StepSearch:
         return all(self._refusal(dt_s) for dt_s in self._grid)
 
     def take(self, trial: StepTrial | str) -> None:
-        """Take what came of the step that was wanted, or why it could not be tried."""
+        """Take the result of the requested step, or the reason why it could not be tried."""
         try:
             self.wanted = self._walk.send(trial)
         except StopIteration:
             self.wanted = None
 
     def answer(self) -> Advised:
-        """Return what was found."""
+        """Return the result."""
         refused_s, refusal = self._untried or (None, "")
         misses, whole = (self._range(passes) for passes in self._questions)
         return Advised(self._method, self._tried, misses, whole, self._ending, refused_s, refusal)
@@ -229,7 +230,7 @@ class StepSearch:
                 return
 
     def _try(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
-        """Have a step tried, and return whether the search goes on."""
+        """Request a step, and return whether the search goes on."""
         most = most_steps(self._duration_s, dt_s, even + self._aimed)
         # A run ends early after its last impact, and so it did at the step before.
         if most * self._share > self._left:
@@ -244,14 +245,14 @@ class StepSearch:
             self._confirmed.add(dt_s)
         self._left -= trial.steps
         self._share = trial.steps / most
-        # What breaks off at so large a step as nobody takes may well run at a smaller one.
+        # An engine that fails at a huge step may run at a smaller one.
         if trial.reason and dt_s <= self._frame_s:
             self._ending = SearchEnding.BROKE
             return False
         return True
 
     def _unconfirmed(self) -> StepTrial | None:
-        """Return a step that would be an answer, had it been run at enough starts."""
+        """Return a step that would be an answer if it had been run at enough starts."""
         for passes in self._questions:
             run = _finest_that(self._tried, passes)
             for trial in (*run[:1], *self._in_frame(run)) if self._long_enough(run) else ():
@@ -264,7 +265,7 @@ class StepSearch:
         return [trial for trial in run if in_a_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _long_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether all steps were tried that an answer at the first needs."""
+        """Whether all steps were tried that an answer at the first one needs."""
         falling = _same([trial.direction_error_rad / trial.dt_s for trial in run])
         return _reaches(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._covers_s
 
@@ -273,9 +274,9 @@ class StepSearch:
         return self._long_enough(run) and run[0].dt_s in self._confirmed
 
     def _hopeless(self, dt_s: float) -> bool:
-        """Whether a finer step promises nothing: the error is too large, and the same over the last octaves.
+        """Whether a finer step is hopeless: the error is too large, and constant over the last octaves.
 
-        Only below a frame, and below what would be enough for checking once per step.
+        This applies only below a frame, and below the step that suffices for a check once per step.
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False
@@ -295,7 +296,7 @@ class StepSearch:
 
 
 def _finest_that(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:
-    """Return the run of steps that pass, from the finest tried up to the first that fails; the largest first."""
+    """Return the passing steps, from the finest tried up to the first that fails; the largest first."""
     found: list[StepTrial] = []
     for trial in reversed(trials):
         if not passes(trial):
@@ -310,6 +311,6 @@ def _reaches(run: Sequence[StepTrial], octaves: int) -> bool:
 
 
 def _same(values: Sequence[float]) -> bool:
-    """Whether numbers above 0 are the same to a quarter; one that is NaN or infinite is none."""
+    """Whether numbers above 0 are the same to a quarter; not if one is NaN or infinite."""
     sound = all(0.0 < value < math.inf for value in values)
     return sound and max(values, default=0.0) <= SAME * min(values, default=0.0)

@@ -1,4 +1,4 @@
-"""One step of one method, tried: at starts spread evenly over the step, and at unlucky ones."""
+"""Trial of one step of one method, at evenly spread starts and at aimed ones."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from carom.comparator.align import LATEST_STAMP_STEPS
-from carom.comparator.horizon import comparison_range
-from carom.comparator.measure import measure
+from carom.comparator.comparison_range import comparison_range
+from carom.comparator.impact_matching import LATEST_STAMP_STEPS, match_impacts
+from carom.comparator.measure.errors import measure
 from carom.comparator.scales import compute_scales
 from carom.comparator.shift import even_phases
 from carom.execution.cache_key import JobKey, job_key
@@ -24,23 +24,24 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.studies.advise.hardest import Demand
 
-#: An aimed start looks this fraction of a step before the impact: late by all but this fraction.
+#: An aimed start has a check this fraction of a step before the impact, so the impact is found late by the rest of a
+#: step.
 JUST_BEFORE = 1e-3
 
-#: A run goes on for this many steps after the scene's end: what happened before it is then due to have been reported.
+#: A run continues for this many steps after the scene's end, so that all impacts before it are reported.
 BEYOND_STEPS = LATEST_STAMP_STEPS + 1
 
-#: References that a worker keeps: those of the starts of one step, so that a second method finds them.
+#: Number of references that a worker keeps: those of the starts of one step, for the next method.
 REFERENCES_KEPT = 128
 
 
 @dataclass(frozen=True)
 class Started:
-    """What one start gave.
+    """Result of one start.
 
     Attributes:
         lost: Impacts missed or invented.
-        completed: Whether the run came to its end.
+        completed: Whether the run reached its end.
         direction_error_rad: Largest direction error of the impacts found; NaN where none was.
         steps: Engine steps taken.
     """
@@ -53,10 +54,10 @@ class Started:
 
 @dataclass(frozen=True)
 class StartTask(JobTask):
-    """Run a job in a worker process, and hold its impacts up to the scene's end against PIC's."""
+    """Run a job in a worker process, and compare its impacts up to the scene's end with PIC's."""
 
     def carry_out(self) -> Started:
-        """Return what it gave.
+        """Return its result.
 
         Raises:
             UnsupportedError: There is no such start, or no reference of it.
@@ -64,16 +65,14 @@ class StartTask(JobTask):
         job = self.job
         adapter = load_supported_adapter(job)
         begun = scene_at_phase(job)
-        # An impact in the last steps of a run can't be told from one that is missed.
+        # Without further steps, an impact in the last steps of the scene could not be distinguished from a missed one.
         scene = Scene(**{**dict(begun), "duration_s": begun.duration_s + BEYOND_STEPS * job.dt_s})
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
-        measured = measure(
-            reference, observed, compute_scales(scene, reference), comparison_range(reference, begun.duration_s)
-        )
-        aligned = measured.alignment
+        aligned = match_impacts(reference, observed, comparison_range(reference, begun.duration_s))
+        measured = measure(reference, observed, aligned, compute_scales(scene, reference))
         return Started(
-            # Past the extra steps nothing is undecided, unless the run broke off: then it was not found.
+            # After the extra steps nothing is undecided unless the run broke off; then the impact was not found.
             lost=len(aligned.missed) + len(aligned.spurious) + len(aligned.undecided),
             completed=observed.outcome is Outcome.COMPLETED,
             direction_error_rad=measured.largest.direction_rad,
@@ -90,13 +89,13 @@ class StepTrial:
 
     Attributes:
         dt_s: The step, seconds.
-        even: How many starts were spread evenly over it, as far as they could be had.
-        starts: How many starts were run, aimed ones among them.
-        lost_even: How many of the even starts missed or invented an impact, or did not come to their end.
+        even: Number of starts that are evenly spread over the step, without those that failed.
+        starts: Number of all starts, with aimed ones.
+        lost_even: Number of even starts that missed or invented an impact, or did not reach their end.
         lost: The same of all starts.
         direction_error_rad: Largest direction error at any start; NaN where no impact was found.
         steps: Engine steps taken.
-        reason: What the engine or its adapter broke off with, empty where it did not: then the step fails.
+        reason: Error of the engine or its adapter, with which the step fails; empty if there is none.
     """
 
     dt_s: float
@@ -114,14 +113,14 @@ class StepTrial:
         return not self.reason and self.lost == 0
 
     def meets(self, demand: Demand) -> bool:
-        """Whether a demand is met; of a direction that is not known it is not."""
+        """Whether a demand is met; not if the direction is unknown."""
         allowed = demand.miss_probability
         few = self.never_misses if allowed == 0.0 else not self.reason and self.lost_even <= allowed * self.even
         return few and self.direction_error_rad <= demand.direction_error_rad
 
     @classmethod
     def of(cls, dt_s: float, even: Sequence[Answer[Started]], aimed: Sequence[Answer[Started]]) -> StepTrial | str:
-        """Return what the starts gave together; why, where not one could be had."""
+        """Return the combined result of the starts; a reason if none could run."""
         answers = [*even, *aimed]
         broken = [answer for answer in answers if answer.status.is_failure or answer.status is Status.UNAVAILABLE]
         ran = [answer.value for answer in answers if answer.value is not None]
@@ -142,20 +141,20 @@ class StepTrial:
 
 
 def starts_of(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return phases spread evenly, and those at which a look falls just before each of some instants."""
+    """Return evenly spread phases, and those with a check just before each of some instants."""
     spread = even_phases(even)
     aimed = dict.fromkeys((JUST_BEFORE - time_s / dt_s) % 1.0 for time_s in aimed_s)
     return spread, tuple(phase for phase in aimed if phase not in spread)
 
 
 def most_steps(duration_s: float, dt_s: float, starts: int) -> int:
-    """Return how many engine steps a step's starts take together; where runs end early it is fewer."""
+    """Return the number of engine steps of a step's starts; fewer where runs end early."""
     # A start may be a step earlier.
     return starts * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
 
 
 def try_starts(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[Started]]:
-    """Run jobs, and return what came of each by its method and phase: one step of each method at a time."""
+    """Run jobs, one step of each method at a time, and return the results by method and phase."""
     asks = [
         TaskRequest((job.method, job.phase), job_key(job), StartTask(job), steps=steps_of(job))
         for job in sort_by_start(jobs)

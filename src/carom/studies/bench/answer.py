@@ -1,4 +1,4 @@
-"""What a bench answers first: what exact costs, and what each engine gives for what run time."""
+"""First answer of a bench: the cost of exact results, and the error and run time of each engine."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, run_s
 from carom.studies.bench.tables import error_text, losses, milliseconds
 
-#: With more scenes than this a terminal has the table of all alone.
+#: With more scenes than this a terminal shows only the table of all scenes.
 SCENES_TOLD = 2
 
 
 def answers(bench: Bench) -> Iterator[str]:
-    """Yield the answer: of one scene in full, of several who is the cheapest on how many, and then each scene's."""
+    """Yield the answer: for one scene in full; for several, the counts of cheapest engines, then each scene's."""
     target, kind = bench.plan.target, bench.plan.error
     if len(bench.scenes) == 1:
         yield scene_answer(bench.scenes[0], target, kind)
@@ -32,7 +32,7 @@ def answers(bench: Bench) -> Iterator[str]:
         best = best.removesuffix(f" on {len(found)}")
         parts.append(f"cheapest engine for {wanted}: {best}")
     unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
-    lossy = [scene for scene in unreached if not any(best.sound for curve in scene.engines if (best := curve.best))]
+    lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
     if lossy:
         parts.append(f"every engine misses or invents impacts on {_share(lossy, bench)}")
     if len(unreached) > len(lossy):

@@ -1,4 +1,4 @@
-"""What stands on the axes of a bench: which error, one number without unit, and against what."""
+"""Axes of a bench's diagrams: the kinds of error, each a number without unit, and what they are plotted against."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     from carom.execution.scoring import Measures
 
 
-#: Errors whose cost is told, where an engine reaches them.
+#: Errors whose cost is reported, where an engine reaches them.
 TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
 
 
 class Diagram(StrEnum):
-    """What stands on the axes; the value is the name on the command line."""
+    """The quantities on the axes; the value is the name on the command line."""
 
     ERROR_TIME = "error-time"
     ERROR_DT = "error-dt"
@@ -29,7 +29,7 @@ class Diagram(StrEnum):
 
 
 class ErrorKind(StrEnum):
-    """Which error; the value is its name on the command line."""
+    """Kind of error; the value is its name on the command line."""
 
     IMPACT = "impact"
     TIME = "time"
@@ -39,17 +39,17 @@ class ErrorKind(StrEnum):
 
     @property
     def label(self) -> str:
-        """What it is, with its unit, for an axis."""
+        """Label of an axis, with the unit."""
         return _LABELS[self]
 
     @property
     def in_percent(self) -> bool:
-        """Whether it is a share of something; an angle is none."""
+        """Whether it is a ratio; an angle is not."""
         return self is not ErrorKind.DIRECTION
 
     @property
     def meaning(self) -> str:
-        """What it is, in full."""
+        """Full name of the error."""
         return _MEANINGS[self]
 
 
@@ -70,7 +70,7 @@ _MEANINGS = {
 
 
 def error_of(measures: Measures, kind: ErrorKind) -> float:
-    """Return the error of a run; NaN where no impact was matched. Missed impacts are not in it: they are counted."""
+    """Return the error of a run; NaN where no impact was matched. Missed impacts are counted separately."""
     time = abs(measures.total.time_s) / measures.duration_s
     match kind:
         case ErrorKind.TIME:

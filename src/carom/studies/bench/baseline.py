@@ -1,6 +1,6 @@
-"""A bench compared with an earlier one on the same machine: which points became faster, slower, or are as they were.
+"""Comparison of a bench with an earlier one on the same machine: which points became faster or slower.
 
-Run times of two days say little by themselves. What is compared is each point's run time over PIT's in the same round.
+Run times of different days are not comparable, so each point's run time over PIT's in the same round is compared.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from carom.studies.bench.convergence import CONFIDENCE, student_quantile
 from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import error_text, point_name
 
-#: What counts as a change: an interval that lies beyond this part of 1 as a whole. Rounds of one run lie closer to each
-#: other than those of two runs, which differ in where the program lies in memory and in what else the machine does.
+#: A ratio counts as a change if its whole interval differs from 1 by more than this. Rounds of one run are closer to
+#: each other than those of two runs, which differ in the program's place in memory and in the machine's other work.
 LEAST_CHANGE = 0.05
 
 
 class BaselineChange(Enum):
-    """What became of a point; the value is the word shown."""
+    """Change of a point; the value is the word shown."""
 
     REGRESSED = "regressed"
     IMPROVED = "improved"
@@ -48,14 +48,14 @@ class Before(NamedTuple):
 
 @dataclass(frozen=True)
 class Compared:
-    """A point with what it was before.
+    """A point and its earlier values.
 
     Attributes:
         scene: Name of the scene.
         point: The point now.
         before: The point then.
         ratio: Run time over PIT's, now over then; NaN where one of them has too few rounds.
-        low: Lower end of its confidence interval, at a level that holds for all points together.
+        low: Lower end of its confidence interval, at a level for all points together.
         high: Upper end.
     """
 
@@ -68,14 +68,14 @@ class Compared:
 
     @property
     def time(self) -> BaselineChange:
-        """What became of its run time."""
+        """Change of its run time."""
         if self.low > 1.0 + LEAST_CHANGE:
             return BaselineChange.REGRESSED
         return BaselineChange.IMPROVED if self.high < 1.0 - LEAST_CHANGE else BaselineChange.SAME
 
     @property
     def accuracy(self) -> BaselineChange:
-        """What became of its error: runs of one version repeat it, so that any change to two digits is one."""
+        """Change of its error. Runs of one version repeat it, so any change to two digits counts."""
         now, then = (self.point.lost, _digits(self.point.error)), (self.before.lost, _digits(self.before.error))
         if now == then:
             return BaselineChange.SAME
@@ -86,7 +86,7 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
     """Return the points of an earlier bench by scene, engine, profile and step.
 
     Args:
-        path: Its `bench.json`, or the folder that holds it.
+        path: Its `bench.json`, or the folder of that file.
         here: This machine.
 
     Raises:
@@ -133,7 +133,7 @@ def _lost(point: dict[str, Any]) -> int:
 
 
 def compared(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
-    """Return each scored point that the baseline has as well, but PIT's, with which the others are compared."""
+    """Return each scored point that is also in the baseline, without PIT's, to which the ratios refer."""
     both = [
         (scene.scene.name, point, found)
         for scene in bench.scenes
@@ -149,7 +149,7 @@ def compared(bench: Bench, before: dict[tuple[str, str, str, float], Before]) ->
 
 
 def _ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[float, float, float]:
-    """Return the ratio of two means of logarithms with its interval, by Welch's t at a level for so many points."""
+    """Return the ratio of two geometric means with its interval, by Welch's t at a level for the number of points."""
     one, other = ([math.log(value) for value in values if value > 0.0] for values in (now, then))
     if len(one) < 2 or len(other) < 2:
         return math.nan, math.nan, math.nan
@@ -167,7 +167,7 @@ def _digits(error: float) -> float:
 
 
 def baseline_answer(found: Sequence[Compared]) -> Iterator[str]:
-    """Yield what became of the points: how many regressed, improved, and did not change; the worst by name."""
+    """Yield the numbers of points that regressed, improved, and did not change; the worst by name."""
     if not found:
         yield "The baseline has none of these points: bench the same scenes, engines and steps."
         return
@@ -183,7 +183,7 @@ def baseline_answer(found: Sequence[Compared]) -> Iterator[str]:
 
 
 def baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
-    """Return a row a point that changed, and in full a row each."""
+    """Return a row for each changed point; in full, a row for every point."""
     columns = (
         Column("point", _name),
         Column("run time", lambda one: Cell(one.time.value, short=one.time.value)),

@@ -13,13 +13,13 @@ from carom.comparator.thresholds import THRESHOLDS
 
 CONFIDENCE = 0.95
 
-#: Sampling alone has order 1. An order that is surely below half of that needs more than four times the steps to halve
-#: an error, and more than a thousand times the steps to win a factor of 32: nobody will get there by a smaller step.
+#: Sampling alone has order 1. With an order surely below half of that, halving an error takes more than four times the
+#: steps, and a factor of 32 more than a thousand times the steps. Smaller steps are then no remedy.
 LEAST_ORDER = 0.5
 
 
 class Convergence(Enum):
-    """What an order says; the value is the phrase shown."""
+    """Meaning of an order; the value is the phrase shown."""
 
     EXACT = "exact at every step"
     CONVERGES = "converges"
@@ -30,15 +30,15 @@ class Convergence(Enum):
 
 @dataclass(frozen=True)
 class ConvergenceOrder:
-    """A fitted power law ``y = factor * x ** exponent``, and what its exponent says.
+    """A fitted power law ``y = factor * x ** exponent``, with the meaning of its exponent.
 
     Attributes:
-        verdict: What the exponent's interval says.
+        verdict: Meaning of the exponent's interval.
         exponent: The slope on logarithmic axes; NaN where there are too few points.
         low: Lower end of its confidence interval.
         high: Upper end.
         factor: Value at ``x = 1``.
-        points: How many points were fitted: those that are above rounding.
+        points: Number of fitted points, which are those above rounding.
     """
 
     verdict: Convergence
@@ -50,7 +50,7 @@ class ConvergenceOrder:
 
 
 def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
-    """Fit the order of convergence of errors (without unit) to steps; errors at rounding have left the power law."""
+    """Fit the order of convergence of errors (without unit) to steps; errors at rounding are left out."""
     kept = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
     above = [(dt_s, error) for dt_s, error in kept if error > THRESHOLDS.rounding]
     if kept and not above:
@@ -70,8 +70,8 @@ def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrd
 def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float, float]:
     """Return exponent, ends of its confidence interval, and factor of a power law through positive points.
 
-    Least squares on the logarithms. The interval takes the deviations from the line as independent and normal; it
-    needs three points, and is NaN where there are fewer, as is the exponent below two.
+    Least squares on the logarithms. The interval assumes independent, normal deviations from the line. It is NaN with
+    fewer than three points, the exponent with fewer than two.
     """
     if len(set(x)) < 2:
         return math.nan, math.nan, math.nan, math.nan

@@ -1,4 +1,4 @@
-"""A bench as a document: how accurate each engine is for what cost; with its diagrams and every number as files."""
+"""A bench as a document: accuracy against cost, with diagrams, and all numbers as files."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ DIAGRAM_NOTE = (
 def bench_document(
     bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
 ) -> Document:
-    """Return a bench: for each scene its diagrams, its tables, what is left out, and how it was timed.
+    """Return the document: for each scene its diagrams, its tables, omissions, and the conditions of its timing.
 
     Args:
         bench: The bench.
-        axes: Which diagrams.
-        baseline: Its points with what they were in an earlier bench; None for none.
+        axes: Diagrams to show.
+        baseline: Its points and their values in an earlier bench; None without one.
     """
     targets = reached(bench)
     suite = (suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
@@ -105,7 +105,7 @@ def _diagrams_of(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, .
 
 
 def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Sequence[float]) -> Iterator[Section]:
-    """Yield a scene's diagrams and tables; of several scenes a terminal shows the table of all alone."""
+    """Yield a scene's diagrams and tables; with several scenes a terminal shows only the table of all."""
     figures = []
     for kind in _diagrams_of(scene, axes):
         draw = partial(diagram_svg, scene, kind, bench.plan.error)
@@ -130,7 +130,7 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
 
 
 def _scope(bench: Bench) -> Iterator[str]:
-    """Say how many points were not scored or not timed, and why, where there are any."""
+    """Yield a sentence on points that were not scored or not timed, and why, if there are any."""
     points = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
     if unrun or untimed:
@@ -141,7 +141,7 @@ def _scope(bench: Bench) -> Iterator[str]:
 
 
 def _unrun(bench: SceneBench) -> Iterator[str]:
-    """Return a line for each reason for which a point was not scored or not timed."""
+    """Return a line for each reason why points were not scored or not timed."""
     steps: dict[tuple[str, str], dict[str, list[str]]] = {}
     for curve in bench.curves:
         for point in curve.points:

@@ -33,28 +33,32 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH_IN, _HEIGHT_IN = 7.4, 4.8
-#: What is exact is drawn at the foot of the diagram, half a decade below the least other error.
+#: Exact results are drawn at the bottom of the diagram, half a decade below the least other error.
 _FOOT = 10.0**0.5
-#: Errors that a reader looks for: a hundredth and a thousandth.
+#: Errors with guide lines: a hundredth and a thousandth.
 _MARKED = (1e-2, 1e-3)
 
 
-def diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind) -> str:
-    """Return a diagram as SVG that takes its colours from the page around it."""
+def diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
+    """Return a diagram as SVG that takes its colours from the page around it; a narrow one fits a phone."""
     with drawing():
         points = [point for curve in bench.curves for point in curve.points]
         links = {point_anchor(bench.scene.name, point): point_name(point) for point in points}
-        return render(_figure(bench, axes, error), f"{axes.heading}, {bench.scene.name}", links)
+        figure = _figure(bench, axes, error, narrow=narrow)
+        return render(figure, f"{axes.heading}, {bench.scene.name}", links, narrow=narrow)
 
 
 def diagram_png(bench: SceneBench, axes: Diagram, error: ErrorKind, foot: Sequence[str]) -> bytes:
-    """Return a diagram as PNG, with the lines at its foot that say how it was made."""
+    """Return a diagram as PNG, with provenance lines at its bottom."""
     with drawing():
         return png(_figure(bench, axes, error, foot))
 
 
-def _figure(bench: SceneBench, kind: Diagram, error: ErrorKind, foot: Sequence[str] = ()) -> Figure:
-    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{bench.scene.name}: {kind.heading.lower()}", foot)
+def _figure(
+    bench: SceneBench, kind: Diagram, error: ErrorKind, foot: Sequence[str] = (), *, narrow: bool = False
+) -> Figure:
+    title = bench.scene.name if narrow else f"{bench.scene.name}: {kind.heading.lower()}"
+    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
     axes.set_yscale("log")
     errors = [p.error for curve in bench.curves for p in curve.points if math.isfinite(p.error)]
@@ -71,7 +75,7 @@ def _figure(bench: SceneBench, kind: Diagram, error: ErrorKind, foot: Sequence[s
 
 @dataclass
 class _Drawing:
-    """A diagram while it is drawn: what is exact at the floor, up to the largest error."""
+    """A diagram under construction, from exact results at the bottom to the largest error."""
 
     axes: Axes
     bench: SceneBench
@@ -83,7 +87,7 @@ class _Drawing:
 
     @property
     def unit(self) -> float:
-        """What an error is multiplied by on its axis."""
+        """Factor of errors on the axis."""
         return 100.0 if self.error.in_percent else 1.0
 
     def place(self, point: Point) -> tuple[float, float]:
@@ -113,7 +117,8 @@ class _Drawing:
             self.axes.plot(*zip(*(place for place, _ in kept), strict=True), **style)
             for (x, y), point in kept:
                 sound = self.kind is Diagram.TIME_DT or point.sound
-                # What missed or invented an impact has an error for the others alone: a cross, never a full mark.
+                # If impacts are missed or invented, the error is that of the others: it is marked by a cross, never a
+                # full mark.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in kept:

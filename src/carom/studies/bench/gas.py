@@ -20,10 +20,11 @@ def hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
     Args:
         discs: Number of discs.
         packing: Share of the box's area that they cover.
-        seed: Of the velocities, drawn from the Maxwell distribution and scaled to a kinetic energy of `discs` joules.
+        seed: Seed of the velocities, drawn from the Maxwell distribution and scaled to a kinetic energy of `discs`
+            joules.
 
     Raises:
-        InputError: So many discs do not fit.
+        InputError: The discs do not fit.
     """
     radius_m = 0.5
     side = math.sqrt(discs * math.pi * radius_m**2 / packing)

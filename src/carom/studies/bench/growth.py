@@ -1,4 +1,4 @@
-"""Cost as work grows: run time and memory against the number of discs, plain and falling, with the fitted exponents."""
+"""Growth of cost: run time and memory against the number of discs, plain and falling, with fitted exponents."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from carom.studies.bench.gas import gas_scene
 from carom.studies.bench.options import GrowthOptions
 from carom.studies.bench.own_methods import OWN_METHODS, with_own_methods
 
-#: Numbers of discs; engines go to the last of the first row, Carom's own methods to the last of the second.
+#: Numbers of discs: the first row for engines, the second for Carom's own methods.
 SIZES = (10, 100, 300, 1_000, 3_000, 10_000)
 OWN_SIZES = (*SIZES, 30_000, 100_000)
 
-#: A gas as thin as this has room for every disc to move, and as dense that most meet another within a second.
+#: At this packing every disc has room to move, and most meet another within a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: A simulated second: in less, few of some hundred discs meet.
+#: A simulated second, because in less time few of a hundred discs meet.
 STEPS = 240
 
-#: Below this many discs what is fixed (a call, a box, the walls) hides how cost grows with their number.
+#: Below this many discs, fixed costs (a call, a box, the walls) hide the growth with their number.
 FIT_FROM = 100
 
-#: A run is repeated until so many seconds are full, or so many runs are made; the median is taken.
+#: A run is repeated until it has taken this many seconds in all, or this often; the median counts.
 SHORT_S = 0.5
 REPEATS = 15
 
@@ -49,13 +49,13 @@ START_S = 2.0
 
 @dataclass(frozen=True)
 class Grown:
-    """What one run took.
+    """Cost of one run.
 
     Attributes:
         timing: Its clocks.
-        before_bytes: Bytes that the process held before there was a world.
-        peak_bytes: The most that it ever held.
-        sitting: When the bench began that ran it, UTC.
+        before_bytes: Memory of the process before the world was built, bytes.
+        peak_bytes: Its peak memory.
+        sitting: Start of the bench that ran it, UTC.
     """
 
     timing: Timing
@@ -79,7 +79,7 @@ class GrowthTask:
         return self.method.engine
 
     def carry_out(self) -> Grown:
-        """Return what it took.
+        """Return its cost.
 
         Raises:
             UnsupportedError: The method does not support such a gas.
@@ -91,7 +91,7 @@ class GrowthTask:
         reason = unsupported_reason(scene, capabilities_of(adapter, profile), DT_S)
         if reason:
             raise UnsupportedError(reason)
-        # What importing an engine takes is no part of a world.
+        # The memory of importing an engine is no part of a world.
         small = scene if self.discs <= WARM else gas(WARM)
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = resident_bytes() or 0
@@ -101,15 +101,15 @@ class GrowthTask:
 
 @dataclass(frozen=True)
 class GrowthKey:
-    """What tells a run from all others: only on this machine, with these versions, is it the same.
+    """Identity of a run: only equal keys mean the same machine and versions.
 
     Attributes:
         discs: How many.
         method: Engine and profile.
-        versions: Name and version of all that its cost depends on.
+        versions: Names and versions of all packages on which its cost depends.
         machine: See `carom.execution.environment.Environment.machine`.
         gravity: Whether the discs fall.
-        steps: How many steps; 30 in a journal of an earlier Carom.
+        steps: Number of steps; 30 in a journal of an earlier version.
     """
 
     discs: int
@@ -126,17 +126,17 @@ growth_journal = partial(Journal[GrowthKey, Grown], "growth", JournalEntry[Growt
 
 @dataclass(frozen=True)
 class GrowthPoint:
-    """One number of discs.
+    """Results for one number of discs.
 
     Attributes:
         discs: How many.
         prepare_s: Seconds to build the world; NaN where it was not run.
         advance_s: Seconds for all steps; NaN where it was not run.
-        memory_bytes: What the process grew by at most, over what it held before there was a world; NaN likewise.
-        peak_bytes: The most that the process ever held; NaN likewise.
-        ratio: `advance_s` over PIT's with as many discs; NaN where they were not both run in one sitting.
-        reason: Why it was not run, empty where it was.
-        sitting: When the bench began that ran it, UTC; empty where it was not run.
+        memory_bytes: Peak memory of the process less its memory before the world was built; NaN likewise.
+        peak_bytes: Peak memory of the process; NaN likewise.
+        ratio: `advance_s` over PIT's with the same number of discs; NaN unless one bench ran both.
+        reason: Reason why it was not run; empty if it was.
+        sitting: Start of the bench that ran it, UTC; empty where it was not run.
     """
 
     discs: int
@@ -151,13 +151,13 @@ class GrowthPoint:
 
 @dataclass(frozen=True)
 class GrowthCurve:
-    """All numbers of discs of one engine's profile, plain or falling.
+    """Results of one engine's profile for all numbers of discs, plain or falling.
 
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
         points: From few discs to many.
-        time_exponent: Of run time against the number of discs, with its interval: (exponent, low, high).
+        time_exponent: Exponent of run time against the number of discs, with its interval: (exponent, low, high).
         memory_exponent: The same of memory.
         gravity: Whether the discs fall.
     """
@@ -177,9 +177,9 @@ class Growth:
     Attributes:
         curves: Two entries an engine: plain, and under gravity.
         environment: Machine and versions.
-        budget_s: Seconds that each gas was allowed.
-        command: The command that makes this again.
-        elapsed_s: Seconds that it took.
+        budget_s: Budget of each gas, seconds.
+        command: The command that repeats the bench.
+        elapsed_s: Elapsed seconds.
     """
 
     curves: tuple[GrowthCurve, ...]
@@ -196,11 +196,11 @@ def growth(
     progress: Progress = no_progress,
     command: str = "",
 ) -> Growth:
-    """Run two gases of more and more discs, one process a run and one run at a time, until the budget is used up.
+    """Run two gases with increasing numbers of discs, one process at a time, until the budget is used up.
 
     Args:
-        options: What is asked for.
-        notes: What was run already, and where more of it goes; what was left out for want of time is tried again.
+        options: Options of the bench.
+        notes: Journal of finished runs, to which new ones are added; runs omitted for lack of time are tried again.
         progress: Called with (done, all, what).
         command: The command line to print.
 
@@ -225,8 +225,7 @@ def growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(wanted):
             before = time.perf_counter()
-            # No engine lives at the cost of another: each has its share of the budget, and what is left over by those
-            # that are done.
+            # Each engine has its own share of the budget, and what is left over by those that are done.
             all_left_s = 2 * budget_s - (before - started)
             to_run = {(one.name, falls) for _, falls, one in wanted[done:]}
             shares_s = {
@@ -259,16 +258,16 @@ def growth(
 
 
 def _method(engine: str, profile: str, asked: Sequence[str] | None) -> Method:
-    """Return the method to run: PIC and PIT have the profile that is asked for where they are asked for by name."""
+    """Return the method to run; PIC and PIT have the requested profile only if they are requested by name."""
     own = {method.engine: method for method in OWN_METHODS if method.engine not in (asked or ())}
     return own.get(engine, Method(engine, profile))
 
 
 def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
-    """Return why a run is left out, judged by the ones before it; empty where it may be tried."""
+    """Return why a run is left out, judged by the runs before it; empty if it may be tried."""
     if left_s <= 0:
         return "its share of the budget was used up; raise --budget"
-    if own and own[-1].reason:  # what fewer discs could not do, more can't
+    if own and own[-1].reason:  # what failed with fewer discs fails with more
         first = next(point for point in own if point.reason)
         return f"as for {first.discs} discs"
     ran = [point for point in own if not point.reason]
@@ -276,7 +275,7 @@ def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: f
         return ""
     last, before = ran[-1], ran[-2]
     spent, earlier = (point.advance_s + point.prepare_s for point in (last, before))
-    # Cost that grew less than in proportion was fixed cost; it will grow at least in proportion from here.
+    # Growth below proportion means fixed cost; from here on, cost grows at least in proportion.
     exponent = max(1.0, math.log(spent / earlier) / math.log(last.discs / before.discs))
     expected_s = spent * (size / last.discs) ** exponent
     if expected_s + START_S <= allowed_s:
@@ -299,8 +298,8 @@ def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
 def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
     """Return the points from the last one that cost less than the one before it.
 
-    More discs are more work, so there the method has changed (PIC solves two discs by a closed form), and a power law
-    through both methods would be one of neither.
+    A decrease with more discs means another method (PIC solves two discs by a closed form), and a power law through
+    both methods would fit neither.
     """
     falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
     return list(points[falls[-1] if falls else 0 :])

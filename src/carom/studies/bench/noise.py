@@ -1,4 +1,4 @@
-"""How quiet a machine is: the same fixed work, timed again and again between the measurements."""
+"""Noise of a machine: the same fixed work, timed repeatedly between the measurements."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: How long one piece of fixed work is to take on a quiet machine, seconds: long against the clock's own grain, short
-#: against what it is put between.
+#: Intended time of one piece of fixed work on a quiet machine, seconds: long against the clock's resolution, short
+#: against the measurements.
 PROBE_S = 1e-3
 
 
@@ -30,13 +30,13 @@ def spread(values: list[float]) -> Spread:
 
 @dataclass(frozen=True)
 class Noise:
-    """What a machine made of fixed work.
+    """Spread of a machine's run times of fixed work.
 
     Attributes:
-        work_s: Seconds that it took, the median.
-        interquartile: The middle half of all probes lies within this fraction of the median.
-        worst: The slowest, over the median.
-        probes: How many there were.
+        work_s: Median time, seconds.
+        interquartile: Range of the middle half of all probes, over the median.
+        worst: Time of the slowest probe, over the median.
+        probes: Number of probes.
     """
 
     work_s: float
@@ -46,7 +46,7 @@ class Noise:
 
 
 class NoiseProbe:
-    """Fixed work in plain Python, as much of it as takes about a millisecond when first tried."""
+    """Fixed work in plain Python, sized at first to take about a millisecond."""
 
     def __init__(self) -> None:
         self._loops = 1000
@@ -58,11 +58,11 @@ class NoiseProbe:
         self._times: list[float] = []
 
     def take(self) -> None:
-        """Do the work once and keep how long it took."""
+        """Do the work once and record its time."""
         self._times.append(self._work())
 
     def noise(self) -> Noise:
-        """Return what was found; at least one probe must have been taken."""
+        """Return the spread of the probes; there must be at least one."""
         found = spread(self._times)
         return Noise(
             found.median, (found.high - found.low) / found.median, max(self._times) / found.median, len(self._times)

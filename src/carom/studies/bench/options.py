@@ -1,4 +1,4 @@
-"""What may be asked of a bench, and of one over numbers of discs: see `carom.support.options`."""
+"""Options of a bench, and of a growth bench: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from carom.studies.bench.series import STEPS, geometric_steps
 from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
 from carom.support.options import flag, fraction, measure, name, one_of, option, seconds, step, whole
 
-#: Fewer rounds than this have no spread worth a name.
+#: Fewer rounds have no useful spread.
 LEAST_ROUNDS = 3
 
-#: Seconds that a bench takes for a scene, or a growth bench for all.
+#: Default budget of a bench for each scene, or of a growth bench for each gas, seconds.
 BUDGET_S = 80.0
 
 
@@ -42,20 +42,22 @@ def own_methods() -> Any:
 
 @dataclass(frozen=True)
 class BenchPlan(LimitOptions):
-    """What a bench is to do.
+    """Options of a bench.
 
     Attributes:
         engines: Names of adapters; None for all.
         dts: Steps, seconds; None for each scene's own series.
         profiles: Names of profiles.
-        phases: How many starts, evenly spread over a step, each job is scored at.
-        error: Which error.
+        phases: Number of starts, evenly spread over a step, at which each job is scored.
+        error: Kind of error.
         target: The error for which the first line names the cheapest engine.
         rounds: Rounds of the timing pass.
-        seed: Of the order of its visits.
-        budget_s: Seconds a scene: half for scoring, half for timing. What does not fit is left out, and says so.
+        seed: Seed of the order of its visits.
+        budget_s: Budget of a scene, seconds: half for scoring, half for timing. What does not fit is left out with a
+            reason.
         timing: Whether to time at all.
-        own: Whether PIC and PIT run, too, whichever engines are asked for: what exact costs, and what sampling costs.
+        own: Whether PIC and PIT also run, whichever engines are chosen, to show the cost of exact results and of
+            sampling.
 
     Raises:
         InputError: A value makes no sense.
@@ -90,14 +92,15 @@ class BenchPlan(LimitOptions):
 
 @dataclass(frozen=True)
 class GrowthOptions(LimitOptions):
-    """What is asked of a bench over numbers of discs.
+    """Options of a growth bench.
 
     Attributes:
         engines: Names of adapters; None for all.
         profile: Name of the profile.
         sizes: Numbers of discs; None for `carom.studies.bench.growth.SIZES`, and `OWN_SIZES` for Carom's own methods.
-        budget_s: Seconds a gas; a run that would take what is left, judged by the one before, is left out and says so.
-        own: Whether PIC and PIT run, too, whichever engines are asked for.
+        budget_s: Budget of a gas, seconds; a run that would exceed the rest, judged by the one before, is left out with
+            a reason.
+        own: Whether PIC and PIT also run, whichever engines are chosen.
 
     Raises:
         InputError: A value makes no sense.

@@ -1,4 +1,4 @@
-"""What a bench found: points, curves, and those points that nothing beats."""
+"""Results of a bench: points, curves, and the front of points that no other beats."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class Point:
         error: Largest error over all starts; NaN where no impact was found or nothing was run.
         error_median: The median over the starts.
         error_least: The least.
-        phases: How many starts were scored.
+        phases: Number of scored starts.
         expected: Impacts of the reference, over all starts.
         missed: Impacts missed, over all starts.
         spurious: Impacts invented, over all starts.
-        reason: Why there is no error, empty where there is one.
-        timing: Its clocks; None where it was not timed.
-        untimed: Why it was not timed.
+        reason: Reason why there is no error; empty if there is one.
+        timing: Its run times; None where it was not timed.
+        untimed: Reason why it was not timed.
     """
 
     engine: str
@@ -53,7 +53,7 @@ class Point:
 
     @property
     def sound(self) -> bool:
-        """Whether every impact was found, none invented, and the error is a number: only then it says it all."""
+        """Whether every impact was found, none invented, and the error is a number."""
         return not self.reason and not self.missed and not self.spurious and math.isfinite(self.error)
 
     @property
@@ -87,28 +87,28 @@ class Curve:
 
     @property
     def exact(self) -> bool:
-        """Whether it is PIC's own."""
+        """Whether it is PIC's."""
         return Method(self.engine, self.profile) == EXACT_METHOD
 
     @property
     def best(self) -> Point | None:
-        """The point of least error, or else that which misses and invents least; None where none was scored."""
+        """The point of least error, or else with the fewest missed and invented impacts; None where none was scored."""
         scored = [point for point in self.points if not point.reason]
         return min(scored, key=lambda point: (not point.sound, point.lost, point.error, run_s(point)), default=None)
 
 
 @dataclass(frozen=True)
 class SceneBench:
-    """What was found on one scene.
+    """Results of one scene.
 
     Attributes:
         scene: The scene.
         curves: By engine and profile.
-        front: Points that no other one but PIC beats in both error and run time, from fast to exact.
+        front: Points that no other except PIC beats in both error and run time, from fast to exact.
         cheapest: The point of least run time that meets the target; None where none does.
-        noise: What the machine made of fixed work while this scene was timed; None where it was not.
+        noise: Spread of fixed work while this scene was timed; None where it was not.
         rounds: Rounds of its timing pass.
-        timed_at: When it was timed, UTC; an earlier sitting's where the bench was resumed.
+        timed_at: Time of the timing pass, UTC; in a resumed bench it may be an earlier one.
     """
 
     scene: Scene
@@ -127,14 +127,14 @@ class SceneBench:
 
     @property
     def engines(self) -> list[Curve]:
-        """The curves of engines; where none was run, that of PIT; best first."""
+        """The curves of engines, best first; if none was run, that of PIT."""
         for own in ({"pic", "pit"}, {"pic"}):
             if found := [curve for curve in self.curves if curve.engine not in own]:
                 return best_first(found)
         return []
 
     def cheapest_engine(self, target: float) -> Point | None:
-        """Return an engine's cheapest way to a target; None where none reaches it."""
+        """Return an engine's cheapest point that reaches a target; None where none does."""
         return cheapest([point for curve in self.engines for point in curve.points], target)
 
 
@@ -144,7 +144,7 @@ class Bench:
 
     Attributes:
         scenes: One entry a scene.
-        plan: What was asked for.
+        plan: Options of the bench.
         environment: Machine and versions.
         command: The command that makes this again.
         elapsed_s: Wall-clock seconds.
@@ -166,7 +166,7 @@ def pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
     """Return the sound, timed points that no other one beats in both run time and error, from fast to exact."""
     front: list[Point] = []
     for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (run_s(p), p.error)):
-        # Two methods that do the same differ by rounding, which is no accuracy to pay for.
+        # Equal methods differ by rounding, which does not count as accuracy.
         if not front or point.error < front[-1].error - THRESHOLDS.rounding:
             front.append(point)
     return tuple(front)
@@ -185,7 +185,7 @@ def best_first(curves: Iterable[Curve]) -> list[Curve]:
         best = curve.best
         if best is None:
             return (True, True, math.inf, math.inf, math.inf)
-        # Errors that read the same are the same: then the faster method is the better one.
+        # Errors that are shown alike count as equal; the faster method is then the better one.
         error = 0.0 if best.error <= THRESHOLDS.rounding else float(f"{best.error:.1e}")
         return (False, not best.sound, best.lost / max(1, best.expected), error, run_s(best))
 

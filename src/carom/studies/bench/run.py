@@ -1,4 +1,4 @@
-"""Error against run time: a scoring pass, then a timing pass with nothing else running, and what they say together."""
+"""Error against run time: a scoring pass, then a timing pass with nothing else running, and the combined result."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def work_precision(
     progress: Progress = no_progress,
     command: str = "",
 ) -> Bench:
-    """Score every job, then time every method at every step that could be scored, and fit what the two say.
+    """Score every job, time every method at every scored step, and fit convergence.
 
     Args:
         scenes: Scenes, no two of one name.
-        plan: What to do.
-        pool: Where the scoring pass is carried out; it is closed before the timing pass begins.
-        notes: Results of scoring that are there already, and where new ones go.
-        timings: Scenes that are timed already, and where new ones go.
+        plan: Options of the bench.
+        pool: Pool of the scoring pass; it is closed before the timing pass begins.
+        notes: Journal of scoring results, to which new ones are added.
+        timings: Journal of timed scenes, to which new ones are added.
         progress: Called with (done, all, what).
         command: The command line to print.
 
@@ -56,7 +56,7 @@ def work_precision(
         UnknownNameError: There is no such engine or profile.
     """
     started = time.perf_counter()
-    with pool:  # its processes are gone when the timing pass begins
+    with pool:  # its processes have ended when the timing pass begins
         infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
         profiles = select_profiles(infos, plan.profiles)
         infos = with_own_methods(infos, plan.engines, pool, own=plan.own)
@@ -88,10 +88,10 @@ def work_precision(
 def _jobs(
     scenes: Sequence[Scene], infos: Sequence[EngineInfo], profiles: Sequence[str], plan: BenchPlan, pool: Pool
 ) -> tuple[list[Job], Methods]:
-    """Return every job of the scoring pass, and what is known of its methods.
+    """Return every job of the scoring pass, and the descriptions of its methods.
 
-    PIC runs at the coarsest step alone, as neither its error nor its run time depends on the step. It and PIT run with
-    the asked profiles only where they are asked for by name.
+    PIC runs only at the coarsest step, because neither its error nor its run time depends on the step. PIC and PIT run
+    with the requested profiles only if they are requested by name.
     """
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or default_steps(scene)), reverse=True) for scene in plain}

@@ -1,4 +1,4 @@
-"""The scoring pass: every method of a scene at finer and finer steps, as far as the scene's budget reaches."""
+"""Scoring pass: every method of a scene at finer and finer steps, as far as the scene's budget permits."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class ScoringPass:
 
     Attributes:
         jobs: Every job of the scene.
-        methods: What is known of their methods.
+        methods: Descriptions of their methods.
         budget_s: Seconds that the pass may take; the coarsest step is always scored.
-        pool: Where jobs run; it stays open.
-        notes: Results that are there already, and where new ones go.
+        pool: Pool that runs the jobs; it stays open.
+        notes: Journal of results, to which new ones are added.
         progress: Called with (done, all, what).
-        before: How many jobs of other scenes are done.
-        total: How many jobs there are of all scenes.
+        before: Number of finished jobs of other scenes.
+        total: Number of jobs of all scenes.
     """
 
     jobs: Sequence[Job]
@@ -42,10 +42,10 @@ class ScoringPass:
     total: int
 
     def run(self) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
-        """Return the results, and why some methods have none at some steps.
+        """Return the results, and the reasons why some methods have none at some steps.
 
-        All methods take a step while all fit into what is left. Then the best profile of each engine goes first, so
-        that every engine gets the finest step that the budget affords.
+        All methods take a step while all fit into the rest of the budget. Then the best profile of each engine goes
+        first, so that every engine gets the finest step that the budget permits.
         """
         results: dict[JobKey, Answer[Measures]] = {}
         unscored: dict[At, str] = {}

@@ -1,4 +1,4 @@
-"""Series of steps: those that are asked for by their ends, and a scene's own."""
+"""Series of steps: given by their ends, and a scene's default."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Steps of a scene's series where none are asked for: from its own frame to one as much finer as 1/10000 s is than
-#: 1/60 s, in as many steps as a fitted order needs to have a confidence interval worth reading.
+#: Default series of steps: from the scene's frame to one finer by the ratio of 1/60 s to 1/10000 s. The number of steps
+#: is what a fitted order needs for a useful confidence interval.
 FINEST = 60 / 10_000
 STEPS = 6
 
@@ -37,6 +37,6 @@ def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[flo
 
 
 def default_steps(scene: Scene) -> tuple[float, ...]:
-    """Return the series of steps that a scene is run at where none are asked for."""
+    """Return a scene's default series of steps."""
     frame_s = 1.0 / scene.frame_rate_hz
     return geometric_steps(frame_s, frame_s * FINEST, STEPS)

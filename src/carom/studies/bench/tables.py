@@ -1,4 +1,4 @@
-"""The tables of a bench: what each method gives for what cost, its error at each step, every point."""
+"""Tables of a bench: accuracy and cost of each method, its error at each step, and all points."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ TABLE_NOTE = (
 TABLE_SHORT = "ms: run time; order: exponent of the error in the step; -n, +n: impacts missed, spurious"
 EXACT = "exact"
 
-#: A smaller error is written as a number: nobody reads 0.0009 %.
+#: A smaller error is written as a number, because 0.0009 % is hard to read.
 LEAST_PERCENT = 1e-4
 
-#: So many targets, the finest, have room on a terminal.
+#: Number of targets, the finest, for which a terminal has room.
 TARGETS_SHOWN = 3
 
-#: The column that heads every table of a bench.
+#: The first column of every table of a bench.
 METHOD = Column("method", lambda of: Method(of.engine, of.profile).label)
 
 
 def error_text(error: float, kind: ErrorKind) -> str:
-    """Return an error as tables and sentences have it: exact, 0.16 %, 2e-6, or 0.01 rad."""
+    """Return an error as shown in tables and sentences: exact, 0.16 %, 2e-6, or 0.01 rad."""
     if error <= THRESHOLDS.rounding:
         return EXACT
     if not kind.in_percent:
@@ -53,7 +53,7 @@ def error_text(error: float, kind: ErrorKind) -> str:
 
 
 def reached(bench: Bench) -> list[float]:
-    """Return the targets that an engine reaches on a scene, from coarse to fine; last rounding, for what is exact."""
+    """Return the targets that engines reach on a scene, from coarse to fine; rounding is last, for exact results."""
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     every = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
     asked = sorted({bench.plan.target, *TARGETS}, reverse=True)
@@ -66,7 +66,7 @@ def _meets(point: Point, target: float) -> bool:
 
 
 def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
-    """Return a row a method, best first: its least error and what that costs, and what each target costs."""
+    """Return a row a method, best first: its least error with the cost, and the cost of each target."""
 
     def best(say: Callable[[Point], Cell | str]) -> Callable[[Curve], Cell | str]:
         return lambda curve: "" if curve.best is None else say(curve.best)
@@ -87,13 +87,13 @@ def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -
 
 
 def _shown_where(targets: Sequence[float]) -> list[Media]:
-    """Return where the column of each target is shown: on a terminal the finest alone, and rounding."""
+    """Return where the column of each target is shown; a terminal shows only the finest, and rounding."""
     hidden = max(0, sum(target > THRESHOLDS.rounding for target in targets) - TARGETS_SHOWN)
     return [IN_FULL] * hidden + [EVERYWHERE] * (len(targets) - hidden)
 
 
 def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
-    """Return a row a method over several scenes: on how many it finds every impact, and reaches each target."""
+    """Return a row a method over several scenes: the number on which it finds every impact, and reaches each target."""
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
     by_method = formatting.together(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
@@ -148,7 +148,7 @@ def _reach(target: float, method: _Method) -> Cell:
     costs = [
         run_s(cheapest(curve.points, target)) / run_s(scene.exact) for scene, curve in method.curves if scene in scenes
     ]
-    known = [cost for cost in costs if 0 < cost < math.inf]  # what was not timed has no cost
+    known = [cost for cost in costs if 0 < cost < math.inf]  # an untimed point has no cost
     cost = f", {formatting.ratio(statistics.median(known))}" if known else ""
     short = f"{len(scenes)}{cost.removesuffix(' ×')}"  # noqa: RUF001 - the sign of a ratio
     return Cell(f"{_share(method, len(scenes))}{cost}", short=short) if scenes else Cell("")
@@ -179,7 +179,7 @@ def _least(kind: ErrorKind, curve: Curve) -> Cell:
 
 
 def losses(point: Point) -> str:
-    """Return how many impacts a point misses and invents, of how many, over all its starts."""
+    """Return a point's numbers of missed, invented and all impacts over its starts."""
     lost = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
     return (
         f"{formatting.listed(lost)} of {formatting.count(point.expected, 'impact')}"
@@ -195,7 +195,7 @@ def _step(curve: Curve, point: Point | None) -> str:
 
 
 def _cost(scene: SceneBench, target: float, curve: Curve) -> Cell:
-    """Return the cheapest way to a target: its run time, its step, and how many times that of PIC."""
+    """Return the cheapest point that reaches a target: its run time, its step, and the ratio to PIC."""
     point = cheapest(curve.points, target)
     if point is None or point.timing is None:
         met = next((p for p in curve.points if _meets(p, target)), None)
@@ -217,11 +217,11 @@ def _error(point: Point) -> str:
 
 
 def _clock(say: Callable[[CellTiming], str]) -> Callable[[Point], str]:
-    """Return what a column says of the timing of a point that has one."""
+    """Return a column's text for the timing of a timed point."""
     return lambda point: "" if point.timing is None else say(point.timing)
 
 
-#: Two clocks, with what is paid without any collision in columns of its own.
+#: Both run times, with the cost without any collision in separate columns.
 _POINT_COLUMNS = (
     Column("error", _error, number=True),
     Column("luckiest start", lambda point: formatting.number(point.error_least), number=True, only=ON_PAPER),
@@ -241,7 +241,7 @@ _POINT_COLUMNS = (
 
 
 def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
-    """Return a row a point of the diagrams, which lead to it: its numbers, and the command that makes them again."""
+    """Return a row for each point of the diagrams: its numbers, and the command that repeats them."""
     name = bench.scene.name
     return Table(
         (
@@ -265,7 +265,7 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
 
 
 def point_name(point: Point) -> str:
-    """Return what a point of the diagrams is called."""
+    """Return the name of a point of the diagrams."""
     return f"{Method(point.engine, point.profile).label} at {formatting.step(point.dt_s)}"
 
 
@@ -275,7 +275,7 @@ def point_anchor(scene: str, point: Point) -> str:
 
 
 def _command(scene: str, plan: BenchPlan, point: Point) -> str:
-    """Return the command that makes a point again: of the bench's own choices, those that are not the usual ones."""
+    """Return the command that repeats a point, with the bench's options that are not the defaults."""
     words = [
         "carom",
         "bench",

@@ -1,7 +1,7 @@
-"""The timing pass: nothing observed, nothing else running, several rounds in random order, ratios within a round only.
+"""Timing pass: unobserved runs, one at a time, in several rounds of random order; ratios are within a round.
 
-Two clocks: all steps in as few calls as the adapter allows, and the whole, with the world's preparation. Next to them
-stands what is paid without any collision: Python's call into the world, and as many steps of an empty world.
+One time is of all steps in as few calls as the adapter allows, the other includes the world's preparation. Two more
+measure the cost without any collision: Python's call into the world, and as many steps of an empty world.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from carom.studies.bench.noise import Noise, NoiseProbe, Spread, spread
 from carom.studies.bench.options import LEAST_ROUNDS
 from carom.support.formatting import seconds
 
-#: A visit repeats a short run until it has taken so long, seconds: then what the clock and the caches do is small.
+#: A visit repeats a short run for this many seconds, so that effects of clock and caches are small.
 VISIT_S = 5e-3
 MOST_REPEATS = 50
 
 #: Steps for which an empty world is timed; its cost a step does not change after that.
 EMPTY_STEPS = 1000
 
-#: What is timed on a scene: a method at a step, seconds.
+#: A method at a step, seconds, to be timed on a scene.
 At = tuple[Method, float]
 
 
@@ -44,10 +44,10 @@ class Visit:
     """One visit of a method at a step in one round, medians of its repeats, seconds.
 
     Attributes:
-        prepare_s: To build the world.
-        advance_s: For all steps.
-        call_s: For a call of no steps; NaN where the adapter does not take one.
-        empty_s: For as many steps of an empty world, without the call.
+        prepare_s: Time to build the world.
+        advance_s: Time of all steps.
+        call_s: Time of a call of no steps; NaN where the adapter does not take one.
+        empty_s: Time of as many steps of an empty world, without the call.
     """
 
     prepare_s: float
@@ -62,7 +62,7 @@ class Visit:
 
     @property
     def net_s(self) -> float:
-        """What is left for this scene's own work."""
+        """Time of this scene's own work."""
         return self.advance_s - self.empty_s - (0.0 if math.isnan(self.call_s) else self.call_s)
 
 
@@ -93,7 +93,7 @@ class VisitTask:
 
 
 def empty_world(scene: Scene) -> Scene:
-    """Return the emptiest world that is a scene: one disc at rest, no wall."""
+    """Return the scene of an empty world: one disc at rest, no wall."""
     radius_m = max(disc.radius_m for disc in scene.discs)
     return Scene(name="empty", discs=[Disc(position_m=(0.0, 0.0), radius_m=radius_m)], duration_s=scene.duration_s)
 
@@ -104,16 +104,16 @@ class CellTiming:
 
     Attributes:
         steps: Steps of the run.
-        rounds: How many rounds there were.
-        advance_s: For all steps.
-        prepare_s: To build the world.
-        whole_s: Both.
-        call_s: Of `advance_s`, Python's call into the world; NaN where the adapter takes no call of no steps.
-        empty_s: Of `advance_s`, what as many steps of an empty world cost.
-        net_s: Of `advance_s`, what is left for this scene's own work.
+        rounds: Number of rounds.
+        advance_s: Time of all steps.
+        prepare_s: Time to build the world.
+        whole_s: Sum of both.
+        call_s: Part of `advance_s` for Python's call into the world; NaN where the adapter takes no call of no steps.
+        empty_s: Part of `advance_s` for as many steps of an empty world.
+        net_s: Part of `advance_s` for this scene's own work.
         ratio: `advance_s` over that of PIT at the same step in the same round; None where PIT was not timed there.
-        whole_ratio: The same of `whole_s`.
-        ratios: `advance_s` over that of PIT, of each round; empty in a file of an earlier Carom.
+        whole_ratio: The same for `whole_s`.
+        ratios: `advance_s` over that of PIT, of each round; empty in a file of an earlier version.
     """
 
     steps: int
@@ -136,15 +136,15 @@ class CellTiming:
 
 @dataclass(frozen=True)
 class TimingKey:
-    """What tells a timing from all others: only on this machine, with these versions and this order, is it the same.
+    """Identity of a timing: only equal keys mean the same machine, versions and order of visits.
 
     Attributes:
         scene: Name of the scene, for readers.
         scene_sha256: Hash of the scene.
-        asked: What was timed, in order.
-        versions: Of each engine, all that its numbers depend on.
+        asked: Timed methods and steps, in order.
+        versions: Versions of each engine and of all that its numbers depend on.
         machine: See `carom.execution.environment.Environment.machine`.
-        seed: Of the order of visits.
+        seed: Seed of the order of visits.
     """
 
     scene: str
@@ -157,14 +157,14 @@ class TimingKey:
 
 @dataclass(frozen=True)
 class SceneTiming:
-    """What a scene's timing pass found. Its rounds belong together, and ratios are taken within them.
+    """Result of a scene's timing pass. Ratios are within its rounds.
 
     Attributes:
-        date: When, UTC.
-        timings: What was timed, and what that took.
-        untimed: What was not, and why.
-        rounds: How many rounds there were.
-        noise: What the machine made of fixed work meanwhile.
+        date: Time of the pass, UTC.
+        timings: Timings of the timed methods and steps.
+        untimed: Reasons for those that were not timed.
+        rounds: Number of rounds.
+        noise: Spread of fixed work during the pass.
     """
 
     date: str
@@ -175,7 +175,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether something was left untimed: another time it may not be."""
+        """Whether something was left untimed, so that a repetition may time it."""
         return bool(self.untimed)
 
 
@@ -193,17 +193,17 @@ timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntr
 
 @dataclass(frozen=True)
 class TimeScene(DependentTasks[SceneTiming]):
-    """Time a scene by several methods at several steps. The caller sees to it that nothing else is running.
+    """Time a scene by several methods at several steps. The caller ensures that nothing else is running.
 
-    Each is warmed up once. Then comes round after round: in each, every one is visited once, in random order. PIT at
-    each step is among them, asked for or not.
+    Each is warmed up once. In each round every one is visited once, in random order. PIT at each step is always
+    included.
 
     Attributes:
         scene: The scene.
-        asked: What is timed.
-        rounds: How many rounds; fewer, but three, where the budget is short.
-        seed: Of the order of visits.
-        budget_s: Seconds that the pass may take; what does not fit is left out, and says so.
+        asked: Methods and steps to time.
+        rounds: Number of rounds; fewer, but at least three, if the budget is short.
+        seed: Seed of the order of visits.
+        budget_s: Budget of the pass, seconds; what does not fit is left out with a reason.
         progress: Called with (done, all, what).
     """
 
@@ -216,11 +216,11 @@ class TimeScene(DependentTasks[SceneTiming]):
 
     @property
     def engine(self) -> str:
-        """Name of the adapter that is asked first."""
+        """Name of the first adapter."""
         return PIT_METHOD.engine
 
     def run(self, runner: TaskRunner) -> Answer[SceneTiming]:
-        """Return what was timed, each visit in a worker process of its engine that stays."""
+        """Return the timings; each engine has one worker process for all its visits."""
         scene, progress = self.scene, self.progress
         kept = set(self.asked)
         pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in kept}, reverse=True)]
@@ -236,7 +236,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         for turn in range(rounds):
             began = time.perf_counter()
             if turn >= LEAST_ROUNDS and began + last_s > until_s:
-                rounds = turn  # the machine was slower than the warm-up said
+                rounds = turn  # the machine was slower than in the warm-up
                 break
             for place, k in enumerate(draw.permutation(len(tasks))):
                 at = list(tasks)[k]
@@ -271,7 +271,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 def _warm_up(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
-    """Return what one visit of each costs, seconds, and why some have none; from coarse to fine."""
+    """Return the cost of one visit of each, seconds, and the reasons why some have none; from coarse to fine."""
     costs: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}
@@ -280,7 +280,7 @@ def _warm_up(
         if method in last:
             coarser_s, cost = last[method]
             expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
-            # One method must leave most of the budget to the others.
+            # One method must not use most of the budget.
             if expected_s > budget_s / 4:
                 untimed[at] = (
                     f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of a budget of "
@@ -300,14 +300,14 @@ def _warm_up(
 
 
 def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
-    """Return how many rounds fit; where not even the least number does, leave out what is most expensive."""
+    """Return the number of rounds that fit; if the least number does not, leave out the most expensive."""
 
     def round_s() -> float:
         return sum(max(cost, VISIT_S) for cost in costs.values())
 
     while costs and round_s() * LEAST_ROUNDS > max(left_s, 0.0):
         most_expensive = max(costs, key=lambda at: costs[at])
-        if costs[most_expensive] <= VISIT_S:  # nothing left that is worth leaving out
+        if costs[most_expensive] <= VISIT_S:  # nothing more can be left out
             break
         cost = costs.pop(most_expensive)
         untimed[most_expensive] = f"{seconds(cost)} a run is more than the timing budget has left; raise --budget"
@@ -318,7 +318,7 @@ def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: fl
 
 def _summary(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
     calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
-    # The k-th visit of each is that of round k, so that both sides of a ratio saw the same machine.
+    # The k-th visit of each is in round k, so both sides of a ratio ran under the same conditions.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
     ratios = tuple(own.advance_s / base.advance_s for own, base in rounds)
     return CellTiming(

@@ -227,11 +227,27 @@ def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: 
     pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
     rows: dict[Key, Row] = {}
     left = iter(pit)
+    scored: dict[tuple[str, str, float], list[Row]] = {}
     for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
-        rows[_key(job)] = _row(job, answer, usable, pit[_key(_pit_job(job))].value)
+        similar = scored.setdefault((job.scene.name, job.engine, job.dt_s), [])
+        same = next((row for row in similar if _is_same_run(row.trace, answer.value)), None)
+        if same is None:
+            row = _row(job, answer, usable, pit[_key(_pit_job(job))].value)
+            similar.append(row)
+        else:
+            row = replace(same, job=job, trace=answer.value)
+        rows[_key(job)] = row
         if answer.status is Status.RAN:  # score a row of PIT while engines run
             rows |= {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in islice(left, 1)}
     return rows | {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in left}
+
+
+def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
+    """Whether two runs are the same except for their settings, so that they have the same score."""
+    if one is None or other is None:
+        return False
+    settings = {name: getattr(other, name) for name in ("profile", "tried", "settings", "counts")}
+    return replace(one, **settings) == other
 
 
 def _row(job: Job, answer: Answer[Trace], usable: Mapping[str, Reference], pit: Trace | None) -> Row:

@@ -1,1 +1,1 @@
-"""What got better and worse between two cross-checks."""
+"""Comparison of two cross-checks: what got better and worse."""

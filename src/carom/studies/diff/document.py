@@ -22,12 +22,12 @@ from carom.report.document import (
 )
 from carom.studies.diff.run import Change, Diff, Kind
 
-#: As many rows as a comment on a pull request holds, whose length is limited.
+#: Most rows, since a comment on a pull request has a limited length.
 MOST_ROWS = 50
-#: Groups that a terminal shows in 25 lines of what got worse or is mixed, of all else, and of what is not graded: of
-#: one method a group takes two lines, of several three.
+#: Number of groups that a terminal shows in 25 lines: worse or mixed, all others, and not graded. A group takes two
+#: lines with one method, and three with several.
 MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
-#: Settings whose values are told on a terminal, and characters of each.
+#: Number of settings whose values a terminal shows, and characters of each.
 MOST_SETTINGS, MOST_LETTERS = 4, 40
 
 _COLUMNS = (
@@ -38,17 +38,17 @@ _COLUMNS = (
 )
 
 
-#: Changes alike: of one kind and grade, after the same settings and versions; the first grew most, or shrank least.
+#: Changes of one kind and grade, with the same changes of settings and versions; the first grew most, or shrank least.
 _Group = list[Change]
 
 
 def diff_document(found: Diff, old: str, new: str) -> Document:
-    """Return the document: how many cells got better and worse, and which; a terminal shows some of each in 25 lines.
+    """Return the document: the cells that got better and worse, with their numbers; a terminal shows some in 25 lines.
 
     Args:
-        found: What changed.
-        old: What was compared with what, in the reader's words.
-        new: The other.
+        found: The changes.
+        old: Name of the old cross-check, as the user gave it.
+        new: Name of the new one.
     """
     changes, left_out = found.changes, len(found.changes) - MOST_ROWS
     note = f"{left_out} more are not shown; --page FILE writes all of them" if left_out > 0 else ""
@@ -68,7 +68,7 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
 
 
 def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
-    """Yield a row a group of cells alike: what got worse or is mixed, what else changed, what can't be judged."""
+    """Yield a row for each group of alike cells: worse or mixed, other changes, and changes that are not graded."""
     bad = [change for change in changes if change.graded and change.kind in (Kind.WORSE, Kind.MIXED, Kind.VANISHED)]
     ungraded = [change for change in changes if not change.graded]
     others = [change for change in changes if change.graded and change not in bad]
@@ -89,10 +89,10 @@ def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
 
 
 def _groups(changes: Sequence[Change]) -> list[_Group]:
-    """Return changes of the same kind, grades and changed settings together, in the order of the worst of each."""
+    """Return groups of changes of the same kind, grades and changed settings, in the order of the worst of each."""
 
     def shared(change: Change) -> tuple[object, ...]:
-        # An impact less or more found is another cause than an error that is larger.
+        # A different number of found impacts has another cause than a larger error.
         counts = any(measure.counts for measure in change.measures)
         return (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
 
@@ -117,7 +117,7 @@ def _lead(found: Diff) -> list[str]:
 
 
 def _settings(changes: Sequence[Change]) -> Iterator[str]:
-    """Yield in a sentence what of settings and versions changed, said once: what varies from cell to cell says so."""
+    """Yield one sentence on changed settings and versions, which also tells what varies from cell to cell."""
     values: dict[str, dict[str, None]] = {}
     cells = Counter[str]()
     for change in changes:

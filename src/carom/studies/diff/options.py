@@ -1,4 +1,4 @@
-"""What may be asked of a comparison of two cross-checks: see `carom.support.options`."""
+"""Options of a comparison of two cross-checks: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def _two_names(value: Any) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class DiffOptions(DeclaredOptions):
-    """What is asked of a comparison, apart from its two reports.
+    """Options of a comparison, without its two reports.
 
     Attributes:
-        match: Which engines ("pymunk") or methods ("pymunk/tuned") of the old are compared with which of the new; all
-            else is left out. None for each with its own namesake, or where both have one method, these.
-        fail_on: The best grade at which what got worse is a violation.
+        match: Pairs of engines ("pymunk") or methods ("pymunk/tuned") to compare, old and new; others are left out. By
+            default each is compared with its namesake, or, if both reports have one method, these two.
+        fail_on: The best grade at which a change for the worse is a violation.
 
     Raises:
         InputError: A value makes no sense.

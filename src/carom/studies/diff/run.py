@@ -1,4 +1,4 @@
-"""What changed between the records of two cross-checks, cell by cell; what is within rounding is no change."""
+"""Changes between the records of two cross-checks, cell by cell, beyond rounding."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.grid import BROKEN, GRADED, Mark, parse_mark
+from carom.report.mark import BROKEN, GRADED, Mark, parse_mark
 from carom.report.record import RowLine, SceneLine, Summary
 from carom.report.records import read_records
 from carom.studies.diff.options import DiffOptions
 
-#: What no error tells the size of: it is there or not.
+#: Facts without a size: present or not.
 _FLAGS = (
     *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
     *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
@@ -34,7 +34,7 @@ _NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in datacl
 
 
 class Kind(Enum):
-    """What became of a cell, the worst first."""
+    """Kinds of changes of a cell, the worst first."""
 
     WORSE = "worse"
     MIXED = "mixed"
@@ -49,11 +49,11 @@ class BeforeAfter:
     """A number of a cell before and after; None where it is not measured.
 
     Attributes:
-        name: What it is.
+        name: Name of the number.
         old: Before, with its sign.
         new: After.
-        rounding: A change up to this is none.
-        unit: Its unit, empty where it has none.
+        rounding: Largest difference that is no change.
+        unit: Its unit, empty without one.
     """
 
     name: str
@@ -64,19 +64,19 @@ class BeforeAfter:
 
     @property
     def counts(self) -> bool:
-        """Whether it is a number of impacts, of which nothing is rounding."""
+        """Whether it is a number of impacts, which has no rounding."""
         return self.rounding == 0.0
 
     @property
     def changed(self) -> bool:
-        """Whether it is another number, or is measured in one run only."""
+        """Whether the number differs, or is measured in one run only."""
         if self.old is None or self.new is None:
             return self.old is not self.new
         return not abs(self.new - self.old) <= self.rounding
 
     @property
     def growth(self) -> float:
-        """By how much it is larger in magnitude; 0 within rounding, and where one is not measured."""
+        """Increase of its magnitude; 0 within rounding, and where one is not measured."""
         if self.old is None or self.new is None:
             return 0.0
         grown = abs(self.new) - abs(self.old)
@@ -85,7 +85,7 @@ class BeforeAfter:
     def __str__(self) -> str:
         if isinstance(self.old, bool):
             return f"{self.name}: {'gone' if self.old else 'new'}"
-        # As many digits as it takes to tell the two apart; 17 tell any two floats apart.
+        # The least digits at which the two differ; 17 distinguish any two floats.
         texts = ([_number(value, digits) for value in (self.old, self.new)] for digits in range(3, 18))
         old, new = next((pair for pair in texts if pair[0] != pair[1]), ["", ""])
         return f"{self.name} {old} → {new}{self.unit}"
@@ -97,18 +97,18 @@ def _number(value: float | None, digits: int) -> str:
 
 @dataclass(frozen=True)
 class Change:
-    """A cell that is not as it was.
+    """A changed cell.
 
     Attributes:
-        kind: What became of it.
+        kind: Kind of the change.
         scene: Name of the scene.
-        method: Engine and profile; both, where two are compared with each other.
+        method: Engine and profile; of both runs, where they differ.
         dt_s: Step, seconds.
         old: Its mark before.
         new: Its mark after.
         measures: The numbers that changed.
-        verdicts: Verdicts that one run has and the other has not.
-        changed: What of settings, versions and reference changed, by name, as before and after.
+        verdicts: Verdicts of only one run.
+        changed: Changed settings, versions and reference, by name, as before and after.
     """
 
     kind: Kind
@@ -123,21 +123,21 @@ class Change:
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """All that may have led to it, each as a phrase."""
+        """All possible causes, each as a phrase."""
         named = ((name.partition(": "), values) for name, values in self.changed)
         kinds = formatting.together((kind, f"{what} {values}") for (kind, _, what), values in named)
         return (*self.verdicts, *(f"{kind}: {', '.join(them)}" for kind, them in kinds.items()))
 
     @property
     def graded(self) -> bool:
-        """Whether both have a grade, or one broke off: what can't be judged got neither better nor worse."""
+        """Whether both have a grade, or one broke off; otherwise the change is neither better nor worse."""
         return _graded(self.old, self.new)
 
     @property
     def badness(self) -> tuple[float, ...]:
-        """What puts the worst first: if graded, kind and grade, impacts missed or spurious, the largest growth."""
+        """Sort key for the worst: whether graded, kind and grade, impacts missed or spurious, the largest growth."""
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
-        # Over the scene's own scales, so that they compare; not so seconds and degrees.
+        # Errors over the scene's own scales are comparable; seconds and degrees are not.
         growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
         return (
             float(self.graded),
@@ -150,11 +150,11 @@ class Change:
 
     @property
     def telling(self) -> BeforeAfter | None:
-        """The number that says most of what became of it, None where none changed.
+        """The most important changed number, None where none changed.
 
-        Of those that moved in the direction of the change: impacts missed or spurious, then errors over the scene's
-        scales, then errors with a unit, then what is there or not; among equals the first, as an impact's error leads
-        to the end's.
+        It is one that moved in the direction of the change. Missed or spurious impacts come first, then errors over the
+        scene's scales, errors with a unit, and facts. Among equals it is the first, because an impact's error causes
+        the end's.
         """
         way = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -164,9 +164,9 @@ class Change:
         return max(self.measures, key=order, default=None)
 
     def violates(self, fail_on: Grade) -> bool:
-        """Whether what is graded got worse, and is now of a grade or beyond it; a run without an answer is beyond all.
+        """Whether a graded cell got worse, and now has a grade or a worse one; a failed run is worse than all grades.
 
-        What is mixed got worse in something, too.
+        A mixed change counts as worse.
         """
         if self.kind not in (Kind.WORSE, Kind.MIXED) or not self.graded:
             return False
@@ -177,12 +177,12 @@ class Change:
 
 @dataclass(frozen=True)
 class Diff:
-    """What changed between two cross-checks.
+    """Changes between two cross-checks.
 
     Attributes:
-        changes: The worst first.
-        unchanged: How many cells are as they were.
-        around: What else is not the same: versions and machine.
+        changes: The changes, the worst first.
+        unchanged: Number of unchanged cells.
+        around: Differences of versions and machine.
     """
 
     changes: tuple[Change, ...]
@@ -191,7 +191,7 @@ class Diff:
 
 
 class _Number(NamedTuple):
-    """A number of a cell, as `BeforeAfter` has two."""
+    """A number of a cell, one of the two of a `BeforeAfter`."""
 
     name: str
     value: float | bool | None
@@ -201,7 +201,7 @@ class _Number(NamedTuple):
 
 @dataclass(frozen=True)
 class _Cell:
-    """A row of the records, with what the head says of its scene."""
+    """A row of the records, with the data of its scene from the header."""
 
     method: Method
     scene: str
@@ -211,19 +211,19 @@ class _Cell:
     verdicts: tuple[str, ...]
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
-    pair: int = 0  # which of the pairs of names asked for it belongs to, from 1 on; 0 where none was
+    pair: int = 0  # number of the requested pair of names that it belongs to, from 1 on; 0 without one
 
 
 def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
     """Compare the records of one cross-check with those of another.
 
     Args:
-        old: A report's folder, or its `results.jsonl`.
-        new: Another.
+        old: Folder of the old report, or its `results.jsonl`.
+        new: The new one.
         match: See `carom.studies.diff.options.DiffOptions`.
 
     Raises:
-        InputError: A file can't be read or is of another format, no cell is in both, or `match` is no list of pairs.
+        InputError: A file can't be read or has another format, no cell is in both, or `match` is no list of pairs.
     """
     match = DiffOptions(match).match
     (before, old_cells), (after, new_cells) = _read(old), _read(new)
@@ -234,7 +234,7 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     def key(cell: _Cell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
-        # What is tried instead of a profile's settings is compared with the profile, and named next to it.
+        # Settings that replace a profile's are compared with the profile, and named next to it.
         return (cell.scene, cell.dt_s, cell.method.profile, cell.pair or cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
@@ -243,7 +243,7 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     if not any(all(map(_was_run, pair)) for pair in ran):
         raise InputError(
             f"no cell was run in both {old} and {new}: scenes, engines, profiles or steps differ, or an engine was "
-            "not available; --engine OLD=NEW holds one engine against another"
+            "not available; --engine OLD=NEW compares one engine with another"
         )
     versions = _versions(before.environment, after.environment)
     changes = [change for a, b in ran if (change := _change(a, b, versions))]
@@ -263,7 +263,7 @@ def _read(path: Path) -> tuple[Summary, list[_Cell]]:
     try:
         for number, line in enumerate(lines, start=2):  # noqa: B007 - the error names it
             cells.append(_cell(summary, line))
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # of the right types, and no cell all the same
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # valid types, but not a valid cell
         raise InputError(
             f"{file}, line {number}: not a cell of a cross-check ({error!r})", hints=["run the cross-check again"]
         ) from None
@@ -287,14 +287,14 @@ def _cell(summary: Summary, line: RowLine) -> _Cell:
 
 
 def _numbers(line: RowLine, scales: Scales, found: Mapping[str, str]) -> Iterator[_Number]:
-    """Yield what tells how good a cell is, with what rounding makes of it in the floats declared."""
+    """Yield the numbers that rate a cell, with their rounding in the declared floats."""
     bits, dt_s, time_s, total = line.float_bits, line.dt_s, scales.time_s, line.total
     if bits is None or total is None or line.missed is None or line.spurious is None:
         lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
         raise ValueError(f"it has a grade and no {lacking}")
     rounding = THRESHOLDS.rounding_of(bits)
     missed, invented = len(line.missed), len(line.spurious)
-    if line.parted_s is not None and line.local_truth:  # its impacts are chance after it parted; its steps decide
+    if line.parted_s is not None and line.local_truth:  # after it diverged its impacts are chance, and its steps decide
         missed, invented = line.local_truth.missed, line.local_truth.invented
     yield _Number("impacts missed", float(missed), 0.0)
     yield _Number("impacts invented", float(invented), 0.0)
@@ -334,7 +334,7 @@ def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
 
 
 def _matched(cells: Sequence[_Cell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[_Cell]:
-    """Return the cells of one side of each pair of names, with the pair's number."""
+    """Return the cells of one report for each pair of names, with the pair's number."""
     return [
         dataclasses.replace(cell, pair=number)
         for number, names in enumerate(match, start=1)
@@ -343,7 +343,7 @@ def _matched(cells: Sequence[_Cell], match: Sequence[tuple[str, str]], side: int
 
 
 def _versions(old: Environment, new: Environment) -> dict[str, str]:
-    """Return what differs of versions and machine, by name, as before and after."""
+    """Return the differences of versions and machine, by name, as before and after."""
     olds, news = (
         {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
         for one in (old, new)
@@ -357,7 +357,7 @@ def _differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, str]
 
 
 def _same(a: object, b: object) -> bool:
-    """Whether two are equal; numbers to rounding, for a machine of another make."""
+    """Whether two values are equal; numbers to rounding, because of other machines."""
     if not (isinstance(a, float) and isinstance(b, float)):
         return a == b
     return math.isclose(a, b, rel_tol=THRESHOLDS.rounding) or (math.isnan(a) and math.isnan(b))
@@ -368,13 +368,13 @@ def _value(value: Any) -> str:
 
 
 def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -> Change | None:
-    """Return what changed in a cell, None where nothing did."""
+    """Return the change of a cell, None where nothing changed."""
     one = new or old
     if one is None:
         return None
     was, now = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
     pairs = zip(old.numbers, new.numbers, strict=True) if old and new and was.ran and now.ran else ()
-    # Where the two declare floats of different widths, the wider count.
+    # If the two declare floats of different widths, the wider ones count.
     both = (BeforeAfter(a.name, a.value, b.value, min(a.rounding, b.rounding), a.unit) for a, b in pairs)
     measures = tuple(measure for measure in both if measure.changed)
     there = _was_run(old), _was_run(new)
@@ -388,7 +388,7 @@ def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -
 
 def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
     grew = _badness(now) - _badness(was) if _graded(was, now) else 0
-    # Hit or miss first: errors of impacts that only one of the two runs has found say nothing of the other.
+    # Hit or miss first: errors of impacts that only one run has found cannot be compared.
     impacts = sum(measure.growth for measure in measures if measure.counts)
     growths = [impacts] if impacts else [measure.growth for measure in measures]
     rose, fell = any(growth > 0 for growth in growths), any(growth < 0 for growth in growths)
@@ -404,7 +404,7 @@ def _graded(was: Mark, now: Mark) -> bool:
 
 
 def _badness(mark: Mark) -> int:
-    """Return the place of a mark among the grades, from best to worst; a run without an answer is worse than any."""
+    """Return the place of a mark among the grades, from best to worst; a failed run is worse than any."""
     grades = list(Grade)
     return len(grades) if mark in BROKEN else -1 if mark not in GRADED else grades.index(GRADED[mark])
 
@@ -426,7 +426,7 @@ def _changed(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) 
         if old.settings and new.settings:
             for name, values in _differing(old.settings, new.settings).items():
                 yield f"settings: {name}", values
-        # The head tells versions by the engines' own names, of which an adapter's is the lower case as a rule.
+        # The header has versions by the engines' own names; an adapter's name is usually that in lower case.
         for name in versions:
             if name.casefold() in (new.method.engine.casefold(), "carom"):
                 yield f"version: {name}", versions[name]

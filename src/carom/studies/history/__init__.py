@@ -1,1 +1,1 @@
-"""What changed between releases of an engine: today's adapter and scenes, on releases from the engine's registry."""
+"""Changes between releases of an engine, found with today's adapter and scenes on releases from its registry."""

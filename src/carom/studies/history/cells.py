@@ -1,4 +1,4 @@
-"""What is kept of one run of one release, and what two releases have to do with each other in one cell."""
+"""Stored results of one run of one release, and the comparison of two releases in one cell."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from carom.support.formatting import number
 
 #: References, and runs of PIT, that a worker keeps.
 _KEPT = 64
-#: Instants at which discs are looked at, the end among them: two runs that bounce otherwise part for longer than an
-#: eighth of a run, or come together again at the end, which the end alone would not show.
+#: Number of instants at which positions are compared, the last of them the end. Two runs that bounce differently differ
+#: for longer than an eighth of the run, and may agree again at the end.
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -35,7 +35,7 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 
 @dataclass(frozen=True)
 class Ran:
-    """What is kept of a run.
+    """Stored result of a run.
 
     Attributes:
         digest: SHA-256 of its impacts and its final state, to the bit.
@@ -43,14 +43,14 @@ class Ran:
         grade: Its grade, by name.
         verdicts: Its verdicts, by name.
         expected: Impacts of the reference.
-        found: Impacts that the engine's contacts came to.
+        found: Impacts found from the engine's contacts.
         lost: Impacts missed and impacts invented.
         velocity: Largest velocity error over the scene's speed; NaN where no impact was matched.
         late_steps: Largest error of a time, in steps; NaN likewise.
-        off_m: How far each disc is from its right place at `PLACES` instants, evenly spread, the last of them the end:
-            both coordinates of a disc after another, metres; infinite where the run, or what is known, ends before.
-        off_m_s: The same of velocities at the end, metres a second.
-        place_rounding_m: What rounding makes of a place.
+        off_m: Error of each disc's position at `PLACES` evenly spread instants, the last of them the end: both
+            coordinates of one disc after the other, metres. Infinite where the run, or the reference, ends before.
+        off_m_s: Errors of velocities at the end, metres a second.
+        place_rounding_m: Rounding error of a position.
         speed_m_s: The scene's speed.
         float_bits: Width of the floats that the adapter declares.
     """
@@ -72,22 +72,22 @@ class Ran:
 
     @property
     def farthest_m(self) -> float:
-        """How far a disc is from its right place at most, metres; infinite where that is not known."""
+        """Largest error of a position, metres; infinite where unknown."""
         return _largest(self.off_m)
 
     @property
     def velocity_off(self) -> float:
-        """How far a velocity is from the right one at the end at most, over the speed; infinite where not known."""
+        """Largest velocity error at the end, over the speed; infinite where unknown."""
         return _largest(self.off_m_s) / self.speed_m_s
 
     @property
     def unseen(self) -> bool:
-        """Whether velocities changed, and not one impact was told: the adapter sees no contact."""
+        """Whether velocities changed and no impact was reported: the adapter sees no contact."""
         return self.expected > 0 and self.found == 0 and self.half_seen
 
     @property
     def half_seen(self) -> bool:
-        """Whether velocities changed where no impact was told: the adapter does not see every contact."""
+        """Whether velocities changed without a reported impact: the adapter does not see every contact."""
         return Verdict.TURNS.name in self.verdicts
 
 
@@ -96,7 +96,7 @@ class HistoryTask(JobTask):
     """Run a job at its phase and score it, in a worker process."""
 
     def carry_out(self) -> Ran:
-        """Return what is kept of it.
+        """Return the stored result.
 
         Raises:
             UnsupportedError: There is no reference, or no such start.
@@ -133,9 +133,9 @@ def _largest(off: Sequence[float]) -> float:
 
 
 def _off(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far off places are at the instants, shape ``(PLACES, n, 2)``, and velocities at the end, ``(n, 2)``.
+    """Return errors of positions at the instants, shape ``(PLACES, n, 2)``, and of velocities at the end, ``(n, 2)``.
 
-    What is not known, as after `until_s`, is infinite.
+    Unknown errors, such as those after `until_s`, are infinite.
     """
     scene, flights, samples = trace.scene, list(free_flights(reference)), trace.samples
     assert samples is not None  # noqa: S101 - they were asked for
@@ -159,7 +159,7 @@ def _numbers(off: NDArray[np.float64]) -> tuple[float, ...]:
 
 
 def _digest(trace: Trace) -> str:
-    """Return a digest of all that a run came to; one bit of one number makes another."""
+    """Return a digest of a run's results, which every bit of every number changes."""
     found = hashlib.sha256(trace.outcome.name.encode())
     arrays = (trace.impacts, trace.final_position_m, trace.final_velocity_m_s, trace.spins, trace.final_spin_rad_s)
     for array in arrays:
@@ -173,19 +173,19 @@ history_journal = partial(Journal[JobKey, Ran], "releases", JournalEntry[JobKey,
 
 @dataclass(frozen=True)
 class SeenCell:
-    """One release in one cell: what came of the scene's own phase, and of the others where they were asked for."""
+    """One release in one cell: the result at the scene's own phase, and those at other phases where requested."""
 
     own: Answer[Ran]
     phases: tuple[Answer[Ran], ...] = ()
 
     @property
     def ran(self) -> tuple[Ran, ...]:
-        """What ran at its phases, the scene's own among them."""
+        """Results of all phases, the scene's own among them."""
         return tuple(answer.value for answer in (self.own, *self.phases) if answer.value is not None)
 
 
 class Moved(Enum):
-    """What became of a cell from one release to the next; the value is the phrase shown."""
+    """Change of a cell from one release to the next; the value is the phrase shown."""
 
     NOTHING = "same bits"
     ROUNDING = "other bits, same to rounding at this phase"
@@ -193,24 +193,24 @@ class Moved(Enum):
     WORSE = "worse"
     BETTER = "better"
     OTHERWISE = "changed, neither better nor worse"
-    ASKED = "asked otherwise: the settings read back differ"
-    TOLD = "contacts are told otherwise, and the motion is no other than phase makes it"
+    ASKED = "other settings: the settings read back differ"
+    TOLD = "reported contacts differ, and the motion only as much as with the phase"
     UNSEEN = "changed, and the adapter does not see every contact"
     NOT_RUN = "not run by both"
 
     @property
     def real(self) -> bool:
-        """Whether it is a change of the engine's motion: none of phase, settings, adapter or what contacts are told."""
+        """Whether it is a change of the engine's motion, and not of phase, settings, adapter or reported contacts."""
         return self in {Moved.WORSE, Moved.BETTER, Moved.OTHERWISE}
 
 
 @dataclass(frozen=True)
 class CellChange:
-    """What became of a cell.
+    """Change of a cell.
 
     Attributes:
-        moved: What.
-        why: The numbers that say so, as a phrase; empty where there is nothing to say.
+        moved: Kind of change.
+        why: The numbers behind it, as a phrase; empty where there are none.
     """
 
     moved: Moved
@@ -219,12 +219,12 @@ class CellChange:
 
 @dataclass(frozen=True)
 class _Measure:
-    """A number of a run in which two releases can part: what is larger is worse.
+    """A number of a run in which two releases can differ; a larger one is worse.
 
     Attributes:
-        name: What it is called.
-        of: The number.
-        rounding: By how much rounding alone can part it.
+        name: Name of the number.
+        of: Returns the number.
+        rounding: Returns by how much rounding alone can change it.
     """
 
     name: str
@@ -236,12 +236,12 @@ def _rounding(ran: Ran) -> float:
     return THRESHOLDS.rounding_of(ran.float_bits)
 
 
-#: Of the motion: what a script without any contact listener shows.
+#: Measures of the motion, which a script without contact listeners shows.
 _MOTION = (
     _Measure("error of velocities at the end, over the greatest", attrgetter("velocity_off"), _rounding),
     _Measure("error of places in metres", attrgetter("farthest_m"), attrgetter("place_rounding_m")),
 )
-#: Of what contacts are told.
+#: Measures of the reported contacts.
 _TOLD = (
     _Measure("impacts missed and invented", attrgetter("lost"), lambda _: 0.0),
     _Measure("velocity error", attrgetter("velocity"), _rounding),
@@ -250,7 +250,7 @@ _TOLD = (
 
 
 def differs(old: Ran, new: Ran) -> bool:
-    """Whether two runs differ in grade, verdicts, numbers or motion, beyond rounding: then phases are asked for."""
+    """Whether two runs differ in grade, verdicts, numbers or motion beyond rounding, so that other phases are run."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _move_alike(old, new):
         return True
     return any(_apart(one.of(old), one.of(new), _allowed(one, [old, new])) for one in _TOLD)
@@ -273,13 +273,14 @@ def _move_alike(old: Ran, new: Ran) -> bool:
 
 
 def change_of(old: SeenCell, new: SeenCell) -> CellChange:
-    """Return what became of a cell between two releases.
+    """Return the change of a cell between two releases.
 
-    A change is one of the engine's where the settings read back are equal and, over `FEWEST_PHASES` at least, a number
-    of the motion has ranges that part by more than rounding, and than phases between may add: how far velocities at the
-    end or places are off, or one coordinate. So a script that knows no contacts shows it, and no phase makes it. Else
-    what changed is what the engine tells of contacts, or a chance of phase. Where velocities change and no impact is
-    told, the adapter does not see every contact, and nothing is said.
+    A change is attributed to the engine if the settings read back are equal and the motion differs. The motion differs
+    if the ranges of one number over at least `FEWEST_PHASES` phases are separate: an error of final velocities or of
+    positions, or a coordinate. The gap must exceed rounding and what phases in between may add. Such a change also
+    shows without contact listeners, and no phase explains it. Otherwise the reported contacts changed, or the phase
+    explains the change. Where velocities change and no impact is reported, the adapter does not see every contact, and
+    the change is not judged.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:
@@ -288,7 +289,7 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
         return CellChange(Moved.NOTHING)
     if a.settings != b.settings:
         return CellChange(Moved.ASKED, ", ".join(_differing(a.settings, b.settings)))
-    if a.half_seen or b.half_seen:  # what it does not see it would be charged as the engine's
+    if a.half_seen or b.half_seen:  # contacts that the adapter does not see would count as the engine's change
         return CellChange(Moved.UNSEEN)
     if not differs(a, b):
         return CellChange(Moved.ROUNDING)
@@ -298,7 +299,7 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     parted = list(_parted(_MOTION, old.ran, new.ran))
     if parted or (elsewhere := _elsewhere(old.ran, new.ran)):
         kinds = {moved for moved, _ in parted}
-        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # nobody can say which of the two is right
+        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # neither of the two is known to be right
         moved = kinds.pop() if len(kinds) == 1 and not unknown else Moved.OTHERWISE
         return CellChange(moved, "; ".join(why for _, why in parted) or elsewhere)
     told = [why for _, why in _parted(_TOLD, old.ran, new.ran)] + _verdicts(old.ran, new.ran)
@@ -318,22 +319,22 @@ def _parted(measures: Sequence[_Measure], old: Sequence[Ran], new: Sequence[Ran]
 
 
 def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return by how much numbers of runs lie above those of others, and below them, each along the first axis.
+    """Return by how much numbers of runs exceed those of others, and fall below them, each along the first axis.
 
-    Phases between those that were run reach farther: each range by as much as its two outermost numbers differ.
+    Phases between those that were run may extend a range: each end by the difference of its two outermost numbers.
     """
 
     def reach(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         low, lower, *_, higher, high = np.sort(values, axis=0)[[0, 1, -2, -1]]
         return np.where(low == lower, low, 2 * low - lower), np.where(high == higher, high, 2 * high - higher)
 
-    with np.errstate(invalid="ignore"):  # what is infinite in both is no gap
+    with np.errstate(invalid="ignore"):  # a number that is infinite in both has no gap
         (old_low, old_high), (new_low, new_high) = reach(before), reach(after)
         return np.nan_to_num(np.stack([new_low - old_high, old_low - new_high]), nan=0.0, posinf=np.inf)
 
 
 def _elsewhere(old: Sequence[Ran], new: Sequence[Ran]) -> str:
-    """Return where and when ranges of one coordinate part by most, as a phrase; empty where none do."""
+    """Return where and when ranges of a coordinate differ most, as a phrase; empty where none do."""
     before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
     gaps = _gaps(before, after).max(axis=0)
     k = int(gaps.argmax())

@@ -1,7 +1,7 @@
-"""The ordinary clients of the registries: what they list of a package, and how they lay a release into a folder.
+"""Clients of the registries (pip and npm): list the releases of a package, and install one into a folder.
 
-No package of a release runs anything while it is laid there: pip takes wheels alone, and npm runs no package's scripts.
-A client is bounded in time and in what it prints, and ends with this process, however that ends.
+The installation runs no code of a package: pip takes only wheels, and npm runs no package's scripts. A client has
+limits of time and output, and ends with this process in any case.
 """
 
 from __future__ import annotations
@@ -23,38 +23,39 @@ from carom.errors import CaromError
 from carom.support.escaping import last_words, shown
 from carom.support.versions import require_version
 
-#: A list, or a plan of what is to be installed, comes in seconds; the largest release tried, 300 MB, in half a minute.
+#: A list, or a plan of an installation, takes seconds; the largest release tried, 300 MB, takes half a minute.
 LISTING_S, INSTALLING_S = 60.0, 600.0
-#: What a client may print that is read: npm's list of a package of a thousand releases takes a hundredth of it.
+#: Most bytes that are read of a client's output; npm's list of a package of a thousand releases has a hundredth of
+#: this.
 MOST_PRINTED_BYTES = 2**22
 
 _NAME = re.compile(r"(@[a-z0-9][a-z0-9._-]*/)?[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
 class ClientError(CaromError):
-    """A client is not there, has no answer, or can't install what was asked for; the message is its last words."""
+    """A client is missing, does not answer, or cannot install the request; the message is its last line."""
 
 
 class Client(Protocol):
     """A registry's client."""
 
     def listed(self, package: str) -> tuple[str, ...]:
-        """Return the versions that the registry lists of a package, in no order.
+        """Return the versions that the registry lists for a package, in no order.
 
         Raises:
-            ClientError: It can't be reached, or has no such package.
+            ClientError: The registry can't be reached, or has no such package.
         """
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Lay a release, with what it needs next to what is installed here, into an empty folder; return what that was.
+        """Install a release, with its missing requirements, into an empty folder; return the installed packages.
 
         Raises:
-            ClientError: It can't be reached, or there is no such release for this machine.
+            ClientError: The registry can't be reached, or has no such release for this machine.
         """
 
 
 class Pip:
-    """pip of this environment: releases as wheels in a folder that goes before all others on the path."""
+    """pip of this environment: installs releases as wheels in a folder that is first on the path."""
 
     def listed(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists of a package."""
@@ -65,7 +66,7 @@ class Pip:
         return tuple(word.strip() for word in found[1].split(","))
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Lay the wheels of a release, and of what it needs and this environment lacks, into an empty folder."""
+        """Install the wheels of a release, and of requirements that this environment lacks, into an empty folder."""
         asked = f"{_checked(package)}=={require_version(version)}"
         words = [*_PIP, "install", "--dry-run", "--quiet", *_QUICK, *_WHEELS, "--report", "-", asked]
         report = _read_json(_printed(words, LISTING_S), "pip")
@@ -75,7 +76,7 @@ class Pip:
             raise ClientError("pip's report is not what it was: no list of what is to be installed") from None
         others = [f"{_checked(name)}=={require_version(one)}" for name, one in found]
         needs = tuple(dict.fromkeys((asked, *(one for one in others if _canonical(one) != _canonical(asked)))))
-        # What it needs is in the list; what is installed here already is not installed over itself.
+        # The list contains the requirements; installed packages are not installed again.
         _printed(
             [*_PIP, "install", "--quiet", *_QUICK, *_WHEELS, "--no-deps", "--target", str(folder), *needs], INSTALLING_S
         )
@@ -83,20 +84,20 @@ class Pip:
 
 
 class Npm:
-    """npm: a release, with what it needs, in the `node_modules` of a folder."""
+    """npm: installs a release, with its requirements, in the `node_modules` of a folder."""
 
     def listed(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists of a package."""
         found = _read_json(
             _printed(["npm", "view", *_CALM, "--json", "--", _checked(package), "versions"], LISTING_S), "npm"
         )
-        versions = [found] if isinstance(found, str) else found  # of one version npm makes no list
+        versions = [found] if isinstance(found, str) else found  # npm prints a single version without a list
         if not isinstance(versions, list) or not all(isinstance(one, str) for one in versions):
             raise ClientError(f"npm lists no versions of {package}: it printed {shown(found)}")
         return tuple(versions)
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Lay a release into the `node_modules` of an empty folder; no package's scripts are run."""
+        """Install a release into the `node_modules` of an empty folder, without running packages' scripts."""
         needs = {_checked(package): require_version(version)}
         (folder / "package.json").write_text(json.dumps({"private": True, "dependencies": needs}), encoding="utf-8")
         words = ["npm", "install", *_CALM, "--ignore-scripts", "--no-package-lock", "--prefix", str(folder)]
@@ -107,18 +108,18 @@ class Npm:
         return (f"{package}@{version}",)
 
 
-#: By the name of the registry that a client asks.
+#: Clients by the names of their registries.
 CLIENTS: dict[str, Client] = {"pip": Pip(), "npm": Npm()}
 
 _PIP = (sys.executable, "-m", "pip", "--no-input", "--disable-pip-version-check")
-#: One that is not reached is asked once more, not for minutes.
+#: A registry that is not reached is tried once more, and not for minutes.
 _QUICK = ("--retries", "1", "--timeout", "15")
 _WHEELS = ("--only-binary", ":all:")
 _CALM = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", "1", "--fetch-timeout", "30000")
 
 
 def _checked(package: str) -> str:
-    """Return the name of a package as it may go to a client, which could take another word for an option or a path."""
+    """Return the name of a package if it is safe for a client, which could take other words for options or paths."""
     if not _NAME.fullmatch(package):
         raise ClientError(f"{shown(package)} is not a package name")
     return package
@@ -136,10 +137,10 @@ def _read_json(text: str, client: str) -> Any:
 
 
 def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) -> str:
-    """Return what a client prints on standard output.
+    """Return a client's standard output.
 
     Raises:
-        ClientError: It is not there, fails, or takes too long.
+        ClientError: The client is missing, fails, or takes too long.
     """
     client = "pip" if words[0] == sys.executable else words[0]
     program = shutil.which(words[0])
@@ -155,7 +156,7 @@ def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) ->
             stdin=subprocess.DEVNULL,
             stdout=printed,
             stderr=said,
-            cwd=folder or elsewhere,  # a project's own .npmrc or package in the user's folder is none of ours
+            cwd=folder or elsewhere,  # a .npmrc or package in the user's folder must not apply
             start_new_session=True,
         )
         try:
@@ -163,7 +164,7 @@ def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) ->
         except subprocess.TimeoutExpired:
             raise ClientError(f"{client} did not answer within {most_s:g} s") from None
         finally:
-            if process.poll() is None:  # too long, or Ctrl-C: what it has started ends with it
+            if process.poll() is None:  # too long, or Ctrl-C: its child processes end with it
                 with suppress(ProcessLookupError):
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()

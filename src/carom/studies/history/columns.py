@@ -1,4 +1,4 @@
-"""From an engine to its releases as engines of one run: a manifest a release, with today's adapter."""
+"""Releases of an engine as engines of one run: a manifest for each release, with today's adapter."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from carom.execution.job import AdapterTask
 
 @dataclass(frozen=True)
 class Origin:
-    """Where the releases of an engine come from.
+    """Origin of an engine's releases.
 
     Attributes:
-        engine: What people call the engine.
-        registry: Whose client serves it, "pip" or "npm"; empty where none does.
-        package: Its name there.
-        oldest: Oldest release that its adapter drives; empty where none is known to fail.
-        newest_tried: Newest release that the adapter was run on; empty where nobody has noted it.
-        manifest: The manifest of one that is a program; empty for an adapter in Python.
-        installed: The release that is installed here; empty where none is.
+        engine: Display name of the engine.
+        registry: Client of its registry, "pip" or "npm"; empty without one.
+        package: Its name in the registry.
+        oldest: Oldest release that its adapter supports; empty where none is known to fail.
+        newest_tried: Newest release that was tested with the adapter; empty where unknown.
+        manifest: Manifest of an engine that is a program; empty for an adapter in Python.
+        installed: The installed release; empty where none is.
     """
 
     engine: str
@@ -46,10 +46,10 @@ class Origin:
 
 @dataclass(frozen=True)
 class AskOrigin(AdapterTask):
-    """Ask an adapter where its engine comes from; the engine is not imported."""
+    """Get the origin of an adapter's engine, without importing the engine."""
 
     def carry_out(self) -> Origin:
-        """Return what it says."""
+        """Return the origin."""
         adapter = load_adapter(self.engine)
         known, version = adapter.engine, version_of(adapter, distribution_of(self.engine))
         registry, package, manifest = "pip" if known.distribution else "", known.distribution, ""
@@ -63,27 +63,27 @@ class AskOrigin(AdapterTask):
 
 @dataclass(frozen=True)
 class AskServed(AdapterTask):
-    """Ask for the manifest, as TOML, of an adapter in Python that is served next to a release of its engine."""
+    """Get the manifest, as TOML, of an adapter in Python that is served next to a release of its engine."""
 
     name: str
     version: str
     folder: str
 
     def carry_out(self) -> str:
-        """Return it."""
+        """Return the manifest."""
         command = [sys.executable, "-m", "carom", "serve", self.engine, "--path", self.folder]
         return served_manifest(load_adapter(self.engine), self.name, self.version, command)
 
 
 def column_name(engine: str, version: str) -> str:
-    """Return what a release is called among the engines of a run."""
+    """Return the name of a release among the engines of a run."""
     return f"{engine}-{re.sub('[^A-Za-z0-9_.-]', '_', version)}"
 
 
 def laid(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -> Path:
-    """Lay the program of an engine from npm next to a release of it; return its manifest there.
+    """Copy the program of an engine from npm next to a release of the engine; return its manifest there.
 
-    The manifest's folder and the files next to it are copied: a module is looked for from where it really lies.
+    The manifest's folder and the files next to it are copied, because node resolves a module from its real path.
     """
     here, there = manifest.parent, folder / manifest.parent.name
     shutil.copytree(here, there, ignore=shutil.ignore_patterns("node_modules"))
@@ -99,7 +99,7 @@ def laid(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -
 
 @contextmanager
 def known_columns(manifests: list[Path]) -> Iterator[list[str]]:
-    """Have manifests known as engines, and yield their names; afterwards they are not."""
+    """Register manifests as engines within a block, and yield their names."""
     before = os.environ.get(MANIFESTS)
     try:
         yield [resolve_engine(str(path)) for path in manifests]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from carom.comparator import Grade
 from carom.report import formatting
 from carom.report.document import ON_PAPER, Column, Document, Headline, Lines, Section, Table, Text
-from carom.report.grid import mark_of_grade
+from carom.report.mark import mark_of_grade
 from carom.report.provenance import making
 from carom.report.render.markdown import markdown
 from carom.report.svg import alone, drawing, finish, framed, line_style, render
@@ -27,28 +27,29 @@ _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
     "A change is attributed to the engine if the settings read back are equal and the motion differs over {phases} "
-    "phases of the step and the scene's own: the ranges of final velocity errors, of positions at eight instants or of "
-    "one coordinate are separated by more than rounding and by more than the gap between the two outermost values of a "
-    "range. Reported contacts are not compared. Same bits: impacts and final states are bit-identical at the scene's "
+    "phases of the step and the scene's own. The motion differs if the ranges of final velocity errors, of positions "
+    "at eight instants or of one coordinate are separate. The gap must exceed rounding and the gap between the two "
+    "outermost values of a range. Reported contacts are not compared. Same bits: impacts and final states are "
+    "bit-identical at the scene's "
     "own phase."
 )
 
 
-#: What a table calls what became of a cell.
+#: Headings of the kinds of changes in a table.
 _HEADS = {
     Moved.WORSE: "worse",
     Moved.BETTER: "better",
     Moved.OTHERWISE: "otherwise",
     Moved.ROUNDING: "rounding",
     Moved.OVERLAP: "chance of phase",
-    Moved.ASKED: "asked otherwise",
-    Moved.TOLD: "told otherwise",
+    Moved.ASKED: "other settings",
+    Moved.TOLD: "other contacts",
     Moved.UNSEEN: "half seen",
 }
 
 
 class _Row(NamedTuple):
-    """A release, and what became of the cells since the one before that ran; None of the first."""
+    """A release, and its changes since the previous one that ran; None for the first."""
 
     release: Release
     since: Transition | None
@@ -95,12 +96,12 @@ def write_history(found: History, folder: Path) -> Path:
 
 
 def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
-    """Yield a line for each release that a registry lists, the newest first, and what is known of it."""
+    """Yield a line for each release that a registry lists, the newest first, with its support."""
     for version in reversed(versions):
         notes = []
         if origin.oldest and is_older(version, origin.oldest):
             notes.append(f"older than {origin.oldest}, the oldest supported release")
-        # "7.3" speaks of 7.3.1, too.
+        # "7.3" includes 7.3.1.
         tried = release_numbers(origin.newest_tried)
         if tried and release_numbers(version)[: len(tried)] > tried:
             notes.append(f"newer than {origin.newest_tried}, the newest tested release")
@@ -110,7 +111,7 @@ def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
 
 
 def bisection_lines(found: Bisection | None) -> Iterator[str]:
-    """Yield what a bisection came to."""
+    """Yield the result of a bisection."""
     if found is None:
         yield "The oldest and the newest release agree in this cell, within the spread over phases."
         return
@@ -156,7 +157,7 @@ def _release_columns(found: History) -> tuple[Column, ...]:
 
 
 def _since(kind: Moved, row: _Row) -> str:
-    """Return how many cells that became since the release before; nothing of none."""
+    """Return the number of cells with this change since the release before; empty for 0."""
     return "" if row.since is None else str(row.since.count(kind) or "")
 
 
@@ -165,7 +166,7 @@ def _same_bits(row: _Row) -> str:
 
 
 def _graded(grade: Grade, row: _Row) -> str:
-    """Return how many cells have a grade; nothing of none, or where the release was not run."""
+    """Return the number of cells with a grade; empty for 0, or where the release was not run."""
     ran = [seen.own.value for seen in row.release.seen.values() if seen.own.value is not None]
     return "" if row.release.not_run else str(sum(one.grade == grade.name for one in ran) or "")
 
@@ -177,7 +178,7 @@ def _note(release: Release) -> str:
 
 
 def _notes(found: History) -> Iterator[Lines]:
-    """Yield which settings differ between neighbours, once each, and what could not be run of a release that ran."""
+    """Yield the settings that differ between neighbours, once each, and the cells that a release could not run."""
     asked: dict[str, None] = {}
     for step in found.transitions:
         for cell, change in step.changes.items():
@@ -209,9 +210,9 @@ _CHANGED = (
 
 
 def error_chart(found: History) -> str:
-    """Return the median and the largest velocity error over the releases, a pair of lines a profile, as SVG.
+    """Return a chart, as SVG, of the median and the largest velocity error over the releases for each profile.
 
-    Over the cells in which every release that ran has one; a mark stands at each release in which a bit changed.
+    Only cells count in which every release that ran has an error; a mark is at each release in which a bit changed.
     """
     with drawing():
         figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
@@ -236,7 +237,7 @@ def error_chart(found: History) -> str:
 
 
 def _errors(ran: list[Release], profile: str) -> list[list[float]]:
-    """Return of each release the velocity errors of the cells of a profile that every release has one in."""
+    """Return the velocity errors of each release in the cells of a profile in which every release has one."""
 
     def error(release: Release, cell: RunCell) -> float:
         seen = release.seen.get(cell)

@@ -1,4 +1,4 @@
-"""What may be asked of a history: see `carom.support.options`."""
+"""Options of a history: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from carom.support.options import flag, megabytes, name, option, whole
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Ranges over fewer phases say nothing of a change: one phase makes a step look lucky or unlucky.
+#: Ranges over fewer phases cannot show a change, because the phase alone can make a step look good or bad.
 FEWEST_PHASES = 8
 
 
 @dataclass(frozen=True)
 class HistoryOptions(LimitOptions):
-    """What is asked of a history, apart from its engine and its scenes.
+    """Options of a history, without its engine and scenes.
 
     Attributes:
         versions: Releases to run: versions, and conditions such as ">=6" or "3.0..4.0"; all by default.
-        most: How many at most, of those that meet the conditions the newest.
-        installed: Whether the engine that is installed here is run, too, after all releases.
+        most: Most releases that meet the conditions; the newest are kept.
+        installed: Whether the installed engine is also run, after all releases.
         profiles: Names of profiles.
         dts: Steps, seconds; by default each scene's own frame.
-        phases: At how many sub-step phases a cell is run whose numbers changed, in addition to the scene's own.
-        seed: Where the quasi-random sequence of phases begins.
-        kept_mb: Megabytes of releases that are kept for the next time.
+        phases: Number of phases at which a changed cell is run, in addition to the scene's own.
+        seed: Start of the quasi-random sequence of phases.
+        kept_mb: Megabytes of releases to keep.
 
     Raises:
         InputError: A value makes no sense.

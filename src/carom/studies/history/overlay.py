@@ -1,7 +1,7 @@
-"""Releases in folders of their own, kept within a bound for the next time.
+"""Cache of installed releases, each in its own folder, with a limit of size.
 
-A folder is made under another name and renamed once it is whole, so that one that was broken off is never taken for a
-release. While a history runs nothing is removed from under it: who removes holds the lock alone.
+A folder is made under another name and renamed when it is complete, so an interrupted installation is never used.
+Removal needs the exclusive lock, so a running history keeps its folders.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from pathlib import Path
 
 from carom.studies.history.clients import Client
 
-#: Next to the packages: what was installed, as a list of names and versions.
+#: File next to the packages: a list of names and versions.
 _NOTE = "carom-release.json"
 
 
 @dataclass(frozen=True)
 class Kept:
-    """The folders of releases on this machine, `root` among them the first."""
+    """The folders of releases below a root on this machine."""
 
     root: Path
 
     def has(self, registry: str, package: str, version: str) -> Path | None:
-        """Return the folder of a release that is there; None where it is not."""
+        """Return the folder of an installed release; None where it is not."""
         folder = self._place(registry, package, version)
         try:
             json.loads((folder / _NOTE).read_text(encoding="utf-8"))
@@ -42,9 +42,9 @@ class Kept:
         return folder
 
     def made(self, client: Client, registry: str, package: str, version: str) -> Path:
-        """Return the folder of a release, which is installed where it is not there.
+        """Return the folder of a release; install the release if necessary.
 
-        It is to be put before all others on the path, or has a `node_modules` in it.
+        The folder must be first on the path, or has a `node_modules`.
 
         Raises:
             ClientError: It can't be installed.
@@ -56,22 +56,22 @@ class Kept:
         new = Path(tempfile.mkdtemp(prefix=".new-", dir=place.parent))
         try:
             (new / _NOTE).write_text(json.dumps(client.install(package, version, new)), encoding="utf-8")
-            shutil.rmtree(place, ignore_errors=True)  # without its note it is none
-            with suppress(OSError):  # somebody else has made it meanwhile
+            shutil.rmtree(place, ignore_errors=True)  # without its list it is incomplete
+            with suppress(OSError):  # another process has made it meanwhile
                 new.rename(place)
         finally:
             shutil.rmtree(new, ignore_errors=True)
         return place
 
     def names(self, registry: str, package: str) -> tuple[str, ...]:
-        """Return the versions of a package that are there."""
+        """Return the installed versions of a package."""
         parent = self._place(registry, package, "0").parent
         tag = f"-{_tag(registry)}"
         found = [path.parent.name for path in parent.glob(f"*{tag}/{_NOTE}")] if parent.is_dir() else []
         return tuple(name.removesuffix(tag) for name in found)
 
     def prune(self, most_bytes: float) -> None:
-        """Remove what was used longest ago, until no more than `most_bytes` are left; what was broken off, too."""
+        """Remove interrupted installations, and the least recently used releases beyond `most_bytes`."""
         for broken in self.root.glob("*/*/.new-*"):
             shutil.rmtree(broken, ignore_errors=True)
         notes = sorted(self.root.glob(f"*/*/*/{_NOTE}"), key=lambda note: note.stat().st_mtime, reverse=True)
@@ -86,7 +86,7 @@ class Kept:
 
 
 def _tag(registry: str) -> str:
-    """Return what tells releases of one machine or interpreter from another's."""
+    """Return a name that distinguishes releases of machines and interpreters."""
     machine = re.sub(r"[^A-Za-z0-9]+", "_", sysconfig.get_platform())
     return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine
 
@@ -97,9 +97,9 @@ def _size(folder: Path) -> int:
 
 @contextmanager
 def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[Kept]:
-    """Open the folder of releases, ``$XDG_CACHE_HOME/carom/history``; at the end it is brought below the bound.
+    """Open the folder of releases, ``$XDG_CACHE_HOME/carom/history``; at the end reduce it to its limit.
 
-    Not while another history runs: what it uses is used.
+    Not while another history runs, since its releases are in use.
     """
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     place = (root or cache / "carom" / "history").resolve()
@@ -114,10 +114,10 @@ def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[Kept]
 
 
 def _lock(file: int, *, alone: bool) -> bool:
-    """Take the lock, alone or with others; whether that went."""
+    """Take the exclusive or shared lock; return whether that succeeded."""
     try:
         import fcntl
-    except ImportError:  # not a POSIX system: nobody can tell whether others are there
+    except ImportError:  # not a POSIX system: other processes cannot be detected
         return not alone
     try:
         fcntl.flock(file, (fcntl.LOCK_EX | fcntl.LOCK_NB) if alone else fcntl.LOCK_SH)

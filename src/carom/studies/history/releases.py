@@ -1,4 +1,4 @@
-"""Which releases of an engine there are, in their order, and which of them are asked for."""
+"""Order and selection of an engine's releases."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from carom.errors import UnknownNameError
 from carom.support.escaping import named_hints, release_numbers
 from carom.support.versions import require_version, version_condition
 
-#: Without a tag that marks it as not final, an alpha, a nightly; `post` mends the packaging of a final one.
+#: Versions without a tag of an alpha, a nightly or the like; `post` repairs the packaging of a final release.
 _FINAL = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
 
-#: The newest release, by this word.
+#: Word for the newest release.
 LATEST = "latest"
 
 
 def is_final(version: str) -> bool:
-    """Return whether a version is not marked as an alpha, a nightly or the like."""
+    """Return whether a version is final: not marked as an alpha, a nightly or the like."""
     return _FINAL.fullmatch(version) is not None
 
 
 def in_order(versions: Iterable[str]) -> tuple[str, ...]:
-    """Return versions from the oldest to the newest, by their numbers; one that is not final before the final one."""
+    """Return versions from the oldest to the newest, by their numbers; pre-releases are before the final release."""
     return tuple(sorted(set(versions), key=lambda one: (release_numbers(one), is_final(one), _after(one), one)))
 
 
@@ -32,17 +32,17 @@ def _after(version: str) -> int:
 
 
 def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> tuple[str, ...]:
-    """Return the releases that are asked for, from the oldest to the newest.
+    """Return the requested releases, from the oldest to the newest.
 
     Args:
-        listed: Those that there are.
-        asked: Versions, "latest", and conditions that must all be met; all by default. What is not final is taken by
-            its version alone.
-        most: How many of those that meet the conditions, the newest; those that are named are taken as well.
+        listed: All listed releases.
+        asked: Versions, "latest", and conditions that must all be met; all by default. A pre-release must be named by
+            its version.
+        most: Most releases that meet the conditions, the newest of them; named versions are additional.
 
     Raises:
         UnknownNameError: A version is named that is not listed.
-        InputError: What is asked for is neither a version nor a condition.
+        InputError: A request is neither a version nor a condition.
     """
     words = [word.strip() for text in asked or () for word in text.split(",") if word.strip()]
     if LATEST in words:

@@ -1,4 +1,4 @@
-"""The history of an engine, from its registry's list to what changed between neighbours, and the release that did."""
+"""History of an engine: releases from its registry, changes between neighbours, and bisection of a change."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from carom.studies.history.overlay import Kept
 from carom.studies.history.releases import in_order, selected
 from carom.support.escaping import is_older
 
-#: What a folder of a history is for, and its journal there.
+#: Purpose of a history's folder, and the name of its journal.
 PURPOSE, JOURNAL = "history", "journal.jsonl"
 
 
@@ -46,13 +46,13 @@ class RunCell:
 
 @dataclass(frozen=True)
 class Release:
-    """A release, and what came of each cell.
+    """A release, and its results.
 
     Attributes:
         version: Its version.
-        name: What it is called among the engines of the run; empty where it is none.
-        reason: Why it was not run; empty where it was.
-        seen: What came of each cell.
+        name: Its name among the engines of the run; empty if it is not one.
+        reason: Reason why it was not run; empty if it was.
+        seen: Results by cell.
     """
 
     version: str
@@ -62,13 +62,13 @@ class Release:
 
     @property
     def unseen(self) -> bool:
-        """Whether it ran, and the adapter saw no contact in any cell with an impact: of the engine it says nothing."""
+        """Whether it ran without a contact in any cell with an impact, so that its results are meaningless."""
         ran = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
         return bool(ran) and all(one.unseen for one in ran)
 
     @property
     def not_run(self) -> str:
-        """Why nothing of it ran, as most of its cells say; empty where something did."""
+        """Most frequent reason why the release ran in no cell; empty where it ran in one."""
         if self.reason or any(one.ran for one in self.seen.values()):
             return self.reason
         said = [one.own.said for one in self.seen.values()]
@@ -77,12 +77,12 @@ class Release:
 
 @dataclass(frozen=True)
 class Transition:
-    """From one release to the next that ran.
+    """Changes from one release to the next that ran.
 
     Attributes:
         old: The release before.
         new: The release.
-        changes: What became of each cell.
+        changes: Change of each cell.
     """
 
     old: Release
@@ -91,31 +91,31 @@ class Transition:
 
     @property
     def real(self) -> dict[RunCell, CellChange]:
-        """What changed in the engine."""
+        """Changes attributed to the engine."""
         return {cell: change for cell, change in self.changes.items() if change.moved.real}
 
     @property
     def compared(self) -> int:
-        """How many cells both ran."""
+        """Number of cells that both ran."""
         return len(self.changes) - self.count(Moved.NOT_RUN)
 
     def count(self, moved: Moved) -> int:
-        """Return of how many cells that became."""
+        """Return the number of cells with this change."""
         return sum(change.moved is moved for change in self.changes.values())
 
 
 @dataclass(frozen=True)
 class History:
-    """What came of a history.
+    """Result of a history.
 
     Attributes:
         engine: Name of the adapter.
-        origin: Where its releases come from.
-        options: What was asked for.
-        releases: From the oldest to the newest.
+        origin: Origin of its releases.
+        options: Options of the history.
+        releases: Releases from the oldest to the newest.
         environment: Machine and versions.
-        command: The command that makes this again; empty where it was called from Python.
-        elapsed_s: Seconds that it took.
+        command: The command that repeats the history; empty where it was called from Python.
+        elapsed_s: Elapsed seconds.
     """
 
     engine: str
@@ -128,17 +128,17 @@ class History:
 
     @property
     def ran(self) -> tuple[Release, ...]:
-        """Releases of which anything was run."""
+        """Releases that ran in at least one cell."""
         return tuple(one for one in self.releases if any(seen.ran for seen in one.seen.values()))
 
     @cached_property
     def transitions(self) -> tuple[Transition, ...]:
-        """From each release that ran to the next that did."""
+        """Changes between consecutive releases that ran."""
         return tuple(_transition(old, new) for old, new in pairwise(self.ran))
 
     @property
     def worse_now(self) -> bool:
-        """Whether the newest release is worse than the one before, in a cell that is no chance of phase."""
+        """Whether the newest release is worse than the one before in a cell, beyond the effect of the phase."""
         last = self.transitions[-1:] if self.ran and self.ran[-1] is self.releases[-1] else ()
         return any(change.moved is Moved.WORSE for one in last for change in one.changes.values())
 
@@ -149,7 +149,7 @@ def _transition(old: Release, new: Release) -> Transition:
 
 
 def listing(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, tuple[str, ...]]:
-    """Return where an engine comes from, and the releases that its registry lists, from the oldest to the newest.
+    """Return the origin of an engine, and the releases that its registry lists, from the oldest to the newest.
 
     Raises:
         UnknownNameError: There is no such engine.
@@ -172,7 +172,7 @@ def _origin(engine: str, pool: Pool) -> Origin:
 
 
 def _listed(origin: Origin, options: HistoryOptions, kept: Kept) -> Sequence[str]:
-    """Return what the registry lists; where it is not reached, what is kept, if that is all that is asked for."""
+    """Return the registry's list; if it is not reached, the cached releases, if they are all that is requested."""
     try:
         return CLIENTS[origin.registry].listed(origin.package)
     except ClientError as error:
@@ -185,7 +185,7 @@ def _listed(origin: Origin, options: HistoryOptions, kept: Kept) -> Sequence[str
 
 
 class _Study:
-    """The releases of one engine on some scenes, as far as they are asked for."""
+    """Runs of one engine's releases on some scenes."""
 
     def __init__(
         self,
@@ -215,7 +215,7 @@ class _Study:
         return Job(self.scenes[cell.scene], Method(name, cell.profile), cell.dt_s, phase=phase)
 
     def ask(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[Ran]]:
-        """Return what came of jobs."""
+        """Return the results of jobs."""
         todo = sort_by_start(jobs)
         infos = describe_engines(sorted({job.engine for job in todo}), pool)
         methods = list_methods(infos, self.options.profiles, sorted({job.dt_s for job in todo}), pool)
@@ -231,12 +231,12 @@ class _Study:
         return found
 
     def tell(self, what: str) -> None:
-        """Say how far this has come."""
+        """Report progress."""
         self._done += 1
         self._progress(self._done, max(self._total, self._done), what)
 
     def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
-        """Return what each engine, in this order, came to in each cell, at all phases where neighbours differ."""
+        """Return the results of each engine, in this order, in each cell; at all phases where neighbours differ."""
         own = self.ask((self.job(name, cell) for name in names for cell in cells), pool)
         seen = {name: {cell: SeenCell(own[self.job(name, cell)]) for cell in cells} for name in names}
         todo = {
@@ -255,7 +255,7 @@ class _Study:
 
 
 def _undecided(old: SeenCell, new: SeenCell) -> bool:
-    """Whether two releases differ in a cell by what phases decide on."""
+    """Whether two releases differ in a cell in a way that other phases can explain."""
     a, b = old.own.value, new.own.value
     return (
         a is not None
@@ -267,7 +267,7 @@ def _undecided(old: SeenCell, new: SeenCell) -> bool:
 
 
 def _here(engine: str, origin: Origin) -> Release:
-    """Return the engine that is installed here."""
+    """Return the installed engine as a release."""
     if not origin.installed:
         return Release("installed", reason="it is not installed")
     return Release(f"{origin.installed} (installed)", engine)
@@ -277,7 +277,7 @@ def _here(engine: str, origin: Origin) -> Release:
 def _columns(
     study: _Study, origin: Origin, versions: Sequence[str], kept: Kept, pool: Pool
 ) -> Iterator[tuple[Release, ...]]:
-    """Lay releases, and yield them while they are known as engines."""
+    """Install releases, and yield them while they are registered as engines."""
     client: Client = CLIENTS[origin.registry]
     with tempfile.TemporaryDirectory(prefix="carom-history-") as place:
         made: list[Release] = []
@@ -324,12 +324,12 @@ def history(
 
     Args:
         engine: Name of an adapter.
-        scenes: What to run.
-        kept: The folders of releases; the releases that are asked for are installed there where they are not.
-        options: What is asked for.
-        notes: What is known already, and where more of it goes.
+        scenes: Scenes to run.
+        kept: The folders of releases, into which missing releases are installed.
+        options: Options of the history.
+        notes: Journal of results, to which new ones are added.
         progress: Called with (done, all, what) as jobs finish.
-        command: The command that makes this again, for the result.
+        command: The command that repeats the history, for the result.
 
     Raises:
         UnknownNameError: There is no such engine, profile or release.
@@ -349,7 +349,7 @@ def history(
 
 
 def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> tuple[Origin, tuple[str, ...]]:
-    """Return where an engine comes from, and the releases to run.
+    """Return the origin of an engine, and the releases to run.
 
     Raises:
         UnknownNameError, InputError, UnavailableError: As of `history`.
@@ -366,14 +366,14 @@ def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> 
 
 @dataclass(frozen=True)
 class Bisection:
-    """Where a cell changed.
+    """The release at which a cell changed.
 
     Attributes:
         cell: The cell.
-        last: The newest release that does as the oldest does, next to `first`.
-        first: The release after it, which does otherwise.
-        change: How.
-        asked: The releases that were run, in the order in which they were asked.
+        last: The release before `first`, which agrees with the oldest.
+        first: The next release, which differs.
+        change: Kind of the change.
+        asked: The releases that were run, in order.
     """
 
     cell: RunCell
@@ -393,9 +393,9 @@ def bisected(
     *,
     progress: Progress = no_progress,
 ) -> Bisection | None:
-    """Return between which two releases a cell changed; None where the oldest and the newest do the same.
+    """Return the two releases between which a cell changed; None if the oldest and the newest agree.
 
-    Of several changes one is found: each release asked either does as the oldest, or does not.
+    Only one of several changes is found: each tried release either agrees with the oldest or not.
 
     Raises:
         CaromError: As of `history`, or a release can't be run in this cell.
@@ -408,7 +408,7 @@ def bisected(
         able = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
 
         def change(version: str) -> CellChange:
-            """Return what a release does otherwise than the oldest."""
+            """Return the change of a release from the oldest."""
             order.append(version)
             with _columns(study, origin, (able[0], version), kept, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):

@@ -1,4 +1,4 @@
-"""What an attack is: one axis from harmless to absurd, scenes along it, and how a trace is judged."""
+"""Attacks: an axis from harmless to absurd, scenes along it, and a judge of their traces."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from carom.model.trace import Outcome, Trace, Vector, kinetic_energy
 from carom.studies.stress.truth import TrueMotion
 from carom.support.formatting import number
 
-#: What counts as giving way: a tenth. A method that is wrong by a tenth of what the impacts do is wrong for any
-#: purpose, and every engine's everyday error at a sensible step lies below it, so that what is found is where a method
-#: fails and not how exact it is; how exact it is while it stands is shown next to it.
+#: Error at which a method fails: a tenth of what the impacts change is too much for any purpose. Every engine's usual
+#: error at a sensible step is below it. So the attack finds where a method fails, and not its accuracy; the accuracy
+#: before the failure is shown separately.
 TOLERANCE = 0.1
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a trace is worth.
+    """Judgement of a trace.
 
     Attributes:
         error: Its error, in the measure of the attack; NaN where there is nothing to measure.
-        broken: Why it counts as broken; empty where the method stands.
-        note: What else is to be said of it.
+        broken: Why the method fails; empty where it passes.
+        note: Further remark on the trace.
         status: Whether there was a trace.
     """
 
@@ -39,13 +39,13 @@ class Judgement:
     status: Status = Status.RAN
 
 
-#: Says what a trace is worth.
+#: Judges a trace.
 Judge = Callable[[Trace], Judgement]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One scene of an attack and how a trace of it is judged. It is run at the scene's own frame rate."""
+    """One scene of an attack, run at its own frame rate, and the judge of its traces."""
 
     scene: Scene
     judge: Judge
@@ -57,19 +57,19 @@ class Attack:
 
     Attributes:
         name: Short name, the one given on the command line.
-        axis: What varies, in words, with its unit.
-        harmless: Value at the harmless end, where every sound method should stand.
+        axis: Varied quantity, in words, with its unit.
+        harmless: Value at the harmless end, where every sound method should pass.
         absurd: Value at the absurd end, above or below.
-        trials: Makes the scenes of a value; several differ in where in a step their impact falls, and a method stands
-            at a value if it stands in all of them.
-        truth: Where the right answer comes from.
-        gives_way: What counts as giving way, and why.
+        trials: Makes the scenes of a value. Several scenes differ in the phase of their impact, and a method must pass
+            all of them.
+        truth: Source of the true answer.
+        gives_way: Criterion of failure, with its reason.
         quick_absurd: Value at the absurd end in the quick form, where it is nearer.
         whole: Whether the axis has whole numbers only.
-        rungs: Values a decade that are tried on the way to the first break. More of them where a method can break and
-            stand again by luck.
+        rungs: Values a decade that are tried up to the first failure. There are more where a method can fail and then
+            pass by luck.
         full_only: Whether its runs are too long for the quick form.
-        last: A value beyond the absurd end that no logarithm reaches, such as a gap of 0; it is tried, not bisected.
+        last: A value beyond the absurd end without a logarithm, such as a gap of 0; it is tried, not bisected.
     """
 
     name: str
@@ -99,7 +99,7 @@ class Attack:
         return values if self.last is None else [*values, self.last]
 
     def between(self, stands: float, breaks: float, resolution: float) -> float | None:
-        """Return the value half way between two, by logarithm; None where they are as near as need be."""
+        """Return the value half way between two, by logarithm; None if they are near enough."""
         if min(stands, breaks) <= 0 or max(stands, breaks) / min(stands, breaks) <= resolution:
             return None
         middle = float(f"{math.sqrt(stands * breaks):.4g}")
@@ -112,15 +112,15 @@ class Attack:
 def attack(
     axis: str, ends: tuple[float, float], truth: str, gives_way: str, *, phases: Sequence[float] = (), **more: Any
 ) -> Callable[[Callable[..., Any]], Attack]:
-    """Return a decorator that makes an attack of what stages a value, under its name.
+    """Return a decorator that turns a function that stages a value into an attack, under its name.
 
     Args:
         axis: As of `Attack`.
         ends: Values at the harmless end and at the absurd one.
         truth: As of `Attack`.
         gives_way: As of `Attack`.
-        phases: Where in a step the impact falls, if each trial is staged by itself, from value and phase; else all
-            trials of a value are staged at once.
+        phases: Phases of the impact, if each trial is staged from value and phase; else all trials of a value are
+            staged at once.
         more: Other fields of `Attack`.
     """
 
@@ -137,8 +137,8 @@ def attack(
 def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
     """Judge by the final velocities: the error of each disc over the greatest change that one impact makes to it.
 
-    A disc that is never hit is compared with the greatest change of any disc. So the measure knows no unit, and a
-    graze, which changes little, is measured by that little.
+    A disc that is never hit is compared with the greatest change of any disc. So the measure has no unit, and the error
+    of a graze is relative to its small change.
     """
     change = truth.greatest_change_m_s
     note = "by convention" if truth.convention else ""
@@ -153,15 +153,15 @@ def closed_form_judge(
     note: str = "",
     changes: str = "an impact changes",
 ) -> Judge:
-    """Judge by final velocities that are known, each against the change that impacts make to its disc.
+    """Judge by known final velocities, relative to the change that impacts make to the disc.
 
     Args:
         scene: The scene.
-        final_velocity_m_s: What they must be, metres a second.
-        impacts: How many impacts there are, for the reason given; 0 where nobody can count them.
-        change_m_s: What impacts change of each disc's velocity, metres a second; 0 for a disc that is never hit.
-        note: What else is to be said of a trace that stands.
-        changes: What makes these changes, for the reason given.
+        final_velocity_m_s: The known velocities, metres a second.
+        impacts: Number of impacts, for the message; 0 where it is unknown.
+        change_m_s: Change of each disc's velocity by impacts, metres a second; 0 for a disc that is never hit.
+        note: Remark on a trace that passes.
+        changes: Cause of these changes, for the message.
     """
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)
     greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
@@ -181,7 +181,7 @@ def closed_form_judge(
 
 
 def energy_judge(scene: Scene) -> Judge:
-    """Judge by what every elastic scene keeps: kinetic energy to a tenth, and discs out of each other and the walls."""
+    """Judge by invariants of elastic scenes: kinetic energy to a tenth, and discs outside each other and the walls."""
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
 
     def judge(trace: Trace) -> Judgement:
@@ -199,7 +199,8 @@ def energy_judge(scene: Scene) -> Judge:
 def pressure_judge(scene: Scene, compressibility: float) -> Judge:
     """Judge by ``Z = p V / N k T``, from the virial of the disc impacts in the last four fifths of the run.
 
-    Each impact adds its impulse times the distance of the centres; a fifth of the run is time to forget the lattice.
+    Each impact adds its impulse times the distance of the centres. The first fifth of the run is left out, because the
+    lattice still shows.
     """
     mass = np.array([disc.mass_kg for disc in scene.discs])
     radius = np.array([disc.radius_m for disc in scene.discs])
@@ -222,12 +223,12 @@ def pressure_judge(scene: Scene, compressibility: float) -> Judge:
 
 
 def _of_whole(judge: Judge) -> Judge:
-    """Judge by what a trace is worth where it was not cut short."""
+    """Return a judge that fails traces that end early, and judges others."""
     return lambda trace: _cut_short(trace) or judge(trace)
 
 
 def _cut_short(trace: Trace) -> Judgement | None:
-    """A run that ended before its scene did is broken, unless it ended in a named collapse."""
+    """A run that ended before its scene fails, unless it ended in a reported collapse."""
     if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
         return Judgement(math.nan, Outcome.NON_FINITE.value)
     if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:

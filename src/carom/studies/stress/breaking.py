@@ -1,4 +1,4 @@
-"""Finding where a method fails under an attack: up the ladder to the first break, then bisection."""
+"""Search for the value at which a method fails under an attack: up the ladder to the first failure, then bisection."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, Judgement, Trial
 from carom.studies.stress.failure_points import STRESS, FoundSpot, Spot, SpotEnding
 
-#: The breaking point is bisected until the value that stands and the one that does not are this near, as a ratio.
+#: Ratio of a failing value to a passing one at which the bisection ends.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 
 class NotRunError(Exception):
-    """The method can't be attacked at all: it is unavailable, or does not support the scene.
+    """The method cannot be attacked: it is unavailable, or does not support the scene.
 
     Attributes:
-        status: Which of the two.
+        status: Which of the two it is.
     """
 
     def __init__(self, answer: Answer[Any]) -> None:
@@ -30,7 +30,7 @@ class NotRunError(Exception):
 
 
 class _Tried(NamedTuple):
-    """What came of one value: the worst judgement of its trials, and the scene that shows it."""
+    """Result of one value: the worst judgement of its trials, and its scene."""
 
     value: float
     trial: Trial
@@ -91,10 +91,10 @@ def named_scene(name: str, scene: Scene, shows: str) -> Scene:
 
 
 def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:
-    """Run one trial and judge it; whatever an engine does instead of answering is a reason.
+    """Run one trial and judge it; an engine's failure is the reason of the judgement.
 
     Raises:
-        NotRunError: The engine is unavailable, or declares that it can't do what even the harmless end asks for.
+        NotRunError: The engine is unavailable, or declares not to support even the harmless end.
     """
     answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)
     if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
@@ -103,7 +103,7 @@ def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool)
 
 
 def _try(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
-    """Run the trials of a value up to the first that breaks; return the worst, and how many runs there were."""
+    """Run the trials of a value up to the first that fails; return the worst, and the number of runs."""
     try:
         trials = attack.trials(value)
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Whether today's version of an engine still does what a complaint reported."""
+"""Check whether an engine still shows a reported bug."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from carom.model.trace import Outcome, Trace, kinetic_energy
 from carom.studies.stress.failure_points import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
-#: A per cent of the scene's speed or energy: what people notice and write about, and above float32's rounding.
+#: A per cent of the scene's speed or energy, which people notice and report, and which is above float32's rounding.
 NOTICED = 0.01
 
 
@@ -48,11 +48,11 @@ def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner) -> 
 
 
 def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
-    """Return whether a trace shows what was reported, the figure that says so, and the reason in words.
+    """Return whether a trace shows the reported bug, the deviation, and the reason in words.
 
-    The figure is the error of the energy where energy was reported on or nothing else is known, else that of the final
-    velocities, and of the speeds of rims where spins are known, over the scene's energy or speed. Where the trace does
-    not show what was reported, but is off by a per cent or more, the reason says so.
+    The deviation is the error of the energy if the report is on energy or nothing else is known. Otherwise it is that
+    of the final velocities, and of rim speeds where spins are known. It is relative to the scene's energy or speed. The
+    reason mentions a trace without the bug that is off by a per cent or more.
     """
     symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
@@ -99,7 +99,7 @@ def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
-    """Error of the mechanical energy at the end, over what was there at the start."""
+    """Error of the mechanical energy at the end, over that at the start."""
     weight = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
     floor = min(map(_height, scene.walls), default=0.0)
 
@@ -119,14 +119,14 @@ def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _height(wall: Wall | Chain | Ring) -> float:
-    """Return a height at which a wall is: of a chain that of its lowest point."""
+    """Return the height of a wall; a chain has that of its lowest point."""
     if isinstance(wall, Wall):
         return wall.point_m[1]
     return wall.centre_m[1] if isinstance(wall, Ring) else min(y for _, y in wall.points_m)
 
 
 def _missed(trace: Trace, known: KnownAnswer) -> int:
-    """Number of known impacts of pairs that the trace does not have."""
+    """Number of known impacts of pairs that are missing in the trace."""
     expected = Counter((impact.first, impact.second) for impact in known.impacts)
     found = Counter(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True))
     return (expected - found).total()

@@ -1,7 +1,7 @@
-"""Attacks with a disc that gravity presses to a wall: restitution, friction, rolling resistance, slopes at thresholds.
+"""Attacks with a disc on a wall under gravity: restitution, friction, rolling resistance, slopes at thresholds.
 
-Each is a disc of unit mass on the line y = 0; a slope is a gravity that leans, so that no place is rounded by a turn.
-What contact does is continuous in the slope, so that truth on both sides of a threshold is one number at it.
+Each scene is a disc of unit mass on the line y = 0. A slope is made by the direction of gravity, so that no position is
+rounded by a rotation. Contact is continuous in the slope, so both sides of a threshold have the same true answer at it.
 """
 
 from __future__ import annotations
@@ -21,12 +21,13 @@ from carom.support.formatting import number
 
 _RADIUS_M, _G, _K = 0.25, 10.0, 0.5
 _DT_S = 1.0 / RATE_HZ
-#: How long a disc is in contact: what gravity or friction makes of it is far above what an integrator is off by.
+#: Duration of a contact, in which gravity or friction change the motion by far more than an integrator's error.
 _LASTS_S = 0.5
 _SPEED_M_S = 1.2
 
-#: Friction of every slope, and of the floor that rolling resistance is on; tangents of the steepest slopes that hold a
-#: block, hold rolling, hold a disc that resists rolling, and hold the slip of one that bounces with e = 1/2.
+#: Friction of every slope, and of the floor that rolling resistance is on; the tangents of the steepest slopes. These
+#: hold a block, prevent slipping while rolling, hold a disc with rolling resistance, and stop the slip of a disc that
+#: bounces with e = 1/2.
 _FRICTION = 0.3
 _STEEPEST = {
     "sliding-slope": _FRICTION,
@@ -91,7 +92,7 @@ def _lively(value: float, phase: float) -> Trial:
     rungs=3,
 )
 def _rests(value: float, phase: float) -> Trial:
-    """Stage a ball that is dropped and bounces until it rests; half a second later it lies still."""
+    """Stage a ball that is dropped and bounces until it rests, half a second before the end."""
     e, fall_s = 1.0 - value, (24 + phase) * _DT_S
     shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces until it rests."
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # with a step
@@ -118,8 +119,9 @@ def _slope(kind: str, value: float, side: float) -> Trial:
         if kind == "slipping-slope":
             scene = made()
         else:
-            # Bounces from this speed on end as the scene does. Each hop adds 2 tan w to the slip, a bounce takes off
-            # f (1 + e)(1 + 1/k) w, which is 2 tan w at the threshold: in all as much as contact would.
+            # Bounces that start at this speed end with the scene. Each hop adds 2 tan w to the slip. A bounce takes f
+            # (1 + e)(1 + 1/k) w off, which is 2 tan w at the threshold. In all, the bounces take as much as contact
+            # would.
             hits = 0.5 * _LASTS_S * pressed * (1.0 - e) / e
             scene = made(velocity=complex(0.0, -hits), wall_restitution=e)
         along = (pull * _LASTS_S + k * slip) / (1.0 + k)
@@ -160,11 +162,11 @@ def _slide_friction(value: float) -> Sequence[Trial]:
     "rolling resistance of a disc that rolls, and one over it",
     (1.0, 1e-6),
     _LAW,
-    f"{_MOTION}; whatever is beyond what friction can take changes nothing of its speed",
+    f"{_MOTION}; rolling resistance beyond the limit of friction does not change its speed",
     last=0.0,
 )
 def _rolling_resistance(value: float) -> Sequence[Trial]:
-    """Stage a disc that rolls along a floor: c slows it by c g/(1 + k), up to what friction can; then it slides on."""
+    """Stage a disc that rolls along a floor: c slows it by c g/(1 + k), up to the limit of friction; then it slides."""
     friction = _FRICTION
 
     def rolled(resists: float) -> Trial:
@@ -186,12 +188,12 @@ def _rolling_resistance(value: float) -> Sequence[Trial]:
 
 
 def _both(value: float) -> Sequence[float]:
-    """Return a coefficient and one over it, which 0 has not."""
+    """Return a coefficient and its reciprocal, unless it is 0."""
     return [value, 1.0 / value] if value else [value]
 
 
 def contact_attacks() -> list[Attack]:
-    """Return the attacks with a disc that gravity presses to a wall."""
+    """Return the attacks with a disc on a wall under gravity."""
     ulp = 2.0**-52
     slopes = {
         "sliding-slope": "how far a slope is from the steepest on which friction holds a block, over it",

@@ -52,13 +52,13 @@ def _trial(
     walls: Sequence[Wall] = (),
     restitution: float = 1.0,
 ) -> Trial:
-    """Return discs as a trial, judged by their true motion where nothing else is said."""
+    """Return discs as a trial, judged by their true motion by default."""
     scene = attacked(name, shows, discs, duration_s, frame_rate_hz=rate_hz, walls=walls, restitution=restitution)
     return Trial(scene, judge(scene) if judge else velocity_judge(true_motion(scene), scene))
 
 
 def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
-    """Stage a striker and as many equal discs at rest as there are gaps and one more, on a line."""
+    """Stage a striker and a row of equal discs at rest with these gaps, on a line."""
     dt = 1.0 / RATE_HZ
     places = [-(2 * _RADIUS_M + _SPEED_M_S * dt * (4 + phase)), 0.0]
     for gap in gaps:
@@ -76,7 +76,7 @@ def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after
 )
 def _cradle_gap(gap: float) -> list[Trial]:
     shows = f"Newton's cradle of five, its gaps {metres(gap)}: only the last disc must leave."
-    # Three gaps to be crossed, and as much time again as a late method may need.
+    # Time for three gaps, and as much again for late methods.
     steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
     return [_row("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
 
@@ -91,8 +91,8 @@ def _cradle_gap(gap: float) -> list[Trial]:
 )
 def _crowded_frame(impacts: float) -> list[Trial]:
     count = round(impacts)
-    # All of them within half a step from the first, which falls at each phase below a half; but a method that passes on
-    # one impact a step is given the steps that it takes.
+    # All impacts are within half a step of the first, whose phases are below a half. The scene is long enough for a
+    # method that processes one impact a step.
     gap = 0.5 * _SPEED_M_S / RATE_HZ / max(1, count - 1)
     shows = f"A row of discs in which {count} impacts fall into one step."
     return [_row("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
@@ -107,7 +107,7 @@ def _crowded_frame(impacts: float) -> list[Trial]:
     whole=True,
 )
 def _at_once(pairs: float) -> list[Trial]:
-    """Stage pairs far apart that all meet at one instant: quarter turns of one meeting, so to the bit."""
+    """Stage pairs far apart that all meet at exactly one instant: quarter turns of one meeting."""
     count = round(pairs)
     dt, side, pitch = 1.0 / RATE_HZ, math.ceil(math.sqrt(count)), 8.0 * _RADIUS_M
     along = 2 * _RADIUS_M + _SPEED_M_S * dt * 4.52
@@ -153,8 +153,8 @@ def _duration(impacts: float) -> list[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
     gas = boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
     n, free = len(gas.discs), side * pitch - 2 * radius
-    # Kinetic theory of a thin gas, good to a factor of two here: each disc meets four walls, and sweeps a strip of
-    # four radii's width relative to the others.
+    # Kinetic theory of a thin gas is accurate to a factor of two here. Each disc meets four walls, and sweeps a strip
+    # of four radii's width relative to the others.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     shows = f"Nine discs in a box for as long as about {number(impacts, 3)} impacts take."
@@ -180,7 +180,7 @@ def _gas_pressure(advance: float) -> list[Trial]:
     """Stage a hard-disc gas whose pressure is known; `advance` is the mean path in a step, in radii."""
     side, radius, speed = 12, 0.05, 1.0
     count = side * side
-    # The packing is that in the box of the centres, in which a walled gas is nearest to the bulk.
+    # The packing is that in the box of the centres, where a gas with walls is most like an unbounded one.
     free = math.sqrt(count * math.pi * radius**2 / PACKING)
     rate = speed / (advance * radius)
     pitch = free / (side - 1)
@@ -212,7 +212,8 @@ def _restitution(restitution: float) -> list[Trial]:
                 return velocity_judge(true_motion(scene, most_impacts=300), scene)
             except UndecidedError:  # so near the critical value that the impacts can't be counted out
                 pass
-        # Impacts without end close every gap in finite time: the three then move with their centre of mass, at rest.
+        # Infinitely many impacts close every gap in finite time; the three then move with their centre of mass, at
+        # rest.
         return closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3)
 
     shows = f"Three equal discs in line close on each other with restitution {number(restitution, 4)}."
@@ -234,11 +235,11 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
     count = math.ceil(math.pi / angle) - 1
-    # In (root V, v) the way in has the angle pi. Unfolded it stays so; folded back after an even number of impacts the
-    # angle is pi - count angle, after an odd number it is mirrored.
+    # In (root V, v) the initial direction has the angle pi. Unfolded it is constant. Folded back after an even number
+    # of impacts the angle is pi - count angle; after an odd number it is mirrored.
     out = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(out) * speed, 0.0), (math.cos(out) * speed, 0.0)]
-    # The light disc's greatest speed takes all the energy; the heavy one is turned round.
+    # The light disc's greatest speed has all the energy; the heavy one is reversed.
     change = [root * speed, 2 * speed]
     return [
         _trial(
@@ -253,8 +254,8 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     _DIGITS,
     f"{_VELOCITY}; an error across the axis grows 5.8 times a bounce, so 53 bits last for some twenty",
     whole=True,
-    # Once off the axis the disc leaves in much the same direction, by all methods: the few bounces between are where
-    # it shows, so none may be stepped over.
+    # A disc off the axis leaves in nearly the same direction with all methods. The error shows only in the few bounces
+    # between, so no step may skip one.
     rungs=40,
 )
 def _unstable_orbit(bounces: float) -> list[Trial]:
@@ -267,7 +268,7 @@ def _unstable_orbit(bounces: float) -> list[Trial]:
         disc(half, 0j, 0.3, math.inf),
         disc(-0.1 * axis, 2.0 * axis, 0.2),
     ]
-    # A fifteenth of the contact distance a step.
+    # The disc moves a fifteenth of the contact distance a step.
     return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 
 

@@ -37,7 +37,7 @@ from carom.report.render.markdown import markdown
 from carom.studies.stress.failure_points import Line, Spot, SpotEnding, StressResults
 from carom.support.folders import write_files
 
-#: What a reader calls a line of each kind; files and the command line keep the kinds' own names.
+#: Words for the kinds of lines in documents; files and the command line use the kinds' own names.
 WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "reported bug"}
 
 HEADINGS = {
@@ -55,7 +55,7 @@ NOTES = {
     "complaint": "Whether a method still shows the reported bug; the number is its deviation from the known answer.",
 }
 
-#: With at most so many methods each has a sentence; with more they are ranked in one.
+#: Up to this number of methods each has a sentence; more are ranked in one sentence.
 SENTENCES = 4
 
 HEAT = "One sign per test, worst first: = passed; 0 to 9: tenths of its axis; -: not run."
@@ -63,7 +63,7 @@ HEAT = "One sign per test, worst first: = passed; 0 to 9: tenths of its axis; -:
 #: More methods than this are counted in a sentence, not named.
 FEW = 3
 
-#: The sign of a cell, and the class of its colours; the colours of a class on a terminal.
+#: Sign of a cell and class of its colours; colours of a class on a terminal.
 _GOOD, _WAY, _BAD, _NOT = ("=", "exact"), ("~", "inaccurate"), ("x", "wrong"), ("-", "not-scored")
 _STYLES = {"exact": "green", "inaccurate": "yellow", "wrong": "red", "not-scored": "dim"}
 _SHOWN = {
@@ -97,7 +97,7 @@ def write_stress(results: StressResults, folder: Path) -> Path:
 
 
 def stress_document(results: StressResults) -> Document:
-    """Return a campaign: what became of each method, a table for each kind of line, and the evidence of each cell."""
+    """Return the document: results by method, a table for each kind of line, and the evidence of each cell."""
     kinds = {kind: _worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
     return Document(
         "Carom: stress",
@@ -122,7 +122,7 @@ def _worst_first(results: StressResults, lines: list[Line]) -> list[Line]:
 
 
 def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[Block]:
-    """Yield a row a method: a heat map of its stress tests, how many of each kind it passes; and a sentence each."""
+    """Yield a row for each method, with a heat map of its stress tests and the numbers passed, and a sentence each."""
 
     def counted(kind: str, head: str, ending: SpotEnding) -> list[Column]:
         def say(method: Method) -> str:
@@ -142,13 +142,13 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     yield Table(columns, results.methods, css="methods")
     if attacks:
         yield Text(HEAT, TERMINAL | DETAIL)
-        if len(results.methods) > SENTENCES:  # of fewer they stand first
+        if len(results.methods) > SENTENCES:  # with fewer methods they come first
             yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
     yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
 
 
 def _heat(results: StressResults, lines: list[Line], method: Method) -> Cell:
-    """Return how many tests of a group a method passes, and on a terminal a sign a test: how far along its axis."""
+    """Return the number of a group's tests that a method passes; on a terminal, a sign for each test."""
     spots = [(line, results.spots[line.name, method.name]) for line in lines]
     ran = [spot.ending for _, spot in spots if spot.ending is not SpotEnding.NOT_RUN]
     passed = ran.count(SpotEnding.STANDS)
@@ -167,7 +167,7 @@ def _sign(line: Line, spot: Spot) -> str:
 
 
 def _sentence(results: StressResults, lines: list[Line], method: Method) -> str:
-    """Say how many stress tests a method passes, and which it fails first, at what."""
+    """Return the number of stress tests that a method passes, and its first failure with the size."""
     endings = [results.spots[line.name, method.name].ending for line in lines]
     ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
     name = method.phrase
@@ -196,7 +196,7 @@ def _weakest(results: StressResults, lines: list[Line], method: Method) -> Cell:
 
 
 def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Section]:
-    """Yield every cell of a kind of lines, and what each stands on."""
+    """Yield the table of a kind of lines, and the evidence of its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
         Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # a page has it where the evidence is opened
@@ -210,13 +210,13 @@ def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Sec
 
 
 def _why(results: StressResults, line: Line) -> Iterator[str]:
-    """Say why cells of a line are as they are: each reason with the methods that it holds for."""
+    """Return the reasons of a line's results, each with its methods."""
     found = formatting.together((spot.reason, method.name) for method, spot in _spots(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
 def _evidence(results: StressResults, line: Line) -> Table:
-    """Return what each cell of a line stands on, the scene that shows it, and the command that runs that."""
+    """Return the evidence of each cell of a line: the result, its scene, and the command that runs it."""
     columns = (
         Column("method", lambda cell: Cell(cell[0].name, anchor=_anchor(line, cell[0]))),
         Column("result", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
@@ -259,13 +259,13 @@ def _spots(results: StressResults, line: Line) -> list[tuple[Method, Spot]]:
 
 
 def _said(spot: Spot) -> str:
-    """Return what a cell says in a word or a number."""
+    """Return a cell's text: a word or a number."""
     value = "" if spot.value is None else formatting.number(spot.value)
     match spot.ending:
         case SpotEnding.STANDS:
             return f"to {value}"
         case SpotEnding.NEVER_STOOD if spot.status in {Status.TIMED_OUT, Status.CRASHED}:
-            return f"{spot.status.value} at {value}"  # nothing is known of what it would have answered
+            return f"{spot.status.value} at {value}"  # the result is unknown
         case SpotEnding.NEVER_STOOD:
             return f"from {value}"
         case SpotEnding.NOT_RUN:
@@ -298,7 +298,7 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
         if told and kind == "attack":
             continue
         passed: dict[int, list[str]] = {}
-        partly: list[str] = []  # who could not be asked everything is not ranked among those who could
+        partly: list[str] = []  # methods that could not run every test are not ranked
         for method in results.methods:
             endings = [results.spots[line.name, method.name].ending for line in kinds[kind]]
             ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
@@ -328,7 +328,7 @@ def _named(methods: list[str]) -> str:
 
 
 def _complaints(results: StressResults, complaints: list[Line]) -> str:
-    """Say how many bugs reported of an engine that is driven here are still seen on that engine."""
+    """Return how many of the reported bugs of engines with an adapter are still seen on that engine."""
     still: list[str] = []
     not_any_more: list[str] = []
     for line in complaints:
@@ -336,7 +336,7 @@ def _complaints(results: StressResults, complaints: list[Line]) -> str:
         if any(ending is not SpotEnding.NOT_RUN for ending in own):
             (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
     here, seen = len(still) + len(not_any_more), f": {formatting.listed(still)}" if 0 < len(still) <= FEW else ""
-    of = f"Of {formatting.count(len(complaints), WORDS['complaint'])}, {here} concern an engine supported here"
+    of = f"{formatting.count(len(complaints), WORDS['complaint'])}: {here} concern an engine supported here"
     return f"{of}; {len(still)} are still seen{seen}."
 
 

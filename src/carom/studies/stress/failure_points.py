@@ -1,4 +1,4 @@
-"""What a stress campaign yields: for each attack and method where it fails, for each relation how far it is off."""
+"""Results of a stress campaign: where each method fails under an attack, and by how much relations are violated."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from carom.support.folders import file_name
 #: Folder of scenes within that of the results, and what the names of made scenes begin with.
 SCENES, STRESS = "scenes", "stress/"
 
-#: Phrases that a journal of an earlier Carom has.
+#: Phrases in journals of earlier versions.
 _EARLIER = {
     "gives way": "fails at this size",
     "stands to the end": "passes to the end",
@@ -39,7 +39,7 @@ class SpotEnding(StrEnum):
 
     @classmethod
     def _missing_(cls, value: object) -> SpotEnding | None:
-        """Return what a journal of an earlier Carom calls by another phrase."""
+        """Return the ending for a phrase of an earlier version."""
         return cls(_EARLIER[value]) if isinstance(value, str) and value in _EARLIER else None
 
 
@@ -52,14 +52,14 @@ class Spot:
         line: Name of the attack, relation or complaint.
         method: Name of the method.
         ending: How it ended.
-        value: The size at which it fails, or the largest that was tried where it stands; for a relation or a
-            complaint the deviation. None where there is no number.
-        stands_at: The largest size at which it was seen to stand, None where there is none.
+        value: The size at which the method fails, or the largest size tried if it passes; for a relation or a complaint
+            the deviation. None where there is no number.
+        stands_at: The largest size that it passed, None where there is none.
         error: The error at `stands_at`, in the measure of the attack; None where there is none.
         reason: Why it fails, or why there is no number.
         scenes: The files, in the folder of the results, whose scenes show the number.
-        runs: How many runs the number took.
-        status: What became of the run that decided, or why there was none.
+        runs: Number of runs behind the result.
+        status: Status of the run that decided, or of the refusal.
     """
 
     kind: str
@@ -108,13 +108,13 @@ class Line:
     Attributes:
         kind: "attack", "relation" or "complaint".
         name: Its name.
-        axis: What varies, or what must hold, or what was reported.
-        truth: Where the right answer comes from.
-        gives_way: What counts as giving way, and why.
+        axis: Varied quantity, required relation, or reported bug.
+        truth: Source of the true answer.
+        gives_way: Criterion of failure, with its reason.
         ladder: Values of the axis that are tried, from the harmless end on; empty where there is none.
         link: Address of the thread of a complaint.
         about: Engine that a complaint is about.
-        group: Group of an attack: what a method meets in it.
+        group: Group of an attack, by the situation.
     """
 
     kind: str
@@ -128,9 +128,9 @@ class Line:
     group: str = ""
 
     def depth(self, spot: Spot) -> float | None:
-        """Return the part of the ladder's decades at which a method was seen to stand; None where none was tried.
+        """Return the part of the ladder's decades that a method passed; None where none was tried.
 
-        A last value that no logarithm reaches, a gap of 0 say, counts as one decade more.
+        A last value without a logarithm, such as a gap of 0, counts as one more decade.
         """
         if not self.ladder or spot.ending is SpotEnding.NOT_RUN:
             return None
@@ -148,12 +148,12 @@ class StressResults:
     Attributes:
         lines: Attacks, relations, complaints, in the order of the table.
         methods: The columns.
-        engines: What is known of their engines, by name.
+        engines: Descriptions of their engines, by name.
         spots: The cells, by name of line and method.
         environment: Machine and versions.
-        command: The command that makes this again.
+        command: The command that repeats the campaign.
         quick: Whether this is the quick form.
-        elapsed_s: Wall-clock seconds of this run; a run that was taken up again counts only its own.
+        elapsed_s: Elapsed seconds of this run; a resumed run counts only its own.
     """
 
     lines: tuple[Line, ...]

@@ -1,4 +1,4 @@
-"""Attacks with a disc and a finite wall: speed against its thinness, either's, its end, seams, width, legs, corner."""
+"""Attacks with a disc and a finite wall: speed of disc and wall, thinness, ends, seams, legs and corners."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _DT_S = 1.0 / RATE_HZ
 _RADIUS_M = 0.25
 #: A hundredth of a diameter a step, as in `carom.studies.stress.pairs`.
 _SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
-#: Half the length of a wall: no disc here comes to an end of it but where the end is what it meets.
+#: Half the length of a wall; discs reach its ends only in attacks on the ends.
 _HALF_LENGTH_M = 4.0
-#: How far from a corner a disc begins, and its speed: it is out again after 30 of the steps, and moves an eighth of its
-#: radius in each.
+#: Initial distance of a disc from a corner, and its speed: it is back after 30 steps, and moves an eighth of its radius
+#: in each.
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * _DT_S)
 
 _HEAD_ON = "the normal is known without rounding: the velocity along it is turned round"
@@ -34,7 +34,7 @@ _VELOCITY = "a final velocity wrong by more than a tenth of what the impact chan
 def _met(
     axis: str, ends: tuple[float, float], truth: str, gives_way: str = _VELOCITY, **more: Any
 ) -> Callable[[Callable[..., Any]], Attack]:
-    """Return a decorator that makes an attack of what stages one impact, at every phase."""
+    """Return a decorator that turns a function that stages one impact into an attack, at every phase."""
     return attack(axis, ends, truth, gives_way, phases=PHASES, **more)
 
 
@@ -155,13 +155,13 @@ def _seam(value: float, phase: float) -> Trial:
     "a final velocity wrong by more than a tenth of the greatest change that one of its impacts makes",
 )
 def _corner(value: float, phase: float) -> Trial:
-    """Stage a disc that is thrown into a corner past its apex; the half-planes through its sides say what it does."""
+    """Stage a disc that is thrown into a corner past its apex; the half-planes through the sides give its motion."""
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)
-    # The centre has a corner of its own, a radius from both sides.
+    # The centre moves in a corner of its own, a radius from both sides.
     apex = _RADIUS_M / math.sin(0.5 * angle) * inwards
     start = apex + (_CORNER_M + phase * _CORNER_SPEED_M_S * _DT_S) * inwards
-    # An eighth of the angle past the apex, so that the two sides are never met at once.
+    # The disc aims an eighth of the angle past the apex, so it never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
     scene = _scene(
@@ -184,7 +184,7 @@ def _corner(value: float, phase: float) -> Trial:
     whole=True,
 )
 def _legs(value: float, phase: float) -> Trial:
-    """Stage a wall that comes to and fro, three steps on and one back, and strikes a disc at rest on its last leg.
+    """Stage a wall that moves to and fro, three steps on and one back, and strikes a disc at rest on its last leg.
 
     Half of the last leg leads beyond where the wall has been before.
     """

@@ -1,7 +1,7 @@
-"""Attacks with friction and spin: what varies is a coefficient, a spin, an inertia, or how many impacts grip.
+"""Attacks with friction and spin, which vary a coefficient, a spin, an inertia, or the number of gripping impacts.
 
-All of them are struck head-on, or on a wall, so that checking once per step turns no normal: what fails is friction.
-Only the chain of grips is long enough for looking late to lose an impact.
+All impacts are head-on, or on a wall, so that checking once per step turns no normal and only friction can fail. Only
+the chain of grips is so long that late detection can lose an impact.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ def spin_judge(
     impacts: int = 1,
     changes: str = "an impact changes",
 ) -> Judge:
-    """Judge by final velocities and speeds of rims, ``R w``, each against the change that an impact makes to its disc.
+    """Judge by final velocities and rim speeds, ``R w``, relative to the change that an impact makes to the disc.
 
     Args:
         scene: The scene.
-        final_velocity_m_s: What they must be, metres a second.
-        final_rim_m_s: As these.
-        change_m_s: What impacts change of each disc, the more changed of velocity and rim, metres a second.
-        impacts: How many impacts there are; 0 where nobody can count them.
-        changes: What makes these changes, for the reason given.
+        final_velocity_m_s: The known velocities, metres a second.
+        final_rim_m_s: The known rim speeds, metres a second.
+        change_m_s: Change of each disc by impacts, the larger of velocity and rim speed, metres a second.
+        impacts: Number of impacts; 0 where it is unknown.
+        changes: Cause of these changes, for the message.
     """
     of_velocity = closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s, changes=changes)
     radius, rims = scene.arrays.radius_m, np.array(final_rim_m_s)
@@ -57,7 +57,7 @@ def spin_judge(
         if found.broken:
             return found
         if trace.final_spin_rad_s is None:
-            return Judgement(math.nan, "no spin is told")
+            return Judgement(math.nan, "no spin is reported")
         error = float(np.max(np.abs(radius * trace.final_spin_rad_s - rims) / np.array(change_m_s)))
         if error <= TOLERANCE:
             return Judgement(max(error, found.error), note=found.note)
@@ -67,7 +67,7 @@ def spin_judge(
 
 
 def _tangential_impulse(friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float) -> float:
-    """Return the impulse of sticking, or of sliding if that is less, of unit mass; nothing is given back along it."""
+    """Return the smaller of the impulses of sticking and of sliding, for unit mass, without tangential restitution."""
     return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
@@ -129,7 +129,7 @@ def _inertia(value: float) -> list[Trial]:
     whole=True,
 )
 def _grip_chain(value: float) -> list[Trial]:
-    """Stage this many bounces of a superball between two plates, each a dozen steps after the one before."""
+    """Stage this many bounces of a superball between two plates, a dozen steps apart."""
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ
     shows = f"A superball grips two plates in turn, {2 * rounds} times."
@@ -153,7 +153,7 @@ def _rolling(value: float) -> list[Trial]:
     """Stage a disc thrown along a floor that bounces with a restitution until it rests on it, rolling."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
     fall = pull * drop_s
-    # All bounces together press by (1 + e)/(1 - e) times the first fall: a fifth more than it takes to roll.
+    # The impulse of all bounces is (1 + e)/(1 - e) times that of the first fall: a fifth more than rolling needs.
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)

@@ -1,4 +1,4 @@
-"""What may be asked of a campaign: see `carom.support.options`."""
+"""Options of a campaign: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -9,20 +9,19 @@ from carom.execution.options import LimitOptions, engine_names, profile_names
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 from carom.support.options import flag, option, seconds
 
-#: An engine that gives no answer for so long has given way. In the quick form no scene takes a second.
+#: Time limits of a run, seconds, after which an engine fails. In the quick form no scene takes a second.
 QUICK_TIME_LIMIT_S = 10.0
 
 
 @dataclass(frozen=True)
 class StressOptions(LimitOptions):
-    """What is asked of a campaign, apart from its attacks and engines.
+    """Options of a campaign, without its attacks.
 
     Attributes:
         engines: Names of adapters; None for all.
         profiles: Names of profiles.
-        quick: The quick form: fewer rungs, nearer ends, a coarser bisection.
-        time_limit_s: An engine that gives no answer for this many seconds has given way; given as None, it is that of
-            the form.
+        quick: Whether to use the quick form: fewer rungs, nearer ends, a coarser bisection.
+        time_limit_s: Time limit of a run, seconds, after which an engine fails; by default that of the form.
 
     Raises:
         InputError: A value makes no sense.

@@ -1,4 +1,4 @@
-"""Attacks with one pair of discs: what varies is one length, speed, mass or offset of their meeting."""
+"""Attacks with one pair of discs, which vary one length, speed, mass or offset of the meeting."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from carom.support.formatting import number
 
 RATE_HZ = 240.0
 
-#: Where in a step the impact falls. One phase makes a step look lucky, so each value is tried at several.
+#: Phases of the impact. A step can be lucky at one phase, so each value is tried at several.
 PHASES = (0.13, 0.52, 0.89)
 
-#: Steps before the impact and after it. A contact that is a spring lasts: at the stiffness of 1000 /s² that people use
-#: with MuJoCo, a tenth of a second, 24 steps.
+#: Steps before the impact and after it. A contact by a spring takes time: a tenth of a second, 24 steps, at MuJoCo's
+#: usual stiffness of 1000 /s².
 STEPS_BEFORE, STEPS_AFTER = 4, 40
 MEETING_S = (STEPS_BEFORE + STEPS_AFTER) * (1.0 / RATE_HZ)
 
 _RADIUS_M = 0.25
 
-#: A hundredth of a diameter a step: no method should have trouble with so little.
+#: A hundredth of a diameter a step, which every method should handle.
 _SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
 
 _TRUTH = "two discs in a straight line: the quadratic solved in 240 decimal digits from the scene as stored"
@@ -82,7 +82,7 @@ def _attack(
 
 
 def _of_size(name: str, absurd: float) -> Attack:
-    """Return the attack in which the whole scene shrinks or grows, steps and all."""
+    """Return the attack in which the whole scene shrinks or grows, with its steps."""
     return _attack(
         name,
         "radius in metres, the whole scene with it",

@@ -1,7 +1,7 @@
-"""Relations that need no truth: what turns, boosts, mirrors, scales or reverses a scene does so to its answer.
+"""Relations between runs, without known answers: a rotated, mirrored, scaled or reversed scene has such a result.
 
-An engine that fails one is wrong in one of the two scenes, whichever it may be. Absolute lengths, speeds and times
-inside an engine (slops, thresholds, margins) show here as failures under a change of units.
+An engine that violates a relation is wrong in at least one of the two scenes. Absolute lengths, speeds and times in an
+engine (slops, thresholds, margins) fail under a change of units.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from carom.studies.stress.breaking import NotRunError, named_scene
 from carom.studies.stress.failure_points import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
-#: A relation holds where the deviation is below this. Three impacts multiply rounding by some hundreds, and sums of a
-#: few hundred steps add as much again; an absolute slop that matters is larger by orders of magnitude.
+#: A relation holds where the deviation is below this. Three impacts multiply rounding by a few hundred, and sums of a
+#: few hundred steps add as much. A relevant absolute slop is larger by orders of magnitude.
 HOLDS = 1e-9
 
 #: A coefficient at which no impact of `superballs` slides, within what every engine simulates.
@@ -36,7 +36,7 @@ Run = Callable[[Scene], Trace]
 
 
 class State(NamedTuple):
-    """Where discs are and how they move: metres, metres and radians a second; shapes ``(n, 2)`` twice, and ``(n,)``."""
+    """Positions, velocities and spins of discs: metres, metres and radians a second; shapes ``(n, 2)`` and ``(n,)``."""
 
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
@@ -49,10 +49,9 @@ class Relation:
 
     Attributes:
         name: Short name, the one given on the command line.
-        states: What must hold, in one sentence.
-        deviation: Has a base scene and another run by a method; returns how far that method is off, over the scene's
-            length or speed, whichever is worse. Raises SceneError where the state that the first run left is none that
-            a scene can start from.
+        states: The relation in one sentence.
+        deviation: Runs a base scene and another with a method; returns the deviation over the scene's length or speed,
+            whichever is worse. Raises SceneError if the final state of the first run is no valid start.
         base: Makes the scene that is changed.
         of_runs: Whether the other scene is made from the method's own first run.
     """
@@ -65,10 +64,10 @@ class Relation:
 
 
 def base_scene() -> Scene:
-    """Return the scene that is changed: four unequal discs and three oblique impacts, no two close in time.
+    """Return the base scene: four unequal discs and three oblique impacts, no two close in time.
 
-    Between the second impact, at .59 s, and the third, at 1.39 s, even a contact that lasts a tenth of a second is
-    over at 1 s, where the run is split.
+    The run is split at 1 s. The second impact is at .59 s and the third at 1.39 s, so even a contact of a tenth of a
+    second is over by then.
     """
     return Scene(
         name="stress/relations",
@@ -98,7 +97,7 @@ def rough_scene() -> Scene:
 
 
 def superballs() -> Scene:
-    """Return the rough scene with so much friction that all impacts grip, and give all of their slip back."""
+    """Return the rough scene with so much friction that all impacts grip, and with full tangential restitution."""
     rough = rough_scene()
     return _with(
         rough,
@@ -139,13 +138,13 @@ def _apart(base: Scene, found: State, expected: State) -> float:
 
 def _end(trace: Trace) -> State:
     spin = trace.final_spin_rad_s
-    if spin is None:  # where something turns the harness lets no trace pass that does not tell
+    if spin is None:  # if something turns, the harness rejects a trace without spins
         spin = np.zeros(len(trace.scene.discs))
     return State(trace.final_position_m, trace.final_velocity_m_s, spin)
 
 
 def _changed(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
-    """Return the relation of a scene and a changed one, whose end `undo` takes back to that of the first."""
+    """Return the relation of a scene and a changed one, whose final state `undo` maps to that of the first."""
 
     def deviation(base: Scene, run: Run) -> float:
         first = _end(run(base))
@@ -222,7 +221,7 @@ def _rotation(angle_rad: float) -> Relation:
 
 def _mirrored(disc: Disc) -> dict[str, object]:
     (x, y), (u, v) = disc.position_m, disc.velocity_m_s
-    # And 0 stays 0, not -0.
+    # Subtracting from 0 never gives -0.
     return {"position_m": (x, 0.0 - y), "velocity_m_s": (u, 0.0 - v), "spin_rad_s": 0.0 - disc.spin_rad_s}
 
 
@@ -331,11 +330,11 @@ def relation_spot(relation: Relation, method: Method, runner: TaskRunner) -> Fou
 
 
 class _StoppedError(Exception):
-    """A run of a relation gave no answer: why, and its status."""
+    """A run of a relation failed: the reason, and its status."""
 
 
 def _named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
-    """Return the scenes of a relation by name: the base is shared, what is made from a method's own run is not."""
+    """Return the scenes of a relation by name; methods share the base, but not scenes made from a method's own run."""
     named = []
     for k, scene in enumerate(used):
         own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name

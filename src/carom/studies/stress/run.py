@@ -33,25 +33,25 @@ from carom.studies.stress.relations import HOLDS, relation_spot, relations
 from carom.support.escaping import named_hints
 from carom.support.folders import claimed
 
-#: What a folder of a campaign is for.
+#: Purpose of a campaign's folder.
 PURPOSE = "stress"
 
 JOURNAL = "journal.jsonl"
 
-#: The step of all that is run.
+#: The step of all runs.
 DT_S = 1.0 / RATE_HZ
 
-#: What tells a cell from the others: kind and name of its line, and its method.
+#: Identity of a cell: kind and name of its line, and its method.
 SpotKey = tuple[str, str, str]
 
 #: Opens the journal of a campaign.
 stress_journal = partial(Journal[SpotKey, Spot], "spots", JournalEntry[SpotKey, Spot])
 
-#: A line of the table, and what finds its spot for a method.
+#: A line of the table, and the function that finds its spot for a method.
 StressTask = tuple[Line, Callable[[Method, TaskRunner], FoundSpot]]
 
 
-#: Groups of attacks, by what a method meets in them.
+#: Groups of attacks, by the situation.
 GROUPS = {
     "pairs": pair_attacks,
     "crowds": crowd_attacks,
@@ -59,13 +59,13 @@ GROUPS = {
     "walls": wall_attacks,
     "contact": contact_attacks,
 }
-#: Of the attacks at walls, those at walls that move.
+#: Attacks with moving walls.
 DRIVEN = ("paddle", "legs")
 
 
 def attacks() -> list[tuple[str, Attack]]:
     """Return all attacks with their groups, in the order of the table."""
-    # Every method is tried at much the same values, and the true answer costs more than a run.
+    # All methods are tried at similar values, and the true answer costs more than a run.
     return [
         ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
         for group, of_group in GROUPS.items()
@@ -88,21 +88,21 @@ def stress(
     progress: Progress = no_progress,
     command: str = "",
 ) -> StressResults:
-    """Attack methods, and return where each gives way.
+    """Attack methods, and return where each fails.
 
     Args:
         names: Attacks, relations and complaints by name, or the words "attacks", "relations" and "complaints"; all by
             default.
-        asked: What is asked for.
+        asked: Options of the campaign.
         out: Folder for the journal and for the scenes that reproduce the numbers.
         resume: Continue from what a journal in `out` says is finished.
-        retry: Run again what an engine broke off.
+        retry: Repeat runs that an engine broke off.
         progress: Called with (done, all, what) as cells finish.
-        command: The command that makes this again, for the results.
+        command: The command that repeats the campaign, for the results.
 
     Raises:
         UnknownNameError: There is no such attack, engine or profile.
-        InputError: `out` holds files of others, or a journal and `resume` is not set, or its journal is of another
+        InputError: `out` holds files of others, or a journal and `resume` is not set, or its journal belongs to another
             campaign.
     """
     started = time.perf_counter()

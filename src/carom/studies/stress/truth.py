@@ -1,9 +1,9 @@
-"""The true motion of a scene as it is stored: brute force in decimal numbers of hundreds of digits.
+"""True motion of a scene as stored, by brute force in decimal numbers of hundreds of digits.
 
-Every float of a scene is a decimal number exactly, so nothing is lost on the way in. All pairs are solved for by the
-textbook quadratic after each impact; that the textbook form cancels does not matter where hundreds of digits are kept.
-The motion is worked out twice, the second time with twice as many digits: what the two agree on is the answer, and
-where they do not agree on the order of impacts there is none. Nothing here comes from Carom's solvers or its physics.
+Every float of a scene is exactly a decimal number, so the conversion loses nothing. All pairs are solved for by the
+textbook quadratic after each impact; with hundreds of digits its cancellation does not matter. The motion is computed
+twice, the second time with twice as many digits. The answer is what both agree on; if the order of impacts differs,
+there is none. The module is independent of Carom's solvers and physics.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ AGREEMENT = Decimal("1e-30")
 
 
 class UndecidedError(InputError):
-    """The true motion can't be told: more impacts than allowed, or an order that no number of digits decides."""
+    """The true motion cannot be computed: more impacts than allowed, or an order that no number of digits decides."""
 
 
 class TrueImpact(NamedTuple):
@@ -45,7 +45,7 @@ class TrueImpact(NamedTuple):
 
 @dataclass(frozen=True)
 class TrueMotion:
-    """What really happens in a scene, until its end.
+    """True motion of a scene, until its end.
 
     Attributes:
         impacts: All impacts, in order.
@@ -166,7 +166,7 @@ class _Motion:
 
     def _next(self, last: tuple[int, int] | None) -> tuple[Decimal, tuple[int, int]] | None:
         """Return the earliest impact; of impacts at one instant, that of the lower body numbers."""
-        # The two that have just parted can't meet again before something else has happened to one of them.
+        # Two discs after an impact can't meet again before another impact of one of them.
         times = {pair: time for pair, time in self._upcoming.items() if pair != last}
         if not times or (earliest := min(times.values())) > self.end:
             return None

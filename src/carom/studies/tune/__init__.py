@@ -1,1 +1,1 @@
-"""The search for the settings of an engine that give the least error for a cost."""
+"""Search for the settings of an engine with the least error."""

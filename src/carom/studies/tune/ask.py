@@ -1,4 +1,4 @@
-"""The search for settings for who works in Python: `carom.tune`, with the error scene by scene as a picture."""
+"""`carom.tune`: the search for settings from Python, with a picture of the error scene by scene."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ShownTuning(Tuning):
-    """What a search found, and shows by itself."""
+    """Result of a search, with its displays."""
 
     def __repr__(self) -> str:
         return plain_text(tune_document(self, [scene.name for scene in self.scenes]))
@@ -53,7 +53,7 @@ def tune(
 ) -> ShownTuning:
     """Return the settings of an engine that give the least error, over the knobs that its adapter declares.
 
-    It prints what `carom tune` prints, shows itself in a notebook, and `plot()` draws the error scene by scene.
+    The result prints like `carom tune`, displays itself in a notebook, and has `plot()` for the error scene by scene.
 
     Args:
         engine: Name of the adapter.
@@ -65,7 +65,7 @@ def tune(
     Raises:
         InputError: The adapter declares no knobs, can run none of the scenes, or an option makes no sense.
         UnknownNameError: There is no such engine, profile or scene.
-        UnavailableError: The engine is not there.
+        UnavailableError: The engine is not installed.
         MissingExtraError: The extra `tune` is not installed.
     """
     asked = TuneOptions(**options)
@@ -95,7 +95,7 @@ def _draw(found: Tuning, axes: Axes) -> None:
 
 
 def _shown(judged: Judged) -> float:
-    """Return where an error is drawn: what is exact lies at rounding, and NaN is drawn nowhere."""
+    """Return the position of an error on the axis: an exact result is at rounding, and NaN is not drawn."""
     if math.isnan(judged.price):
         return math.nan
     return min(max(judged.price, THRESHOLDS.rounding), 1.0 / THRESHOLDS.rounding)

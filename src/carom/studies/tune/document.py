@@ -1,4 +1,4 @@
-"""The report of a search for settings: what was found, its evidence next to the first profile, and what to paste."""
+"""Report of a search for settings: the settings found, a comparison with the first profile, and code to paste."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from carom.execution.job import Method
 from carom.model.trace import setting_text
 from carom.report import formatting
 from carom.report.document import IN_FULL, Cell, Code, Column, Document, Headline, Lines, Section, Table, Text
-from carom.report.grid import mark_of_grade
+from carom.report.mark import mark_of_grade
 from carom.report.provenance import making
 from carom.report.render.markdown import markdown
 from carom.studies.tune.objective import Judged
@@ -33,7 +33,7 @@ MERIT_NOTE = (
     "Numbers of scenes; between: sampled, inaccurate, parted or not graded. Error: mean over scenes on a logarithmic "
     "scale: 0 rounding, 50 the cost of sampling, 100 wrong or not run."
 )
-#: What the profile to paste is called.
+#: Name of the profile to paste.
 FOUND = "found"
 
 
@@ -46,7 +46,7 @@ class _Line(NamedTuple):
 
 
 def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
-    """Return the report of a search; `asked` is how its scenes were asked for, as words of a command."""
+    """Return the report of a search; `asked` are the words of a command that name its scenes."""
     better = found.best is not found.first
     lines = [
         _Line(scene.name, *both)
@@ -86,7 +86,7 @@ def write_tune(found: Tuning, asked: Sequence[str], folder: Path) -> Path:
 
 
 def set_words(found: Found) -> str:
-    """Return the options by which `carom run` tries some settings."""
+    """Return the options of `carom run` for some settings."""
     return shlex.join([word for name, value in found.tried for word in ("--set", f"{name}={setting_text(value)}")])
 
 
@@ -103,7 +103,7 @@ def _lead(found: Tuning) -> Iterator[str]:
     changed = formatting.count(len(found.best.tried), "setting")
     yield f"{found.engine}: {changed} changed from {own}, found in trial {found.best.trial}: {grades}."
     yield from _ties(found)
-    yield f"Of {scenes}, each at {_steps(found)}; {tried}."
+    yield f"Scenes: {scenes}, each at {_steps(found)}; {tried}."
     if not math.isnan(found.time_ratio):
         cost = formatting.number(found.time_ratio)
         yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
@@ -111,7 +111,7 @@ def _lead(found: Tuning) -> Iterator[str]:
 
 
 def _ties(found: Tuning) -> Iterator[str]:
-    """Yield which profiles that can be set are as good on these scenes, and which are better."""
+    """Yield the profiles without cut steps that are as good on these scenes, and those that are better."""
     own = FOUND if found.best is not found.first else found.options.profile
     others = {name: one.merit for name, one in found.others.items() if name not in found.located}
     alike = [name for name, merit in others.items() if merit.respects == found.best.merit.respects]
@@ -147,14 +147,14 @@ def _error(judged: Judged) -> str:
 
 
 class _Row(NamedTuple):
-    """A profile, or what was found, with what came of it."""
+    """A profile, or the settings found, with the results."""
 
     name: str
     found: Found
 
 
 def _rows(found: Tuning) -> list[_Row]:
-    """Return what was found and every profile, the best first; steps that Carom cuts are no setting, and stand last."""
+    """Return the settings found and every profile, the best first; profiles whose steps Carom cuts are last."""
     rows = [_Row(FOUND, found.best)] if found.best is not found.first else []
     rows += [_Row(found.options.profile, found.first), *(_Row(*item) for item in found.others.items())]
     return sorted(rows, key=lambda row: (row.name in found.located, row.found.merit.respects))

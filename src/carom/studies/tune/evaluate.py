@@ -19,17 +19,17 @@ from carom.execution.timing import time_run
 from carom.model.scene import Scene
 from carom.studies.tune.objective import Judged
 
-#: References, and runs of PIT, that a worker keeps: more scenes than a search is made over.
+#: Number of references, and of runs of PIT, that a worker keeps: more than the scenes of a search.
 _KEPT = 256
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
 
 
 def judged_by(score: Score) -> Judged:
-    """Return what a search reads of a score.
+    """Return the parts of a score that a search needs.
 
-    Of a trajectory that parted from the reference's, which impacts it has is chance, and so is what it pays for them:
-    there the error over PIT's, and what is missed and invented, is that of the steps from the run's own states.
+    After a trajectory has diverged from the reference's, its impacts and their errors are chance. Then the error over
+    PIT's, and the missed and invented impacts, are those of the steps from the run's own states.
     """
     local = score.local_truth
     if score.parted_s is not None and local is not None:
@@ -43,20 +43,20 @@ class JudgeTask(JobTask):
 
     Attributes:
         horizon_s: Time up to which the reference is reliable; None for all of it.
-        timed: Whether its steps are timed too.
+        timed: Whether its steps are also timed.
     """
 
     horizon_s: float | None = None
     timed: bool = False
 
     def carry_out(self) -> Judged:
-        """Return what came of it.
+        """Return the result.
 
         Raises:
             UnsupportedError: There is no reference.
         """
         job, tried = self.job, self.job.method.tried
-        # Also where the first profile says that it can't: it is compared with settings that say nothing of themselves.
+        # The first profile runs even if it declares not to support the scene: the tried settings declare nothing.
         adapter = load_adapter(job.engine)
         reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)
@@ -67,10 +67,10 @@ class JudgeTask(JobTask):
         return replace(judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, tried=tried).advance_s)
 
 
-#: The form of a job whose steps are timed, too; see `carom.execution.cache_key.JobKey`.
+#: Form of a job whose steps are also timed; see `carom.execution.cache_key.JobKey`.
 _TIMED = "timed"
 
-#: Opens the journal of a search, which asks the same of the same answers: one that continues finds what it had found.
+#: Opens the journal of a search. A search that continues requests the same jobs, and finds their results there.
 tune_journal = partial(Journal[JobKey, Judged], "judgements", JournalEntry[JobKey, Judged])
 
 
@@ -79,11 +79,11 @@ class Jury:
 
     Args:
         steps: The scenes with the step of each, seconds.
-        horizons: Time up to which a scene's reference is reliable, by the scene's name; what is not listed is
-            believed whole.
-        pool: Where jobs are run; it stays open.
-        notes: What is judged already, and where more of it goes.
-        timed: Whether steps are timed: then one job is run at a time.
+        horizons: Time up to which a scene's reference is reliable, by the scene's name; that of other scenes is
+            reliable to its end.
+        pool: Pool that runs the jobs; it stays open.
+        notes: Journal of results, to which new ones are added.
+        timed: Whether steps are timed, with one job at a time.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Jury:
         self._notes = MemoryJournal[JobKey, Judged]() if notes is None else notes
 
     def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
-        """Return what came of each scene, in their order."""
+        """Return the results of the scenes, in their order."""
         asks = []
         for scene in scenes:
             job = Job(scene, method, self._steps[scene])

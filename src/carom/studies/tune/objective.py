@@ -1,12 +1,13 @@
-"""What makes one set of settings better than another: here alone, with the reasons.
+"""Objective of the search: the order of settings from better to worse, with its reasons.
 
-In this order, each deciding only between what those before it leave equal:
+The criteria in this order; each decides only between settings that are equal by those before it:
 
-1. **scenes wrong**: who misses or invents an impact tells another story, and no small error elsewhere makes up for it;
-2. **scenes neither exact nor close**: who finds the instant itself, not a step late, is of another kind;
-3. **the error over PIT's**, of each scene on a scale of ratios: errors differ by decades, and on any other scale the
-   worst scene alone would speak. It is counted in hundredths of that scale, so that the last may decide at all;
-4. **the cost**: seconds of the steps over those of the profile that the search begins with, the median over scenes.
+1. **scenes wrong**: a missed or invented impact changes the motion, and small errors elsewhere do not make up for it;
+2. **scenes neither exact nor close**: a method that finds the instant itself is better in kind than one that is up to a
+  step late;
+3. **the error over PIT's**, of each scene on a logarithmic scale. Errors differ by decades, and on a linear scale only
+   the worst scene would count. It is counted in hundredths of that scale, so that the cost can decide;
+4. **the cost**: seconds of the steps over those of the first profile, the median over scenes.
 """
 
 from __future__ import annotations
@@ -25,16 +26,16 @@ _PARTS = 100
 
 @dataclass(frozen=True)
 class Judged:
-    """What came of a scene with some settings.
+    """Result of a scene with some settings.
 
     Attributes:
         grade: Its grade; None where it was not run.
         price: Its error over PIT's at worst, see `carom.comparator.Score.price_paid`; NaN where there is none.
-        missed: How many impacts are missed.
-        spurious: How many are invented.
-        reason: Why it was not run.
+        missed: Number of missed impacts.
+        spurious: Number of invented impacts.
+        reason: Reason why it was not run.
         seconds: Seconds of all steps, NaN where they were not timed.
-        float_bits: Width of the floats that the method declares, to whose rounding *exact* is meant.
+        float_bits: Width of the floats that the method declares, whose rounding *exact* allows.
     """
 
     grade: Grade | None
@@ -47,7 +48,7 @@ class Judged:
 
     @property
     def wrong(self) -> bool:
-        """Whether it is wrong; what did not run has not found its impacts either."""
+        """Whether it is wrong; a scene that did not run counts as wrong."""
         return self.grade in {Grade.WRONG, None}
 
     @property
@@ -58,12 +59,12 @@ class Judged:
 
 @dataclass(frozen=True, order=True)
 class Merit:
-    """How good some settings are, the less the better; the fields decide in their order.
+    """Rank of some settings: less is better; the fields decide in their order.
 
     Attributes:
         wrong: Scenes wrong, or not run.
         behind: Scenes neither exact nor close.
-        error: The error over PIT's in hundredths, the mean over scenes: 0 is rounding, 50 what sampling costs.
+        error: The error over PIT's in hundredths, the mean over scenes: 0 is rounding, 50 the cost of sampling.
         cost: The time of the steps over that of the first profile, the median over scenes; 1 where nothing is timed.
     """
 
@@ -74,25 +75,24 @@ class Merit:
 
     @property
     def respects(self) -> tuple[int, int, int]:
-        """What it is about except for the cost: scenes wrong, scenes neither exact nor close, and the error."""
+        """The criteria without the cost: scenes wrong, scenes neither exact nor close, and the error."""
         return self.wrong, self.behind, self.error
 
     def beaten_by(self, other: Merit) -> bool:
-        """Whether another is as good in every respect, the cost left aside, and better in one."""
+        """Whether another is as good in every respect except the cost, and better in one."""
         own, its = self.respects, other.respects
         return own != its and all(b <= a for a, b in zip(own, its, strict=True))
 
     def number(self, scenes: int) -> float:
-        """Return it as one number of the same order, for an optimiser that knows numbers alone."""
+        """Return one number of the same order, for an optimiser."""
         whole = (self.wrong * (scenes + 1) + self.behind) * (_PARTS + 1) + self.error
         return whole + self.cost / (1.0 + self.cost)
 
 
 def error_part(judged: Judged) -> float:
-    """Return a scene's error over PIT's on a scale of ratios, 0 to 1: 0 is rounding, 1/2 is PIT's, 1 is anything.
+    """Return a scene's error over PIT's on a logarithmic scale from 0 to 1: 0 is rounding, 1/2 is PIT's error.
 
-    Where there is no such number, the grade decides: an exact or close scene without an impact has no error, and of one
-    that is wrong nothing better can be said.
+    Without such a number the grade decides: an exact or close scene without an impact has error 0, a wrong one error 1.
     """
     if judged.wrong or math.isnan(judged.price):
         return 1.0 if judged.behind else 0.0
@@ -102,11 +102,11 @@ def error_part(judged: Judged) -> float:
 
 
 def merit_of(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Merit:
-    """Return the merit of what came of the scenes.
+    """Return the merit of the results of scenes.
 
     Args:
-        judged: What came of each scene, one at least.
-        first: The same of the first profile, scene by scene, for the cost; where nothing was timed the cost is 1.
+        judged: Results of the scenes, at least one.
+        first: Results of the first profile, scene by scene, for the cost; if nothing was timed the cost is 1.
     """
     ratios = [own.seconds / other.seconds for own, other in zip(judged, first, strict=False) if other.seconds > 0]
     ratios = [ratio for ratio in ratios if not math.isnan(ratio)]

@@ -1,4 +1,4 @@
-"""What may be asked of a search for settings: see `carom.support.options`."""
+"""Options of a search for settings: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TuneOptions(LimitOptions):
-    """What is asked of a search, apart from its engine and its scenes.
+    """Options of a search, without its engine and scenes.
 
     Attributes:
-        profile: The profile that it begins with.
+        profile: The profile that the search begins with.
         dt_s: Step, seconds; by default each scene's own frame.
-        trials: How many different settings are tried, before the best is gone over once more.
-        seed: Of the optimiser's random numbers.
-        timing: Whether the cost decides between settings that are equally right; jobs are run one at a time then.
+        trials: Number of different settings to try before the best is refined.
+        seed: Seed of the optimiser's random numbers.
+        timing: Whether the cost decides between equally accurate settings; jobs then run one at a time.
 
     Raises:
         InputError: A value makes no sense, or `timing` is asked for on a cluster.

@@ -1,4 +1,4 @@
-"""`carom tune`: the search from end to end, and what it found next to the profile that it began with."""
+"""The whole search of `carom tune`, and its result in comparison with the first profile."""
 
 from __future__ import annotations
 
@@ -28,37 +28,37 @@ from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import Found, KnobSearch
 from carom.studies.tune.search_space import Space, values_of
 
-#: What a folder of a search is for, and its journal there.
+#: Purpose of a search's folder, and the name of its journal.
 PURPOSE, JOURNAL = "tune", "journal.jsonl"
-#: What is searched on unless scenes are named: short, each with a known answer, and of every kind.
+#: Default scenes: short, with known answers, and of every kind.
 SCENES = "classics"
 
 
 @dataclass(frozen=True)
 class Tuning:
-    """What a search found.
+    """Result of a search.
 
     Attributes:
         engine: Name of the adapter.
-        options: What was asked for.
-        scenes: What it was searched on.
-        left_out: Why other scenes were not used, by name.
-        space: What could be tried.
-        first: What came of the profile that it began with.
-        best: What came of the best settings; `first` itself where nothing was better.
-        others: What came of the engine's other profiles on the same scenes, by name.
+        options: Options of the search.
+        scenes: Scenes of the search.
+        left_out: Reasons why other scenes were not used, by name.
+        space: All points that may be tried.
+        first: Results of the first profile.
+        best: Results of the best settings; `first` itself if nothing was better.
+        others: Results of the engine's other profiles on the same scenes, by name.
         located: Names of the profiles whose steps Carom cuts: no setting of the engine does that.
-        code: What of the engine's own code at the first scene's step reads otherwise with the best settings; empty
-            where nothing was better, or the adapter writes no code.
+        code: Lines of the engine's own code at the first scene's step that differ with the best settings. Empty where
+            nothing was better, or the adapter writes no code.
         own: The settings of that profile at the first scene's step, by name.
         settings: All settings of the best there.
         varying: Names of those that vary with the step.
         time_ratio: Time of the steps over that of the first profile, the median over scenes; NaN where none was timed.
-        trials: How many settings were tried.
-        given_up: How many of them were given up before the last scene.
+        trials: Number of tried settings.
+        given_up: Number of them that were given up before the last scene.
         environment: Machine and versions.
-        command: The command that makes this again; empty where it was called from Python.
-        elapsed_s: Seconds that it took.
+        command: The command that repeats the search; empty where it was called from Python.
+        elapsed_s: Elapsed seconds.
     """
 
     engine: str
@@ -92,21 +92,21 @@ def tune(
     told: Callable[[Found], None] | None = None,
     command: str = "",
 ) -> Tuning:
-    """Look for the settings of an engine with which scenes come out best, over the knobs that its adapter declares.
+    """Search for the settings of an engine with the best results on scenes, over the knobs that its adapter declares.
 
     Args:
         engine: Name of an adapter.
-        scenes: What to try them on.
-        options: What is asked for.
-        notes: What is judged already, and where more of it goes.
+        scenes: Scenes to try them on.
+        options: Options of the search.
+        notes: Journal of results, to which new ones are added.
         progress: Called with (done, all, what) after each trial.
         told: Called with the best settings so far, whenever there are better ones.
-        command: The command that makes this again, for the result.
+        command: The command that repeats the search, for the result.
 
     Raises:
         UnknownNameError: There is no such engine or profile.
         InputError: The adapter declares no knobs, or can run none of the scenes.
-        UnavailableError: The engine is not there.
+        UnavailableError: The engine is not installed.
         MissingExtraError: Optuna is not installed.
     """
     started, asked = time.perf_counter(), options or TuneOptions()
@@ -156,7 +156,7 @@ def tune(
 
 
 def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: Jury) -> Found:
-    """Return what comes of another profile; a scene that it does not support is not run."""
+    """Return the results of another profile; a scene that it does not support is not run."""
     able, located = info.own.get(profile, info.capabilities), profile in info.located
     refused = {
         scene: "" if able is None else unsupported_reason(scene, able, dt_s, located=located)
@@ -171,7 +171,7 @@ def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: 
 def _references(
     scenes: Sequence[Scene], info: EngineInfo, options: TuneOptions
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return up to when each scene's reference is reliable, and why a scene can't be used, by name."""
+    """Return the end of each scene's reliable reference, and the reasons why scenes can't be used, by name."""
     horizons: dict[str, float] = {}
     left_out: dict[str, str] = {}
     located = options.profile in info.located
@@ -199,7 +199,7 @@ def _settings(
 
 
 def _time_ratio(pool: Pool, first: Method, tried: SettingOverrides, steps: Mapping[Scene, float]) -> float:
-    """Return what the best costs over what the first profile does, scene by scene in turn; NaN where neither ran."""
+    """Return the cost of the best settings over that of the first profile, timed in turn; NaN if neither ran."""
     ratios = []
     for scene, dt_s in steps.items():
         methods = (first, Method(first.engine, first.profile, tried))

@@ -1,10 +1,12 @@
-"""The search: from an engine's shipped settings to those of the most merit that are found in a number of trials.
+"""Search from an engine's shipped settings for the best ones within a number of trials.
 
-First each knob alone, at its ends; then trials that an optimiser asks for (Optuna's tree-structured Parzen estimator,
-Bergstra et al., NeurIPS 2011), each knob as shipped or turned; then, from the best, one knob at a time again: taken
-back, or turned elsewhere, until nothing is gained by it. So what is found holds no setting that does nothing. The same
-is done from whatever else nothing tried is better than in every respect: two settings may only help together, and
-either alone bring fewer scenes that are wrong or fewer that are sampled, and more of the other.
+1. Each knob alone is tried at its ends.
+2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials, with each
+   knob as shipped or turned.
+3. From the best trial, one knob at a time is turned back or elsewhere, until nothing improves. So every setting found
+   has an effect.
+4. The third step is repeated from all other trials that no trial beats in every respect. Two settings may help only
+   together, while each alone has fewer wrong scenes and more sampled ones, or the other way round.
 """
 
 from __future__ import annotations
@@ -24,16 +26,16 @@ from carom.studies.tune.search_space import Point, Space
 if TYPE_CHECKING:
     from optuna import Study
 
-#: A trial is judged in this many parts, those scenes first that went worst with the first profile; after each part one
-#: that can't come up to the best any more is given up.
+#: A trial is judged in this many parts, beginning with the scenes that were worst with the first profile. After each
+#: part a trial that can no longer equal the best is given up.
 PARTS = 3
 
-#: The best is gone over whatever it takes; what is better in one respect only, up to this many times those asked for.
+#: The best is always refined; others that are better in one respect only up to this multiple of the requested trials.
 MOST_TRIALS = 4
 
 
 def require_tune_extra() -> None:
-    """See to it that Optuna is there.
+    """Check that Optuna is installed.
 
     Raises:
         MissingExtraError: It is not installed.
@@ -52,10 +54,10 @@ class Found:
     """Settings that were tried on all scenes.
 
     Attributes:
-        tried: In place of the first profile's own.
-        merit: How good they are.
-        judged: What came of each scene, in the order of the scenes asked for.
-        trial: Which trial it was; 0 is the first profile itself.
+        tried: Settings that replace the first profile's own.
+        merit: Their rank.
+        judged: Results of the scenes, in the requested order.
+        trial: Number of the trial; 0 is the first profile itself.
     """
 
     tried: SettingOverrides
@@ -65,7 +67,7 @@ class Found:
 
     @property
     def rank(self) -> tuple[Merit, int]:
-        """What puts the best first: merit, and of equals the fewest settings."""
+        """Sort key for the best: merit, then the fewest settings."""
         return self.merit, len(self.tried)
 
 
@@ -73,15 +75,15 @@ class KnobSearch:
     """A search over the knobs of an engine.
 
     Args:
-        first: The method that is begun with.
-        space: What may be tried.
-        scenes: What it is tried on.
-        jury: Judges it.
+        first: The first method.
+        space: The points that may be tried.
+        scenes: Scenes of the search.
+        jury: Judges methods on scenes.
         progress: Called with (done, all, what) after each trial.
         told: Called with the best settings so far, whenever there are better ones.
 
     Attributes:
-        trials: How many different settings were tried, the first profile not counted.
+        trials: Number of different settings tried, without the first profile.
         given_up: How many of them were given up before the last scene.
     """
 
@@ -105,11 +107,11 @@ class KnobSearch:
         self._most = 0
 
     def run(self, trials: int, seed: int) -> Found:
-        """Return the best settings that are found.
+        """Return the best settings found.
 
         Args:
-            trials: How many different settings the optimiser may try, those with one knob turned among them.
-            seed: Of its random numbers: with the same one it asks for the same trials.
+            trials: Number of different settings that the optimiser may try, including those with one turned knob.
+            seed: Seed of its random numbers; equal seeds give equal trials.
 
         Raises:
             MissingExtraError: Optuna is not installed.
@@ -121,7 +123,7 @@ class KnobSearch:
         return self._gone_over(MOST_TRIALS * trials)
 
     def _begin(self) -> None:
-        """Judge the first profile, and put the scenes that went worst with it first."""
+        """Judge the first profile, and order the scenes from its worst to its best."""
         judged = self.jury.judge(self.method, self.scenes)
         first = Found((), merit_of(judged, judged), tuple(judged), 0)
         worst = {k: merit_of([one]) for k, one in enumerate(judged)}
@@ -138,7 +140,7 @@ class KnobSearch:
         for point in ({}, *ends):
             study.enqueue_trial(_parameters(point, self.space))
         asked = 0
-        # A point that is asked for again costs nothing; an optimiser that asks for nothing else has come to its end.
+        # A repeated request costs nothing; an optimiser that only repeats itself is finished.
         while self.trials < trials and asked < 10 * trials:
             asked += 1
             self._tell(study)
@@ -161,7 +163,7 @@ class KnobSearch:
             study.tell(trial, number)
 
     def _gone_over(self, most: int) -> Found:
-        """Turn one knob at a time, back or elsewhere, from the best and from all that is better in some respect."""
+        """Turn one knob at a time, back or elsewhere, from the best trial and from those better in some respect."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= most:
@@ -172,7 +174,7 @@ class KnobSearch:
         return self.best
 
     def _front(self) -> list[Found]:
-        """Return, the best first, what nothing that was tried is as good as in every respect, and better in one."""
+        """Return the trials that no other trial dominates, the best first."""
         first_of: dict[tuple[int, int, int], Found] = {}
         for found in sorted(self._whole, key=lambda one: one.rank):
             first_of.setdefault(found.merit.respects, found)
@@ -181,16 +183,16 @@ class KnobSearch:
 
     @property
     def begun(self) -> Found:
-        """What came of the first profile, which is judged before all else."""
+        """Results of the first profile, which is judged first."""
         return self._whole[0]
 
     @property
     def best(self) -> Found:
-        """The best that is found so far."""
+        """The best settings found so far."""
         return min(self._whole, key=lambda one: one.rank)
 
     def tried(self, point: Point) -> tuple[Merit, bool]:
-        """Judge a point; return its merit, and whether it was given up, so that this is but the best it could be."""
+        """Judge a point; return its merit, and whether it was given up, so that the merit is only an upper bound."""
         tried = self.space.tried(point)
         if tried not in self._seen:
             self.trials += 1
@@ -207,7 +209,7 @@ class KnobSearch:
         found: dict[int, Judged] = {}
         for part in _parts(self._order):
             found |= zip(part, self.jury.judge(method, [self.scenes[k] for k in part]), strict=True)
-            # At best all the scenes that are left are exact.
+            # At best all the remaining scenes are exact.
             left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
             at_best = replace(merit_of([*found.values(), *left]), cost=0.0)
             if left and any(at_best.beaten_by(whole.merit) for whole in self._whole):

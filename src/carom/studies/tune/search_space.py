@@ -1,4 +1,4 @@
-"""The space that is searched: the knobs of an engine, each left as it is shipped or turned to one of some values."""
+"""Search space: the knobs of an engine, each as shipped or turned to one of several values."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from carom.engines.api import Knob
 from carom.execution.job import SettingOverrides
 from carom.model.trace import Setting
 
-#: A range is tried at its two ends and this many values between, evenly spread, on the scale of the knob. The ends are
-#: among them since they are the best as a rule: off is 0, never is the largest value there is.
+#: A range is tried at its two ends and this many values between, evenly spread on the scale of the knob. The ends are
+#: often the best: 0 is off, the largest value is never.
 BETWEEN = 15
 
-#: When the best is gone over once more, each knob goes to the ends of this many equal parts of its range, and to the so
-#: many values on either side of its own: what is far is found by the one, and what is near by the other.
+#: When the best is refined, each knob is tried at the ends of `STOPS` equal parts of its range, which finds distant
+#: improvements, and at the `NEAR` values on either side of its own, which finds near ones.
 STOPS, NEAR = 4, 2
 
-#: Which value each knob is turned to, by its name; a knob that is not in it stays as shipped.
+#: The index of each turned knob's value, by the knob's name; other knobs stay as shipped.
 Point = Mapping[str, int]
 
 
@@ -44,11 +44,11 @@ class Space:
     values: Mapping[str, tuple[Setting, ...]]
 
     def tried(self, point: Point) -> SettingOverrides:
-        """Return the settings that a point stands for, in order of name."""
+        """Return the settings of a point, in order of name."""
         return tuple(sorted((name, self.values[name][k]) for name, k in point.items()))
 
     def point(self, tried: SettingOverrides) -> dict[str, int]:
-        """Return the point that stands for some settings."""
+        """Return the point of some settings."""
         return {name: self.values[name].index(value) for name, value in tried}
 
     def ends(self) -> list[dict[str, int]]:
@@ -56,7 +56,7 @@ class Space:
         return [{name: k} for name, values in self.values.items() for k in dict.fromkeys((0, len(values) - 1))]
 
     def beside(self, point: Point) -> Iterator[dict[str, int]]:
-        """Yield the points at which one knob is elsewhere: as shipped, at a stop of its range, or next to its place."""
+        """Yield the points that differ in one knob: as shipped, at a stop of its range, or next to its value."""
         for name, values in self.values.items():
             last, here = len(values) - 1, point.get(name)
             without = {other: k for other, k in point.items() if other != name}

@@ -88,7 +88,7 @@ def test_no_disc_gets_beyond_the_reach() -> None:
 
 
 def test_a_spin_reaches_as_far_as_its_energy() -> None:
-    """A disc that stands and spins can be thrown by friction: the reach counts the energy of turning."""
+    """Friction can throw a spinning disc at rest, so the reach counts the energy of turning."""
     spinning = Disc(position_m=(0.0, 1.0), radius_m=1.0, spin_rad_s=6.0)
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
     scene = Scene(name="top", discs=[spinning], walls=[floor], wall_friction=1.0, duration_s=10.0)
@@ -97,7 +97,7 @@ def test_a_spin_reaches_as_far_as_its_energy() -> None:
 
 
 def test_a_push_out_of_the_plane_is_flattened() -> None:
-    """Of 10 N s along (0.48, 0.64, 0.6) a part of 8 lies in the plane, along (0.6, 0.8); of those along z none."""
+    """Of 10 N s along (0.48, 0.64, 0.6) a part of 8 is in the plane, along (0.6, 0.8); those along z have none."""
     normal, impulse = flattened((0.48, 0.64), 10.0)
     assert normal == pytest.approx((0.6, 0.8), abs=1e-15)
     assert impulse == pytest.approx(8.0, abs=1e-14)

@@ -36,7 +36,7 @@ def test_units_can_not_be_seen(length: float, time: float) -> None:
 
 
 def test_contacts_come_back_in_seconds_and_newton_seconds() -> None:
-    """An impulse is a mass times a speed, and one that is not told stays so."""
+    """An impulse is a mass times a speed, and a missing one stays missing."""
     told = Contact(0, 1, 3.0, (1.0, 0.0), 40.0, tangential_impulse_n_s=-8.0)
     state = Observation(np.zeros((2, 2)), np.zeros((2, 2)), (told, Contact(0, -1, 3.0, (0.0, 1.0))), "hot")
     first, second = unscaled(state, length=4.0, time=0.5).contacts

@@ -53,7 +53,7 @@ def test_a_dump_in_pixels_becomes_metres() -> None:
     ],
 )
 def test_json_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, content: str, words: str) -> None:
-    """What is no dump, refers to nothing, or has no disc, is told so by the file's name."""
+    """A file that is no dump, has a dangling reference, or has no disc is refused by its name."""
     path = tmp_path / "world.json"
     path.write_text(content)
     with pytest.raises(CaromError, match=words) as refused:

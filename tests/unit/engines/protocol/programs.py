@@ -20,7 +20,7 @@ def crowd(fall_m_s2: float, **fields: Any) -> Scene:
     return staged('a "quoted" crowd', *discs, wall_at(0, -0.5, 0, 1), **law, **{"duration_s": 6.0, **fields})
 
 
-#: Answers every request rightly for one disc that does not move, but for the lines put in front.
+#: Answers every request rightly for one disc at rest, except for the lines put in front.
 HONEST = """
 import json, sys
 for line in sys.stdin:

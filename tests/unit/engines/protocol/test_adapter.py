@@ -1,4 +1,4 @@
-"""An engine that is a program stands behind the seam; whatever it writes becomes an answer or a sentence."""
+"""An engine that is a program: all its output becomes an answer or an error message."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ TEMPLATES = Path(__file__).resolve().parents[4] / "docs" / "templates"
 SESSION = Path(__file__).parent / "session.jsonl"
 #: What a message ends with whose mistake is in an answer.
 REQUESTS = "see docs/reference/engine-protocol.md#the-requests"
-#: Commands that build a template beside its manifest, and the program that each needs; one needs none.
+#: Commands that build a template next to its manifest, and the program that each needs; one needs none.
 BUILDS = {
     "javascript": ("node", []),
     "cpp": ("g++", ["g++", "-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o", "engine", "engine.cpp"]),
@@ -51,7 +51,7 @@ def still() -> Scene:
 
 
 def world_of(folder: Path, instead: str = "") -> ProgramWorld:
-    """Return a world of the honest program, but for what it does instead."""
+    """Return a world of the honest program, except for a change."""
     return program_adapter(manifest_of(folder, instead)).prepare(still(), {"dt_s": 0.5})
 
 
@@ -150,7 +150,7 @@ def test_a_setting_without_a_number_in_json_is_refused(value: float, tmp_path: P
 
 
 def test_a_program_that_has_ended_is_asked_nothing(tmp_path: Path) -> None:
-    """Whoever asks a program that has ended is told so."""
+    """A request to a program that has ended raises that."""
     world = world_of(tmp_path, "if do == 'step': sys.exit(3)")
     for told in ("exit code 3", "has ended"):
         with pytest.raises(AdapterError, match=told):
@@ -175,7 +175,7 @@ def test_another_protocol_and_a_program_that_is_not_there_are_refused(tmp_path: 
 
 
 def test_a_file_that_is_not_found_from_an_empty_folder_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file beside the manifest, written without ./, is named with what to write, and with the program's own words."""
+    """A file next to the manifest, written without ./, is named with a correction and the program's own message."""
     path = manifest_of(tmp_path, command=[sys.executable, "program.py"])
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
@@ -211,7 +211,7 @@ if now:
 
 @pytest.fixture(scope="module")
 def echoing(tmp_path_factory: pytest.TempPathFactory) -> ProgramWorld:
-    """Return a world of a program that answers what it is told to."""
+    """Return a world of a program with given answers."""
     return world_of(tmp_path_factory.mktemp("echo"), ECHO)
 
 

@@ -76,7 +76,7 @@ def test_every_field_is_taken_over(tmp_path: Path) -> None:
 
 
 def test_files_beside_the_manifest_are_found_from_anywhere(tmp_path: Path) -> None:
-    """A word of the command that begins with a dot and a slash is a file beside the manifest, any other is as it is."""
+    """A word of the command that begins with a dot and a slash is a file next to the manifest, unlike others."""
     command = load_manifest(written(tmp_path, WHOLE)).command_from(tmp_path)
     assert command == (str(tmp_path / "toy"), "--quiet", str(tmp_path.parent / "shared.js"))
 
@@ -228,7 +228,7 @@ def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path, monkeypatch: 
 
 @pytest.mark.long
 def test_the_command_line_takes_a_manifest(tmp_path: Path) -> None:
-    """`carom run -e engine.toml` runs the program: here one that misses every impact. So does `carom.run`."""
+    """`carom run -e engine.toml` runs the program: here one that misses every impact. Also by `carom.run`."""
     path = manifest_of(tmp_path)
     arguments = ["-p", "tuned", "--dt", "1/60", "--no-timing"]
     result = carom_command("run", "paper/missed", "-e", str(path), *arguments)

@@ -91,7 +91,7 @@ def talk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Talk]:
 
 
 def places(value: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield where each value within one lies: what holds it, and its key there."""
+    """Yield the place of each value within one: its container, and its key there."""
     keys = value.keys() if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()
     for key in list(keys):
         yield value, key

@@ -1,4 +1,4 @@
-"""The pairs that are near each other are those that comparing all of them gives, however the discs lie."""
+"""The near pairs are those that comparing all pairs gives, for any arrangement of discs."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_the_near_pairs_are_those_of_all_pairs(
 
 
 def test_blocks_come_in_the_order_of_their_second_discs() -> None:
-    """Where there are so many pairs that they come in blocks, none has a lower second disc than the block before."""
+    """If there are many blocks of pairs, none has a lower second disc than the block before."""
     n = 600
     blocks = found(np.zeros((n, 2)), np.full(n, 0.5), np.ones(n, np.bool_))
     assert len(blocks) > 1
@@ -80,7 +80,7 @@ def test_blocks_come_in_the_order_of_their_second_discs() -> None:
 
 
 def test_immovable_discs_upon_one_another_are_not_paired() -> None:
-    """Of many immovable discs at one place and two movable ones, only the pairs with the near one of those come."""
+    """With many immovable discs at one place and two movable ones, only pairs with the near one are returned."""
     n = 20_000
     position = np.zeros((n + 2, 2))
     position[[7, n]] = (0.8, 0.0), (0.8, 0.8)

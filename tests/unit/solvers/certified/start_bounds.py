@@ -18,7 +18,7 @@ class StartBounds:
     def __init__(self, bodies: BallBodies) -> None:
         self._bodies = bodies
         self._bounds: dict[tuple[int, int], float] = {}
-        self._queue: list[tuple[float, int, int]] = []  # bounds that stood once; those that stand are among them
+        self._queue: list[tuple[float, int, int]] = []  # all earlier bounds, with the present ones among them
         for i in range(len(bodies)):
             self._fill(i, range(i + 1, len(bodies)))
 

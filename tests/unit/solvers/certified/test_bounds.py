@@ -1,4 +1,4 @@
-"""Lower bounds: held against exact times, and against a table made anew."""
+"""Lower bounds: compared with exact times, and with a new table."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ bounds = pytest.importorskip("carom.solvers.certified.bounds", reason="the compi
 
 
 def entries(table: LowerBounds, bodies: BallBodies) -> dict[tuple[int, int], float]:
-    """Return the bound of each pair of bodies; that of two discs stands in one of two rows."""
+    """Return the bound of each pair of bodies; that of two discs is in one of two rows."""
     n, walls = len(bodies), len(bodies.scene.walls)
     found = {(row, body): bound for bound, row, body in table.up_to(math.inf)}
     pairs = {(i, j): min(found[i, j], found[j, i]) for i, j in itertools.combinations(range(n), 2)}
@@ -70,7 +70,7 @@ def test_no_bound_in_any_unit_is_above_the_time_of_impact(kind: str) -> None:
 
 @pytest.mark.long
 def test_the_attack_notices_a_bound_that_is_hardly_too_late() -> None:
-    """Of bounds put 1e-5 of their wait later, most are found to be above the time of impact."""
+    """Most bounds that are moved 1e-5 of their wait later are found to be above the time of impact."""
     noticed = hits = 0
     for seed in range(60):
         bodies, states = attack("far", seed)

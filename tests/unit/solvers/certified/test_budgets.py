@@ -18,7 +18,7 @@ SCENE = gas_scene(9, 0.3, duration_s=1000.0)
 
 
 def test_a_limit_on_impacts() -> None:
-    """So many impacts are certified, and the final state is that at the last of them."""
+    """The requested impacts are certified, and the final state is that at the last of them."""
     certified = certify(SCENE, max_impacts=40)
     assert certified.ending is Ending.MAX_IMPACTS
     assert certified.trace.outcome is Outcome.MAX_IMPACTS

@@ -243,7 +243,7 @@ def test_no_size_is_too_small_or_too_large(scale: float) -> None:
 
 
 IRRATIONAL = 7 - math.sqrt(24)
-#: Scenes that are beside what no precision decides, often by an ulp, and the first discs of their impacts.
+#: Scenes next to those that no precision decides, often by an ulp, and the first discs of their impacts.
 DECIDED: dict[str, tuple[Scene, list[int]]] = {
     "the second of a tie is farther": (
         scene(disc(math.nextafter(-3.0, -4.0), 0), disc(3, 0), disc(0, 10, 0, -1)),

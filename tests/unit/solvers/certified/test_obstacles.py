@@ -40,7 +40,7 @@ def test_they_are_the_features_that_pic_has() -> None:
 
 
 def test_half_planes_are_obstacles_of_their_own_numbers() -> None:
-    """Where all walls are half-planes, each is one, exactly as it stands."""
+    """Where all walls are half-planes, each is one obstacle, exactly."""
     walls = (Wall(point_m=(0, -3), normal=(0, 1)), Wall(point_m=(0.1, 3), normal=(0, -1)))
     assert [one.wall for one in obstacles(*walls)] == [0, 1]
     assert obstacles(*walls)[1].shape == Plane((Fraction(0.1), Fraction(3)), (Fraction(0), Fraction(-1)))

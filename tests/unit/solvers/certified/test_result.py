@@ -17,7 +17,7 @@ def test_each_digit_shown_is_right_to_one_unit_in_the_last(value: float, radius:
     digits, _, exponent = text.partition("e")
     decimals = len(digits.partition(".")[2])
     unit = Fraction(10) ** (int(exponent or 0) - decimals)
-    if "." not in text and not exponent:  # zeros before the point stand for digits that are not proven
+    if "." not in text and not exponent:  # zeros before the point would replace digits that are not proven
         unit = Fraction(10) ** (len(text) - len(text.rstrip("0")))
     truth = Fraction(value) + Fraction(radius) * Fraction(where)
     assert abs(Fraction(text) - truth) <= unit

@@ -29,7 +29,7 @@ def scaled(scene: Scene, length: int, speed: int) -> Scene:
 
 
 def numbers(certified: CertifiedTrace, length: int = 0, speed: int = 0) -> dict[str, Any]:
-    """Return what a certified run says, as bytes, in units that are so many powers of two smaller."""
+    """Return the result of a certified run, as bytes, in units smaller by powers of two."""
     trace, kind = certified.trace, certified.degeneracy
     rows = {
         name: np.ldexp(

@@ -30,7 +30,7 @@ def powers_of(roots: list[Fraction], leading: int = 1) -> list[arb]:
 
 @pytest.mark.parametrize("seed", long_after(50, range(200)))
 def test_each_fall_is_found_in_order_and_holds_its_root(seed: int) -> None:
-    """Of a quartic of four real roots, some of them past and some a hair apart, those ahead where it goes down."""
+    """The falls of a quartic of four real roots, some past or nearly equal, are those ahead where it decreases."""
     rng = random.Random(seed)
     roots = [Fraction(rng.gauss(0.5, 1.0)) for _ in range(3)]
     roots.append(roots[0] + Fraction(rng.choice((1e-12, -1e-6, 1.0))))
@@ -46,7 +46,7 @@ def test_each_fall_is_found_in_order_and_holds_its_root(seed: int) -> None:
 
 
 def test_a_parabola_falls_where_its_roots_say() -> None:
-    """Of 300 with two real roots, a hair or more apart, one at most is a fall ahead; of 100 lines likewise."""
+    """In 300 parabolas with two real roots, nearly equal or not, at most one is a fall ahead; also in 100 lines."""
     for seed in range(400):
         rng = random.Random(seed)
         roots = [Fraction(rng.gauss(0.5, 1.0))]
@@ -86,13 +86,13 @@ def test_a_quartic_without_a_linear_power_is_decided() -> None:
 
 
 def test_nothing_is_told_beyond_the_time_asked_for() -> None:
-    """A leg's end cuts the search: the fall before it is told, the one after it is not."""
+    """A leg's end cuts the search: the fall before it is found, the one after it is not."""
     powers = powers_of([Fraction(1), Fraction(2), Fraction(3), Fraction(4)])
     assert [float(fall.time) for fall in falls_of(powers, 2.5)] == [1.0]
 
 
 def test_wide_balls_end_the_search_soon() -> None:
-    """Where the balls say nothing, one open stretch is told instead of a piece of it for each of many halvings."""
+    """Where the balls decide nothing, one open stretch is returned instead of many pieces."""
     wide = arb(0, 1e-3)
     falls = list(
         falls_of([power + wide for power in squared_gap((arb(0), arb(1)), (arb(1), arb(0)), (arb(0), arb(-1)), arb(1))])

@@ -41,7 +41,7 @@ def test_a_run_is_not_taken_to_nan() -> None:
 
 
 def test_a_run_without_an_end_stays_where_the_last_impact_was() -> None:
-    """Taken as far as there are impacts, a run stands at the last one, with all its positions finite."""
+    """A run up to its last impact ends there, with finite positions."""
     for run in (all_pairs(line(0.0, 3.0, velocities=(1.0, 0.0))), pic_run(line(0.0, 3.0, velocities=(1.0, 0.0)))):
         run.advance_to(math.inf)
         assert run.time_s == 2.0

@@ -115,7 +115,7 @@ def test_more_sides_than_can_be_numbered_are_refused(monkeypatch: pytest.MonkeyP
 
 
 def test_finite_walls_may_be_given_as_arrays() -> None:
-    """A start of arrays takes outlines beside half-planes, and refuses a disc that overlaps one."""
+    """A start of arrays takes outlines and half-planes, and refuses a disc that overlaps one."""
     line = Outline(((2.0, -1.0), (2.0, 1.0)), (0.0,), 0.25)
     fields = (np.array([[1.0, 0.0]]), np.array([0.5]), np.ones(1))
     start = DiscArrays(np.zeros((1, 2)), *fields, walls=(line, (-2.0, 0.0, 1.0, 0.0)))

@@ -1,4 +1,4 @@
-"""The rows of the kernel, as the C compiler has laid them out."""
+"""The rows of the kernel, as the C compiler aligns them."""
 
 from __future__ import annotations
 

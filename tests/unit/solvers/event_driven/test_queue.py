@@ -1,4 +1,4 @@
-"""The event queue, held against a plain list of times."""
+"""The event queue, compared with a plain list of times."""
 
 from __future__ import annotations
 

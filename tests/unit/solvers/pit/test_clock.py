@@ -14,14 +14,14 @@ from carom.solvers.pit.clock import FrameClock
 
 @given(st.integers(0, 10**6), st.floats(0.01, 1e4))
 def test_frames_stand_at_whole_multiples_each_rounded_once(frame: int, rate: float) -> None:
-    """Frame k stands at the float nearest to k / rate, or to k times the step."""
+    """Frame k is at the float nearest to k / rate, or to k times the step."""
     assert FrameClock(rate_hz=rate).time_s(frame) == frame / rate
     assert FrameClock(step_s=rate).time_s(frame) == frame * rate
 
 
 @given(st.integers(0, 10**6), st.floats(0.01, 1e4))
 def test_a_frame_is_not_before_its_own_instant(frame: int, rate: float) -> None:
-    """As many frames stand before the instant of frame k as there are before k, from 0 on, however it was rounded."""
+    """The number of frames before the instant of frame k is k, however the instant is rounded."""
     for clock in (FrameClock(rate_hz=rate), FrameClock(step_s=rate)):
         assert clock.frames_before(clock.time_s(frame)) == frame
         assert clock.frames_before(clock.time_s(frame) * (1 + 2.0**-50) + clock.frame_s * 2.0**-20) == frame + 1

@@ -29,7 +29,7 @@ def crowd(seed: int, *, ratio: float, speed: float) -> Scene:
 @pytest.mark.parametrize("ratio", [1.0, 3.0, 100.0])
 @pytest.mark.parametrize("speed", long_after(1, [1.0, 0.1, 10.0]))
 def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: float) -> None:
-    """Discs that lie in many cells, of one size or many, give what compiled plain looping gives."""
+    """Discs in many cells, of one size or many, have the result of the compiled plain loop."""
     forms = compiled_forms()
     for seed in range(6):
         scene, clock = crowd(seed, ratio=ratio, speed=speed), FrameClock(rate_hz=30.0)
@@ -39,7 +39,7 @@ def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: floa
 
 
 def test_a_crowd_in_cells_has_the_bits_of_the_plain_loop() -> None:
-    """So it does for one of them beside the plain loop."""
+    """A crowd in many cells equals the plain loop, too."""
     scene = crowd(0, ratio=3.0, speed=3.0).model_copy(update={"duration_s": 0.5})
     assert len(assert_identical(scene, FrameClock(rate_hz=30.0)).log) > 100
 
@@ -177,7 +177,7 @@ def test_any_number_of_discs_runs(count: int) -> None:
 
 
 def test_negative_zeros_are_those_of_the_plain_loop() -> None:
-    """Signs of zeros come out as in the plain loop, of discs that stand, that are immovable, and that move."""
+    """Signs of zeros are those of the plain loop for discs at rest, immovable discs, and moving discs."""
     discs = [
         disc_at(-0.0, 0.0, -0.0),
         disc_at(-0.0, 3.0, 0.0, -1.0),
@@ -232,7 +232,7 @@ def test_discs_that_rounding_may_take_out_of_their_cells_at_once_are_looked_at_i
 
 
 def test_a_disc_far_from_a_wall_is_looked_at_a_handful_of_times() -> None:
-    """Until it can have come there, no test is made; and none at all of one that stands."""
+    """No test is made before it can be there, and none at all for a disc at rest."""
     line = Chain(points_m=[(10, -1), (10, 1)])
     for velocity, most in (((1.0, 0.0), 20), ((0.0, 0.0), 1)):
         disc = Disc(position_m=(0, 0), velocity_m_s=velocity, radius_m=0.5)

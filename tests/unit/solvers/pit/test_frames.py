@@ -56,7 +56,7 @@ def test_positions_are_not_corrected() -> None:
 def test_pit_finds_the_first_frame_between_entry_and_closest_approach(
     contact: int, aside: int, ahead: int, speed: int, rate: float
 ) -> None:
-    """Two discs collide in PIT at the first frame in [t_enter, t_closest), and not at all where no frame lies there.
+    """Two discs collide in PIT at the first frame in [t_enter, t_closest), and not at all where no frame is there.
 
     All numbers are multiples of 1/64 of at most 20 bits, so that frames, positions and the overlap test are exact.
     """
@@ -79,7 +79,7 @@ def test_pit_finds_the_first_frame_between_entry_and_closest_approach(
 
 
 def test_pit_is_never_early_and_late_by_less_than_a_frame() -> None:
-    """Of a head-on impact at 2 s, PIT's time is the first frame at or after it."""
+    """PIT's time of a head-on impact at 2 s is the first frame at or after it."""
     for rate in (0.4, 0.7, 1.0, 3.0, 7.0, 60.0):
         (time,) = solve_pit(line(0.0, 3.0, velocities=(1.0, 0.0)), frame_rate_hz=rate).impacts["time_s"]
         frame = math.ceil(2.0 * rate)
@@ -119,7 +119,7 @@ def test_overlapping_discs_that_separate_are_left_alone() -> None:
 
 
 def test_the_last_frame_before_the_end_is_tested_and_the_end_itself_is_not() -> None:
-    """Frames stand at k/rate from 0 to the last one before the duration; the state is brought to the duration."""
+    """Frames are at k/rate from 0 to the last one before the duration; the state is brought to the duration."""
     scene = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0)
     assert len(solve_pit(scene, frame_rate_hz=4.0).impacts) == 0
     longer = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.125)

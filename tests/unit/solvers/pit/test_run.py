@@ -1,4 +1,4 @@
-"""A PIT run is taken forward in pieces, watched and interrupted, and ends in the same bits; in both forms."""
+"""A PIT run that is advanced in pieces, observed and interrupted ends with the same bits, in both forms."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_state_between_frames_is_that_of_free_flight(form: Form) -> None:
 
 
 def test_frames_and_times_come_to_the_same(form: Form) -> None:
-    """So many frames lead to the instant of the next one, which has not been tested yet."""
+    """The frames lead to the instant of the next one, which has not been tested yet."""
     scene = line(0.0, 3.0, velocities=(1.0, 0.0))
     by_frames, by_time = form(scene, FrameClock(step_s=0.25)), form(scene, FrameClock(step_s=0.25))
     by_frames.advance_frames(8)

@@ -45,5 +45,5 @@ def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
 
 def test_a_rate_too_low_to_have_a_frame_length_is_refused() -> None:
     """A frame that would last longer than the largest float is refused, not raised as an overflow."""
-    with pytest.raises(InputError, match="frame_rate_hz must lie between 1.49e-154 and 6.7e153".replace("+", "[+]")):
+    with pytest.raises(InputError, match="frame_rate_hz must be between 1.49e-154 and 6.7e153".replace("+", "[+]")):
         solve_pic_framewise(line(0.0, velocities=(1.0,)), frame_rate_hz=1e-310)

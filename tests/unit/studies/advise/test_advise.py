@@ -140,7 +140,7 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
 
 @pytest.mark.parametrize("starts", long_after(1, [16, CONFIRM]))
 def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tuned pymunk does what PIT does: its steps lie below the closed form, by no more than a step of the grid."""
+    """Tuned pymunk does what PIT does: its steps are below the closed form, by no more than a step of the grid."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", starts)
     with InProcessPool() as pool:

@@ -77,7 +77,7 @@ def test_an_error_in_proportion_is_followed_for_two_octaves_and_another_for_thre
 
 
 def test_a_hole_in_a_curve_is_found_and_told() -> None:
-    """Steps of 1/180 and 1/240 s fail though those above pass: the answer lies below, and both sides are told."""
+    """Steps of 1/180 and 1/240 s fail though those above pass: the answer is below, and both sides are reported."""
     found, _ = searched(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
     answer = found.demand
     assert sure(answer.passes).dt_s == pytest.approx(1 / 360)
@@ -138,7 +138,7 @@ def test_a_whole_number_of_steps_is_known_whatever_the_rate(rate_hz: float) -> N
 
 
 def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> None:
-    """An error of 3 degrees at any step meets no demand of 1: the other answer is given, and the range told."""
+    """An error of 3 degrees at any step meets no demand of 1: the other answer is given, with the range."""
     found, tried = searched(lambda dt, _: (dt > 0.2, math.radians(3.0)))
     assert found.ending is SearchEnding.FLAT
     assert found.demand.passes is None
@@ -179,7 +179,7 @@ def test_a_budget_is_never_exceeded_and_what_was_not_reached_is_no_answer(budget
 
 
 def test_what_a_method_does_not_take_is_not_run_and_nothing_fails_there() -> None:
-    """Steps above 0.01 s are refused: none is tried, none fails, and the finest refused is told."""
+    """Steps above 0.01 s are refused: none is tried, none fails, and the finest refused one is reported."""
     found, tried = searched(lambda dt, _: (False, 1e-3 * dt), refuses_above_s=0.01)
     assert max(dt for dt, _ in tried) <= 0.01
     assert found.never_misses.fails is None
@@ -215,7 +215,7 @@ def test_a_direction_that_is_not_known_meets_nothing() -> None:
 
 
 def test_starts_that_can_not_be_had_are_counted_out_and_a_crash_is_none_of_them() -> None:
-    """Of what ran the worst is kept; of no start at all the reason is told; what broke off makes the step fail."""
+    """The worst start that ran counts; without any start there is a reason; a start that broke off fails the step."""
 
     def ran(lost: int, direction: float) -> Answer[Started]:
         return Answer(Status.RAN, value=Started(lost, True, direction, 10))

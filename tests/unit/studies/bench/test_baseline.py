@@ -19,7 +19,7 @@ ROUNDS = (1.0, 1.02, 0.99, 1.01, 0.98, 1.0, 1.0)
 
 
 def timed(factor: float, *, error: float = 1.0, engine: str = "pymunk") -> Bench:
-    """Return a bench whose run times over PIT's and errors are so many times the usual ones, of one engine."""
+    """Return a bench of one engine whose run times over PIT's and errors are multiples of the usual ones."""
     whole = bench()
     curves = []
     for curve in whole.scenes[0].curves:
@@ -63,7 +63,7 @@ def test_a_change_is_one_beyond_its_interval(earlier: Path, factor: float, chang
 
 
 def test_the_first_line_counts_and_names_the_worst(earlier: Path) -> None:
-    """Regressed, improved and no change; an error that grew is told apart from a run time that did."""
+    """Regressed, improved and no change; growth of an error and of a run time are distinguished."""
     now = timed(1.5, error=2.0)
     found = compared(now, read_baseline(earlier, HERE))
     text = " ".join(" ".join(printed(bench_document(now, baseline=found), 80)).split())

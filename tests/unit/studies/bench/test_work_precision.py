@@ -54,7 +54,7 @@ def point(engine: str, seconds: float, error: float, missed: int = 0) -> Point:
 
 
 def test_a_series_is_geometric_and_of_whole_frame_rates() -> None:
-    """Between 1/60 and 1/10000 six steps lie evenly on a logarithmic axis, rounded to whole frames a second."""
+    """Between 1/60 and 1/10000 six steps are evenly spread on a logarithmic axis, rounded to whole frames a second."""
     steps = step_series("1/60..1/10000:6")
     assert [round(1 / step) for step in steps] == [60, 167, 464, 1292, 3594, 10000]
     assert step_series("1/60..1/10000") == steps
@@ -71,7 +71,7 @@ def test_a_series_that_is_none_is_refused(text: str) -> None:
 
 
 def test_the_front_is_what_nothing_beats() -> None:
-    """Of points (time, error), the front holds those with no faster one as exact; a miss is no accuracy at all."""
+    """The front contains the points (time, error) without a faster one as exact; a miss has no accuracy."""
     a, b, c, d = point("a", 1, 0.1), point("b", 2, 0.2), point("c", 3, 0.01), point("d", 0.5, 0.0, missed=1)
     assert pareto_front([a, b, c, d]) == (a, c)
     assert pareto_front([a, point("e", 1.5, 0.1 - 1e-16)]) == (a,)
@@ -82,7 +82,7 @@ def test_the_front_is_what_nothing_beats() -> None:
 
 @pytest.mark.long
 def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
-    """PIT converges with order 1, PIC is exact, each point is timed and held against PIT; all of it can be resumed."""
+    """PIT converges with order 1, PIC is exact, each point is timed and compared with PIT; resumable."""
     dts = (1 / 60, 1 / 240, 1 / 960)
     # However slow the machine is, nothing is left out for want of time.
     plan = BenchPlan(engines=("pit", "pic"), dts=dts, profiles=("tuned",), phases=2, rounds=3, budget_s=1e6)

@@ -27,7 +27,7 @@ from carom.execution.environment import Environment
 from carom.execution.job import Job, Method, Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
-from carom.report.grid import Mark
+from carom.report.mark import Mark
 from carom.report.record import records_schema
 from carom.report.records import records
 from carom.report.render.html import html
@@ -44,10 +44,10 @@ PIT = solve_pit(ROW, frame_rate_hz=1 / DT)
 
 
 def sideways(size: float, *, bits: int = 64, **settings: float) -> Trace:
-    """The right run, but that the last disc leaves its impact with a velocity across of so many parts of the speed.
+    """The right run, except that the last disc leaves its impact with a transverse velocity, relative to the speed.
 
-    By hand: that velocity, and the final one, are off by `size`, the energy by its square, the instants by nothing, and
-    the place after the 0.75 s to the end, over the radius of 0.5 m, by 0.75 * 4 / 0.5 = 6 times as much.
+    By hand: that velocity, and the final one, are off by `size`, the energy by its square, and the instants by nothing.
+    The place after the 0.75 s to the end, over the radius of 0.5 m, is off by 0.75 * 4 / 0.5 = 6 times as much.
     """
     impacts = REFERENCE.impacts.copy()
     impacts["velocity_second_after"][-1, 1] += size * SPEED
@@ -85,7 +85,7 @@ def test_results_with_the_earlier_names_of_pics_forms_are_compared(write: Write,
     old.write_text(new.read_text().replace("event-driven", "tuned"))
     found = diff(old, new)
     assert (found.unchanged, found.changes) == (2, ())
-    assert "pic event-driven" in carom_command("report", tmp_path).output
+    assert carom_command("report", old).output == carom_command("report", new).output
 
 
 def only(found: Diff) -> Any:
@@ -149,14 +149,14 @@ MISSING = replayed(REFERENCE, REFERENCE.impacts[:-1].copy())
         pytest.param(sideways(0.0), sideways(1e-10), Kind.WORSE, "", id="no rounding of 64 bits"),
         pytest.param(sideways(0.0, bits=32), sideways(1e-6, bits=32), None, "", id="rounding of 32 bits"),
         pytest.param(sideways(0.0, bits=32), sideways(1e-4, bits=32), Kind.WORSE, "", id="no rounding of 32 bits"),
-        pytest.param(sideways(0.0), sideways(1e-7, bits=32), Kind.WORSE, "", id="held to the 64 bits that it had"),
+        pytest.param(sideways(0.0), sideways(1e-7, bits=32), Kind.WORSE, "", id="compared at the 64 bits that it had"),
         pytest.param(sideways(0.02), MISSING, Kind.WORSE, "impacts missed 0 → 1", id="missed, which is worse than off"),
         pytest.param(MISSING, sideways(0.5), Kind.BETTER, "", id="far off, which is better than missed"),
         pytest.param(sideways(0.02), broken(), Kind.WORSE, "a number is NaN or infinite: new", id="not finite"),
     ],
 )
 def test_a_change_is_of_a_kind(write: Write, old: Trace, new: Trace, kind: Kind | None, number: str) -> None:
-    """What lies beyond the rounding of the floats declared is better or worse; what got better violates nothing."""
+    """A change beyond the rounding of the declared floats is better or worse; a better result is no violation."""
     paths = write("old", {"mine": old}), write("new", {"mine": new})
     found = diff(*paths)
     if kind is None:
@@ -170,7 +170,7 @@ def test_a_change_is_of_a_kind(write: Write, old: Trace, new: Trace, kind: Kind 
 
 
 def test_a_spin_that_is_worse_is_worse(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of two runs that turn a disc wrongly, inaccurate both, the one that does so by more is the worse one."""
+    """If two inaccurate runs turn a disc wrongly, the one with the larger error is worse."""
     scene = find_scenes(["spin/slide"])[0].scene
     right, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=1 / DT)
 
@@ -240,7 +240,7 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
     ),
 )
 def test_profiles_of_the_sample_compared_fit_25_lines_on_a_terminal(old: str, new: str) -> None:
-    """Of whole suites, too, 80 columns show the answer in 25 lines, and a row tells what moved its own way."""
+    """For whole suites, too, 80 columns show the answer in 25 lines, and a row shows the number behind the change."""
     found = diff(SAMPLE, SAMPLE, [(old, new)])
     lines = printed(diff_document(found, "old", "new"), 80)
     assert len(lines) <= 25, "\n".join(lines)
@@ -280,7 +280,7 @@ def test_what_vanishes_appears_crashes_and_recovers_is_told(write: Write) -> Non
 
 
 def test_causes_name_settings_and_versions(write: Write) -> None:
-    """A setting that is another, and another version of the engine, stand beside what they may have led to."""
+    """A changed setting, and a changed version of the engine, are next to their possible effects."""
     old = write("old", {"mine": sideways(0.0, iterations=10.0)}, versions={"Mine": "1.0", "numpy": "2.0"})
     new = write("new", {"mine": sideways(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"})
     found = diff(old, new)
@@ -290,7 +290,7 @@ def test_causes_name_settings_and_versions(write: Write) -> None:
 
 
 def test_engines_of_other_names_are_matched(write: Write) -> None:
-    """Where both runs have one method these are held against each other, and else those that are named."""
+    """If both runs have one method these are compared with each other, otherwise those that are named."""
     right, wrong = sideways(0.0), sideways(1e-3)
     assert only(diff(write("old", {"a": right}), write("new", {"b": wrong}))).method == "a tuned → b tuned"
     old, new = write("old", {"a": right, "x": right}), write("new", {"b": wrong, "x": wrong})

@@ -1,4 +1,4 @@
-"""What counts as a change of the engine's, and in which order its releases stand."""
+"""Changes that count as the engine's, and the order of its releases."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def places(low: float, high: float, **fields: Any) -> SeenCell:
         (over(0.1, 0.2), over(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), Moved.UNSEEN),
         (over(0.1, 0.2, verdicts=("TURNS",)), over(0.3, 0.4, digest="c"), Moved.UNSEEN),
         (over(0.1, 0.2, grade="UNGRADED"), over(0.3, 0.4, digest="c"), Moved.OTHERWISE),
-        # What contacts are told is nothing of the motion, be it counted, graded or said.
+        # Reported contacts are no part of the motion, whether in counts, grades or verdicts.
         (over(0.1, 0.2), over(0.1, 0.2, digest="c", lost=2), Moved.TOLD),
         (over(0.1, 0.3, lost=2), over(0.2, 0.4, digest="c"), Moved.TOLD),
         (over(0.1, 0.2, lost=2), over(0.3, 0.4, digest="c"), Moved.WORSE),
@@ -123,7 +123,7 @@ def test_what_one_of_the_two_did_not_run_is_said() -> None:
 
 
 def test_no_impact_told_though_velocities_change_is_no_contact_seen() -> None:
-    """A release of which no impact is told, though discs turn, is unseen; one of a scene without impacts is not."""
+    """A release without reported impacts, although discs turn, is unseen; a scene without impacts does not count."""
     assert replace(RAN, found=0, verdicts=("MISSED", "TURNS")).unseen
     assert not replace(RAN, found=0, verdicts=("MISSED",)).unseen
     assert not replace(RAN, found=0, expected=0, verdicts=("TURNS",)).unseen
@@ -157,7 +157,7 @@ def test_releases_are_ordered_by_their_numbers() -> None:
     ],
 )
 def test_conditions_and_names_select(asked: list[str] | None, most: int, found: tuple[str, ...]) -> None:
-    """Conditions must all be met, the newest of what meets them are taken, and what is named is taken besides."""
+    """Conditions must all be met, the newest of what meets them are taken, and named ones are additional."""
     assert selected(LISTED, asked, most) == found
 
 

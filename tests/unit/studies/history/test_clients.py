@@ -1,4 +1,4 @@
-"""The registries' clients are asked for what was named and nothing else, end with us, and run nothing of a package."""
+"""The registries' clients get only named requests, end with this process, and run no code of a package."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def program(folder: Path, name: str, lines: str, patch: pytest.MonkeyPatch) -> N
 
 
 def test_npm_runs_no_scripts_and_is_given_one_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is told so by an option, and the package stands in a package.json of its own, with that version alone."""
+    """An option says so, and the package is in a package.json of its own, with that version alone."""
     made = "mkdir -p node_modules/toy; echo '{}' > node_modules/toy/package.json"
     program(tmp_path, "npm", f'echo "$@" > {tmp_path}/asked; {made}', monkeypatch)
     folder = tmp_path / "release"
@@ -79,14 +79,14 @@ def test_what_a_client_fails_at_is_said(lines: str, told: str, tmp_path: Path, m
 
 @each("name", ["--global", "-g", "../toy", "a b", "http://x/y.tgz", "", "a;b"])
 def test_what_is_no_name_goes_to_no_client(name: str) -> None:
-    """An option, a path or an address in place of a name is refused before anything is started."""
+    """An option, a path or an address instead of a name is refused before anything is started."""
     for client in (Pip(), Npm()):
         with pytest.raises(ClientError, match="is not a package name"):
             client.listed(name)
 
 
 def test_what_is_no_version_goes_to_no_client(tmp_path: Path) -> None:
-    """Nor does a version that could be an address."""
+    """A version that could be an address is refused, too."""
     for client in (Pip(), Npm()):
         with pytest.raises(InputError, match="a version must begin with a digit"):
             client.install("toy", "git+https://x", tmp_path)
@@ -118,7 +118,7 @@ def wheels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.long
 def test_pip_lays_a_release_with_what_it_lacks_here(wheels: Path, tmp_path: Path) -> None:
-    """What the release needs comes with it; what is installed here already, numpy, is not laid over itself."""
+    """What the release needs comes with it; an installed package, numpy, is not installed again."""
     wheel(wheels, "caromtoy", "1.0", "caromtoyneeds")
     wheel(wheels, "caromtoy", "2.0", "numpy")
     wheel(wheels, "caromtoyneeds", "5.0")
@@ -132,7 +132,7 @@ def test_pip_lays_a_release_with_what_it_lacks_here(wheels: Path, tmp_path: Path
 
 @pytest.mark.long
 def test_pip_takes_no_source_distribution(wheels: Path, tmp_path: Path) -> None:
-    """One would run a program of its author's: there is no release, and nothing of it ran."""
+    """A source distribution would run a program of its author: there is no release, and no code ran."""
     source = tmp_path / "caromtoy-3.0"
     source.mkdir()
     (source / "setup.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n")
@@ -168,7 +168,7 @@ def test_what_is_broken_off_is_no_release(tmp_path: Path) -> None:
 
 
 def test_what_is_used_last_is_kept_within_the_bound(tmp_path: Path) -> None:
-    """Of three releases of a kilobyte each two stay, and one that was made long ago but used last is one of them."""
+    """Two of three releases of a kilobyte each stay, and one of them is an old one that was used last."""
     with kept_releases(1e9, tmp_path) as kept:
         for age, version in enumerate(("1", "3", "4")):
             note = kept.made(Breaks(), "pip", "toy", version) / "carom-release.json"

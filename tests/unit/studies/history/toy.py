@@ -101,7 +101,7 @@ class Toys:
 
 
 def toys(site: Path, patch: pytest.MonkeyPatch) -> Toys:
-    """Have the toy's adapter known, and its registry served in place of pip's."""
+    """Register the toy's adapter, and serve its registry instead of pip's."""
     lay(site, "carom-toy", {"toy": "carom_toy:adapter"})
     (site / "carom_toy.py").write_text(ADAPTER)
     patch.syspath_prepend(site)

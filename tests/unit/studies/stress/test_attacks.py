@@ -1,4 +1,4 @@
-"""Attacks, at walls, in contact and with friction, too: PIC stands them, and a judge tells what is wrong."""
+"""Attacks, at walls, in contact and with friction, too: PIC passes them, and a judge finds what is wrong."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from carom.studies.stress.run import attacks
 ATTACKS = [attack for _, attack in attacks()]
 each_attack = pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)
 
-#: What no float64 method can stand to the end: an error doubles faster than once a bounce.
+#: Attacks that no float64 method can pass to the end: an error doubles faster than once a bounce.
 HORIZON = "unstable-orbit"
 
 
@@ -45,10 +45,10 @@ def test_a_ladder_runs_from_harmless_to_absurd() -> None:
 @each_attack
 @pytest.mark.parametrize("stride", long_after(1, [3, 1]))
 def test_pic_stands_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
-    """PIC stands at the rungs of the quick ladder, to the end: what it does not stand is a bug of ours.
+    """PIC passes the rungs of the quick ladder to the end; a failure is a bug of Carom.
 
     The first scene of the last is read again from its file without loss: the truth is that of the scene as stored.
-    One attack has a horizon that no method of 53 bits can pass; there PIC stands where twenty bounces are asked for.
+    One attack has a horizon that no method of 53 bits can pass; there PIC passes at twenty bounces.
     """
     ladder = attack.ladder(quick=True)
     if attack.name == HORIZON:
@@ -65,7 +65,7 @@ def test_pic_stands_every_attack(attack: Attack, stride: int, tmp_path: Path) ->
 
 @pytest.mark.parametrize("name", ["grazing", "tunnelling", "galperin"])
 def test_pit_gives_way_where_sampling_must(name: str) -> None:
-    """What checks once per frame stands at the harmless end, and gives way to a graze, a bullet, a crowd of impacts."""
+    """Checking once per frame passes at the harmless end, and fails at a graze, a bullet, a crowd of impacts."""
     attack = next(attack for attack in ATTACKS if attack.name == name)
 
     def stands(value: float) -> bool:
@@ -164,7 +164,7 @@ def _by_hand(trial: Trial) -> tuple[list[float], float]:
     ("name", "whole"), [(name, False) for name in IN_CONTACT] + long_after(0, [(n, True) for n in IN_CONTACT])
 )
 def test_the_truth_is_that_of_60_digits_and_pic_meets_it(name: str, whole: bool) -> None:
-    """Of scenes as they are stored, on both sides of each threshold and on it, to 1e-14; long, at all rungs."""
+    """The truth of scenes as stored, on both sides of each threshold and on it, to 1e-14; long, at all rungs."""
     attack = IN_CONTACT[name]
     for value in attack.ladder(quick=False) if whole else (attack.harmless,):
         for trial in attack.trials(value):
@@ -255,6 +255,6 @@ def test_a_wrong_spin_breaks_every_attack(name: str) -> None:
     turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * sure(trace.final_spin_rad_s))
     assert "a rim's speed wrong by" in trial.judge(turned).broken
     none = dataclasses.replace(trace, final_spin_rad_s=None, spins=None)
-    assert trial.judge(none).broken == "no spin is told"
+    assert trial.judge(none).broken == "no spin is reported"
     no_number = dataclasses.replace(trace, final_spin_rad_s=np.full(len(trial.scene.discs), np.nan))
     assert trial.judge(no_number).broken

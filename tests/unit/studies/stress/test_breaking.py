@@ -47,19 +47,19 @@ class Answering(InProcessPool):
 
 @pytest.mark.parametrize("threshold", [3.0, 4.2e5, 9.9e11])
 def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path: Path) -> None:
-    """Whatever the threshold of a method, it lies between the largest size that stood and the one that did not."""
+    """Whatever the threshold of a method, it is between the largest size that passed and the one that failed."""
     spot = breaking_point(attack, METHOD, Answering(threshold), quick=False).save(tmp_path)
     assert spot.ending is SpotEnding.GIVES_WAY
     assert sure(spot.stands_at) <= threshold < sure(spot.value)
     assert sure(spot.value) / sure(spot.stands_at) <= RESOLUTION
     assert spot.reason == "crashed: signal 11"
-    scene = load_scene(tmp_path / spot.scenes[0])  # the file beside a number shows where the method gave way
+    scene = load_scene(tmp_path / spot.scenes[0])  # the file next to a number shows where the method failed
     assert scene.discs[1].mass_kg == sure(spot.value)
 
 
 @pytest.mark.parametrize(("threshold", "ending"), [(math.inf, SpotEnding.STANDS), (0.5, SpotEnding.NEVER_STOOD)])
 def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, ending: SpotEnding) -> None:
-    """A method that stands is shown at the absurd end, with its error there; one that never stood at the harmless."""
+    """A method that passes is shown at the absurd end, with its error there; one that never passed at the other."""
     spot = breaking_point(attack, METHOD, Answering(threshold), quick=True).spot
     stands = ending is SpotEnding.STANDS
     assert (spot.ending, spot.value) == (ending, attack.absurd if stands else attack.harmless)

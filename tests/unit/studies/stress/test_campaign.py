@@ -44,13 +44,13 @@ def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
 
 
 def test_the_methods_are_told_apart(results: StressResults) -> None:
-    """PIC stands any speed, PIT gives way between one and a few radii a step, and gravity is a reason."""
+    """PIC passes any speed, PIT fails between one and a few radii a step, and gravity is a reason."""
     cells = results.spots
     assert cells["tunnelling", "pic/event-driven"].ending is SpotEnding.STANDS
     fell = cells["tunnelling", "pit/tuned"]
     assert fell.ending is SpotEnding.GIVES_WAY
     assert fell.value is not None
-    # Head-on, the approaching half of the chord is two radii: no frame need lie there beyond that.
+    # Head-on, the approaching half of the chord is two radii: beyond that there may be no frame.
     assert 1.0 < fell.value <= 10.0
     assert cells["reversal", "pic/event-driven"].ending is SpotEnding.HOLDS
     assert cells["mujoco-441", "pic/event-driven"].ending is SpotEnding.DOES_NOT
@@ -61,7 +61,7 @@ def test_the_methods_are_told_apart(results: StressResults) -> None:
 
 @pytest.mark.long
 def test_a_number_can_be_had_again_from_its_file(results: StressResults, folder: Path) -> None:
-    """Running the file beside PIT's number shows the miss that the cell tells of."""
+    """Running the file next to PIT's number shows the miss that the cell reports."""
     scene = load_scene(folder / results.spots["tunnelling", "pit/tuned"].scenes[0])
     assert len(run(scene, "pit", dt=1.0 / scene.frame_rate_hz).impacts) == 0
 
@@ -80,7 +80,7 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
 
 @pytest.mark.usefixtures("in_process")
 def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
-    """A folder that no campaign has written into is left as it is, and the message names what lies there."""
+    """A folder that no campaign has written into is left as it is, and the message names its content."""
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match="holds files that Carom did not write, such as scenes"):

@@ -30,7 +30,7 @@ MERITS = st.builds(
 
 @given(MERITS, MERITS)
 def test_the_number_of_a_merit_has_its_order(one: Merit, other: Merit) -> None:
-    """An optimiser that knows numbers alone is told the same order; costs that are nearly equal may be one number."""
+    """The single number for an optimiser has the same order; nearly equal costs may have one number."""
     if one < other:
         assert one.number(SCENES) <= other.number(SCENES)
         if (one.wrong, one.behind, one.error) != (other.wrong, other.behind, other.error):

@@ -1,4 +1,4 @@
-"""The search on a toy engine, of which it is known by construction which settings are the best."""
+"""The search on a toy engine, whose best settings are known by construction."""
 
 from __future__ import annotations
 

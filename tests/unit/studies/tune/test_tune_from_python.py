@@ -40,7 +40,7 @@ def test_profiles_written_by_hand_stand_beside_what_is_found() -> None:
     text = " ".join(repr(found).split())
     assert [*found.others] == ["tuned", "located"]
     assert [one.grade for one in found.others["located"].judged][1] is None
-    assert "Not run: located (discs fall onto what does not fall" in text
+    assert "Not run: located (discs fall onto bodies that do not fall" in text
     named = ("default ", "tuned ", "located ")
     names = [line.split()[0] for line in repr(found).splitlines() if line.startswith(named) and " tie" not in line]
     assert names[-1] == "located"

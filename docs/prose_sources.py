@@ -1,0 +1,147 @@
+"""Prose of source files: docstrings, comments, messages and help texts, each with its line.
+
+Code inside of prose (doctests, literal blocks) is left out; a field of an f-string is one word.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import io
+import re
+import tokenize
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDERS = ("src", "adapters", "benchmarks", "docs", "tests")
+ENDINGS = {".py", ".pyx", ".pxd", ".c", ".h"}
+#: Paths that are not checked yet, as patterns of fnmatch, and why.
+UNCHECKED = {
+    "*.[ch]": "a new comment would need a new core.wasm, which contains their digest",
+    "*.py[xd]": "a new comment would need a new build of the extension, which contains their digest",
+    "src/carom/comparator/*": "its modules are being restructured",
+    "src/carom/report/*": "its modules are being restructured",
+    "src/carom/studies/cross_check/*": "its modules are being restructured",
+    "tests/unit/comparator/*": "its modules are being restructured",
+    "tests/unit/report/*": "its modules are being restructured",
+    "tests/unit/studies/cross_check/*": "its modules are being restructured",
+}
+#: A shorter string is a name, a key or a piece of code.
+LEAST_WORDS = 4
+
+_SECTION = re.compile(r"^(Args|Attributes|Raises|Returns|Yields|Example|Examples|Note|Warning):$", re.MULTILINE)
+_ENTRY = re.compile(r"^ {4}\*{0,2}[\w.]+(?: \([^)]*\))?: ", re.MULTILINE)
+_DOCTEST = re.compile(r"^ *>>> .*(?:\n *\S.*)*", re.MULTILINE)
+_LITERAL_BLOCK = re.compile(r"::\n\n(?: {4,}.*\n?|\n)+")
+_WORD = re.compile(r"[\"'(\[]*[A-Za-z][A-Za-z'\u2019-]*[\"')\],.;:!?]*")
+_CODE = re.compile(r"^ *(def \w+\(|import \w)", re.MULTILINE)
+_DIRECTIVE = re.compile(r"^(noqa|type: |pragma|fmt: |pylint|mypy: |ruff: )")
+_COMMENT_OF_C = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_LITERAL_OF_C = re.compile(r'"(?:[^"\\\n]|\\.)*"')
+
+
+class Passage(NamedTuple):
+    """Text that people read, and the line on which it starts."""
+
+    line: int
+    text: str
+
+
+def source_paths() -> Iterator[str]:
+    """Yield the checked files by their paths from the repository's root."""
+    for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*")):
+        name = path.relative_to(ROOT).as_posix()
+        if path.suffix in ENDINGS and "node_modules" not in path.parts and not is_unchecked(name):
+            yield name
+
+
+def is_unchecked(name: str) -> bool:
+    """Return whether a path matches a pattern of `UNCHECKED`."""
+    return any(fnmatch(name, pattern) for pattern in UNCHECKED)
+
+
+def passages(name: str, source: str) -> Iterator[Passage]:
+    """Yield docstrings and comments of a file, and strings of Python files outside of tests; backticks are single."""
+    yield from (Passage(line, text.replace("``", "`")) for line, text in _passages(name, source))
+
+
+def _passages(name: str, source: str) -> Iterator[Passage]:
+    if name.endswith(".py"):
+        yield from _strings(ast.parse(source), docstrings_only=name.startswith("tests/"))
+        yield from _comments(source)
+    elif name.endswith((".pyx", ".pxd")):
+        yield from _docstrings_of_cython(source)
+        yield from _comments(source)
+    else:
+        yield from _comments_of_c(source)
+
+
+def _strings(tree: ast.Module, docstrings_only: bool) -> Iterator[Passage]:
+    parts = set[int]()  # Nodes inside of a string that is already read.
+    for node in ast.walk(tree):
+        match node:
+            case ast.Expr(ast.Constant(value=str(text)) as docstring):
+                parts.add(id(docstring))
+                yield Passage(docstring.lineno, prose_of_docstring(inspect.cleandoc(text)))
+                continue
+            case ast.Dict(keys):
+                parts.update(map(id, keys))  # A key is a name.
+                continue
+            case ast.JoinedStr(values):
+                parts.update(map(id, values))
+                text = "".join(str(part.value) if isinstance(part, ast.Constant) else "Code" for part in values)
+            case ast.Constant(value=str(text)) if id(node) not in parts:
+                pass
+            case _:
+                continue
+        if not docstrings_only and is_prose(text):
+            yield Passage(node.lineno, text)
+
+
+def prose_of_docstring(docstring: str) -> str:
+    """Return a docstring with an entry of a section as a paragraph, without section titles, entries' names and code."""
+    text = _LITERAL_BLOCK.sub(".\n\n", _DOCTEST.sub("", docstring))
+    return _ENTRY.sub("\n", _SECTION.sub("", text))
+
+
+def is_prose(text: str) -> bool:
+    """Return whether a string has the least number of words, consists mainly of words and is no code."""
+    words = text.split()
+    plain = sum(bool(_WORD.fullmatch(word)) for word in words)
+    return plain >= LEAST_WORDS and plain >= 0.6 * len(words) and not _CODE.search(text)
+
+
+def _comments(source: str) -> Iterator[Passage]:
+    """Yield comments; those on lines of their own that follow each other are one."""
+    block = Passage(0, "")
+    end = -1
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type != tokenize.COMMENT or _DIRECTIVE.match(text := token.string.lstrip("#:").strip()):
+            continue
+        line, alone = token.start[0], token.line.lstrip().startswith("#")
+        if alone and line == end + 1:
+            block = Passage(block.line, f"{block.text}\n{text}")
+        else:
+            if block.text:
+                yield block
+            block = Passage(line, text)
+        end = line if alone else -1
+    if block.text:
+        yield block
+
+
+def _docstrings_of_cython(source: str) -> Iterator[Passage]:
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.STRING and token.string.startswith('"""'):
+            yield Passage(token.start[0], prose_of_docstring(inspect.cleandoc(token.string.strip('"'))))
+
+
+def _comments_of_c(source: str) -> Iterator[Passage]:
+    """Yield comments; those that follow each other without code between them are one."""
+    source = _LITERAL_OF_C.sub(lambda found: "0" * len(found[0]), source)
+    for found in re.finditer(rf"(?:(?:{_COMMENT_OF_C.pattern})\s*?\n?[ \t]*)+", source, re.DOTALL):
+        text = re.sub(r"^[ \t]*(/\*+|\*+/|\*|//+)?[ \t]?|\*/", "", found[0], flags=re.MULTILINE)
+        yield Passage(source.count("\n", 0, found.start()) + 1, text)
