@@ -18,6 +18,8 @@ from carom.comparator.stepwise import StepWatch, window, window_runs
 from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.verdict import Verdict
 from carom.errors import InputError
+from carom.model.step_windows import States
+from carom.model.trace import Vector
 from carom.model.walls import Leg
 
 
@@ -26,6 +28,11 @@ def paddle() -> Scene:
     return staged(
         "paddle", disc_at(3.5, 0.0, -2.0), wall_at(0.0, 0.0, 1.0, 0.0, velocity_m_s=(1.0, 0.0)), duration_s=2.0
     )
+
+
+def state_at(time_s: float, places: list[Vector], velocities: list[Vector]) -> States:
+    """Return one state without spins."""
+    return States(np.array([time_s]), np.array([places]), np.array([velocities]))
 
 
 @pytest.mark.long
@@ -92,7 +99,7 @@ def test_each_step_knows_on_which_leg_a_wall_is(begins: float, late: float, edge
     for step in range(1, 7):
         time_s = step * 0.3
         place, speed = (0.5 + 3.0 * (time_s - begins), 3.0) if time_s > begins else (0.5, 0.0)
-        watch.add(time_s, np.array([(place, 0.0)]), np.array([(speed, 0.0)]), np.zeros(1))
+        watch.add(state_at(time_s, [(place, 0.0)], [(speed, 0.0)]))
     told = watch.finish()
     (window,) = told.windows
     assert (window["due"], window["missed"], window["velocity"]) == (1, 0, 0.0)
@@ -112,9 +119,9 @@ def test_each_step_is_held_against_the_wall_where_it_is_then(
     watch = StepWatch(scene, dt_s, 64)
     for step in range(1, 9):
         time_s = step * dt_s
-        velocity = np.array([(-2.0, 0.0) if time_s <= 1.0 else after])
+        velocity = (-2.0, 0.0) if time_s <= 1.0 else after
         place = 3.5 - 2.0 * time_s if time_s <= 1.0 else 1.5 + after[0] * (time_s - 1.0)
-        watch.add(time_s, np.array([(place, 0.0)]), velocity, np.zeros(1))
+        watch.add(state_at(time_s, [(place, 0.0)], [velocity]))
     (window,) = watch.finish().windows
     assert window["due"] == 1
     assert window["missed"] == 0
@@ -131,7 +138,7 @@ def test_a_thin_paddle_that_passes_a_disc_has_missed_it() -> None:
     )
     watch = StepWatch(scene, 1 / 16, 64)
     for step in range(1, 9):
-        watch.add(step / 16, np.zeros((1, 2)), np.zeros((1, 2)), np.zeros(1))
+        watch.add(state_at(step / 16, [(0.0, 0.0)], [(0.0, 0.0)]))
     told = watch.finish()
     assert [int(window["missed"]) for window in told.windows] == [1]
     assert math.isclose(float(told.meetings[0]["due_s"]), (4.0 - 0.125) / 16.0)
@@ -229,7 +236,7 @@ def test_no_exact_run_begins_where_a_disc_has_no_room(
         place, speed = (1.25 - 0.5 * time_s, -0.5) if time_s < 2.0 else (0.25 + 0.02 * (step % 2), (-1.0) ** step)
         rows, speeds = [to(place, 0.0), to(3.0 - time_s, 0.0)], [to(speed, 0.0), to(-1.0, 0.0)]
         n = len(scene.discs)
-        watch.add(time_s, np.array(rows[:n]), np.array(speeds[:n]), np.zeros(n))
+        watch.add(state_at(time_s, rows[:n], speeds[:n]))
     told = watch.finish()
     assert any(time_s < 2.0 for time_s in begun)
     assert not any(time_s > 2.0 for time_s in begun)

@@ -23,7 +23,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore"),  # a Dask client leaves sockets behind that Python warns of
 ]
 
-#: Fields that are measured anew in each run, or say where it ran.
+#: Fields that each run measures again, or that name the place of the run.
 MEASURED = {"environment", "command", "elapsed_s", "options", "plan", "timing", "time_ratio", "skipped"}
 
 

@@ -227,7 +227,7 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
     beyond = judged.measured.ends > judged.end_rounding(judged.measured, exactly=True)
     worst = judged.measured.largest
     for is_off, verdict, error, scale in zip(
-        beyond.any(axis=1).tolist(),
+        np.any(beyond, axis=1),
         (Verdict.MISPLACED, Verdict.WRONG_END, Verdict.WRONG_LAST_SPIN),
         (worst.final_position, worst.final_velocity, worst.final_spin),
         ("the largest radius", "the scene's speed", "the scene's speed of rims"),
