@@ -43,7 +43,7 @@ def answers(bench: Bench) -> Iterator[str]:
 
 
 def _share(scenes: list[SceneBench], bench: Bench) -> str:
-    """Return scenes by name if a terminal answers for each, or else their number."""
+    """Return scenes by name if a terminal shows each, or else their number."""
     if len(scenes) == len(bench.scenes):
         return "every scene"
     return (
