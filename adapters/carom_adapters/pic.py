@@ -17,7 +17,8 @@ from carom.engines.api import (
     Stamp,
     require_supported,
 )
-from carom.model.trace import Outcome
+from carom.engines.api.helpers import AliasedProfiles
+from carom.model.trace import PROFILE_ALIASES, Outcome
 from carom.solvers.pic import pic_run
 from carom_adapters.recorded_world import RecordedWorld
 
@@ -44,7 +45,7 @@ class PicWorld(RecordedWorld):
 
 
 class PicAdapter:
-    """PIC, event-driven (`tuned`) or as the source paper's Algorithm 2 (`default`)."""
+    """PIC, event-driven or frame by frame, which is the source paper's Algorithm 2."""
 
     name = "pic"
     engine = Engine("Carom")
@@ -69,16 +70,19 @@ class PicAdapter:
         friction=(0.0, sys.float_info.max),
         tangential_restitution=True,
     )
-    profiles: Mapping[str, Profile] = {
-        "default": Profile(
-            "The source paper's Algorithm 2: frame by frame, with every pair solved again after each impact.",
-            lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
-        ),
-        "tuned": Profile(
-            "Event-driven: no frames, only the discs of an impact are predicted again.",
-            lambda dt_s: {"dt_s": dt_s, "form": "event-driven"},
-        ),
-    }
+    profiles: Mapping[str, Profile] = AliasedProfiles(
+        {
+            "frame-by-frame": Profile(
+                "The source paper's Algorithm 2: every pair solved for anew, all impacts of a frame. Also: default.",
+                lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
+            ),
+            "event-driven": Profile(
+                "No frames: only the discs of an impact are predicted again. Also: tuned.",
+                lambda dt_s: {"dt_s": dt_s, "form": "event-driven"},
+            ),
+        },
+        PROFILE_ALIASES["pic"],
+    )
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
         """Predict the first impacts.

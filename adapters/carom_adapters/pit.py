@@ -16,6 +16,8 @@ from carom.engines.api import (
     Setting,
     require_supported,
 )
+from carom.engines.api.helpers import AliasedProfiles
+from carom.model.trace import PROFILE_ALIASES
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
 from carom_adapters.recorded_world import RecordedWorld
@@ -65,10 +67,10 @@ class PitAdapter:
         friction=(0.0, sys.float_info.max),
         tangential_restitution=True,
     )
-    profiles: Mapping[str, Profile] = {
-        "default": Profile("The source paper's Algorithm 1.", lambda dt_s: {"dt_s": dt_s}),
-        "tuned": Profile("The source paper's Algorithm 1: there is nothing to tune.", lambda dt_s: {"dt_s": dt_s}),
-    }
+    profiles: Mapping[str, Profile] = AliasedProfiles(
+        {"tuned": Profile("The source paper's Algorithm 1: there is nothing to tune.", lambda dt_s: {"dt_s": dt_s})},
+        PROFILE_ALIASES["pit"],
+    )
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
         """Copy the scene's start.

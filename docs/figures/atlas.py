@@ -22,6 +22,7 @@ from typing import Any
 
 from carom.catalogue import all_scenes
 from carom.comparator.thresholds import THRESHOLDS
+from carom.model.trace import profile_shown
 from carom.report.document import Column, Table
 from carom.report.formatting import number, percent
 from carom.report.records import raw_records
@@ -73,7 +74,7 @@ class Method:
     @property
     def name(self) -> str:
         """The name shown."""
-        return f"{self.engine} {self.profile}"
+        return f"{self.engine} {profile_shown(self.engine, self.profile, {})}".rstrip()
 
     @property
     def coarse(self) -> list[Row]:

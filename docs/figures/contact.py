@@ -17,6 +17,7 @@ from typing import Any
 import carom
 from carom.catalogue import find_scenes
 from carom.engines.registry import load_adapter
+from carom.execution.job import Method
 from carom.execution.results import Row
 from carom.model.scene import Disc, Scene, Wall
 from carom.report.mark import Mark, mark_of
@@ -151,7 +152,8 @@ def rest_table(figures: list[Figure]) -> str:
 
 def titled(figure: Figure) -> str:
     """Return an engine with its release, and the profile."""
-    return f"{' '.join(filter(None, (figure['engine'], figure['version'])))} `{figure['profile']}`"
+    profile = Method(figure["engine"], figure["profile"]).profile_shown
+    return " ".join(filter(None, (figure["engine"], figure["version"], f"`{profile}`" if profile else "")))
 
 
 def filled(page: str, figures: list[Figure]) -> str:

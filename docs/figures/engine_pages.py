@@ -65,7 +65,7 @@ def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
 def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
     """Yield what was measured of an engine as shipped, its cell, and that of PIT, from a table of hazards."""
     heads, rows = hazards()[heading]
-    pit = next(row for row in rows if row[0] == "pit default")
+    pit = next(row for row in rows if row[0] == "pit")
     for row in (row for row in rows if row[0] == f"{engine} default"):
         yield from zip(heads[1:], row[1:], pit[1:], strict=True)
 
@@ -159,7 +159,10 @@ def same_bits() -> str:
     heads = ("method", "the same bits", "not in", "discs in the opposite order")
     return rows_of(
         heads,
-        [(f"{row['engine']} {row['profile']}", row["score"], _not_same(row), row["order"]) for row in _same_bits()],
+        [
+            (f"{row['engine']} {row['profile']}".rstrip(), row["score"], _not_same(row), row["order"])
+            for row in _same_bits()
+        ],
     )
 
 

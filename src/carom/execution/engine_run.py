@@ -27,7 +27,7 @@ from carom.execution.state_rows import StateRows
 from carom.execution.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
 from carom.model.scene import Scene
 from carom.model.step_windows import States
-from carom.model.trace import Outcome, Samples, Setting, Trace
+from carom.model.trace import Outcome, Samples, Setting, Trace, canonical_profile
 
 #: Most discs, and most states, that are kept in scenes in which discs may come to rest.
 MOST_LOOKED_AT = 10
@@ -155,7 +155,7 @@ def observe_run(
         counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
     return replace(
         run.trace(plain_text(adapter.name, "the name of an adapter")),
-        profile=profile,
+        profile=canonical_profile(adapter.name, profile),
         tried=dict(tried),
         settings=used,
         float_bits=adapter.capabilities.float_bits,

@@ -315,7 +315,7 @@ def test_a_quick_attack_prints_a_table_and_writes_its_files(tmp_path: Path) -> N
     """One attack on PIT: the table, the summary, the documents, the journal and the scene of its number."""
     result = carom_command("stress", "tunnelling", "-e", "pit", "--quick", "--out", tmp_path)
     assert result.exit_code == 0, result.output
-    assert "pit tuned" in result.output
+    assert "pit: passes 0 of 1" in result.output
     assert "tunnelling at" in result.output
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"stress.html", "stress.md", "stress.json", "journal.jsonl", "scenes", ".carom"}

@@ -159,7 +159,7 @@ def test_html_shows_the_papers_cases(source: str) -> None:
     assert "dashed: frames around a missed impact" in section
     section = section[section.index("The source paper") :]
     assert "paper/missed" in section
-    assert "PIT tuned: 0 impacts" in section
+    assert "PIT: 0 impacts" in section
 
 
 @pytest.fixture(scope="module")

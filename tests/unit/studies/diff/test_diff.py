@@ -77,6 +77,17 @@ def write(tmp_path: Path) -> Write:
     return write
 
 
+def test_results_with_the_earlier_names_of_pics_forms_are_compared(write: Write, tmp_path: Path) -> None:
+    """A file that calls PIC's event-driven form `tuned` has the same cells as one that calls it by its name."""
+    new = write("new", {"pic": REFERENCE, "pit": PIT})
+    assert '"profile":"event-driven"' in new.read_text()
+    old = tmp_path / "results.jsonl"
+    old.write_text(new.read_text().replace("event-driven", "tuned"))
+    found = diff(old, new)
+    assert (found.unchanged, found.changes) == (2, ())
+    assert carom_command("report", old).output == carom_command("report", new).output
+
+
 def only(found: Diff) -> Any:
     (change,) = found.changes
     return change
