@@ -36,13 +36,13 @@ from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter
 #: by Drake's own names. What a profile leaves out stays as Drake ships it.
 SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 
-#: Below these Drake makes no sense of them.
+#: Lower limits of these, below which Drake fails.
 LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 
 #: Within these an overlap, speed * sqrt(mass / stiffness), stays below a radius with the stiffness of `tuned`.
 CAPABILITIES = Capabilities(
     gravity=True,
-    # There is no coefficient: without dissipation a contact gives back what it takes.
+    # There is no coefficient: without dissipation a contact is elastic.
     restitution=(1.0, 1.0),
     restitution_combine="one",
     contact_times=ContactTimes.STEP,
@@ -59,7 +59,7 @@ def _imported() -> Any:  # its modules, by short names
     from pydrake.multibody import plant, tree
     from pydrake.systems import analysis, framework
 
-    # It warns of each half-space that there are no deformable bodies for it, which nobody asked for.
+    # It warns for each half-space that deformable bodies do not support it, although there are none.
     logging.getLogger("drake").setLevel(logging.ERROR)
     return SimpleNamespace(geometry=geometry, math=math, plant=plant, tree=tree, analysis=analysis, framework=framework)
 
@@ -78,7 +78,7 @@ class DrakeWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         self._number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
-        # AddMultibodyPlantSceneGraph does the same and leaves 95 kB behind for ever.
+        # AddMultibodyPlantSceneGraph does the same and leaks 95 kB.
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
@@ -180,12 +180,12 @@ class DrakeWorld:
     def _contacts(self) -> list[Contact]:
         at_s, found = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
-            # A force is known at some instants, and an impulse, its integral, is not.
+            # Forces are known at some instants, but not their integral, the impulse.
             found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return found
 
     def close(self) -> None:
-        """Let go of the simulator; its memory goes with the last reference."""
+        """Release the simulator; the last reference frees its memory."""
         self._simulator.clear_monitor()
         del self._context, self._simulator, self._diagram, self._plant
 
@@ -223,7 +223,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of Drake gets from a continuous plant: stiffness, accuracy and integrator as shipped, but "
+            "Drake's defaults with a continuous plant: stiffness, accuracy and integrator as shipped, but "
             "without dissipation or friction.",
             _default,
             # Bodies are in contact for pi * sqrt(mass / stiffness), some milliseconds, in which the normal turns.

@@ -45,8 +45,8 @@ LEAST = {"iterations": 1, "rigid_contact_restitution_iterations": 0, "gap": 0.0,
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # In each step that has contacts, what is slower than 0.1 mm/s stands still, and two close at up to twice that.
-    # Above it a disc at rest may lose the first push of an impact, if that is as slow, and half of it of what parts.
+    # In each step with contacts, bodies slower than 0.1 mm/s stop, so two may close at up to twice that. Above it a
+    # disc at rest may lose the first push of an impact, if that is as slow, and half of it of what parts.
     restitution_threshold_m_s=2e-4,
     contact_times=ContactTimes.STEP,
     float_bits=32,
@@ -54,7 +54,7 @@ CAPABILITIES = Capabilities(
 )
 
 
-#: Of a step that begins in contact: bodies move on by its whole length before they are pushed apart.
+#: In a step that begins in contact, bodies move on by its whole length before they are pushed apart.
 LATE = Accuracy(late_steps=1.0)
 
 
@@ -78,7 +78,7 @@ class NewtonWorld:
         self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
         walls = scene.half_planes()
         self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
-        # Two coefficients that meet are averaged, and any is taken.
+        # Two coefficients are averaged, and any value is accepted.
         of_walls = 2.0 * scene.wall_restitution - scene.restitution
         for disc in scene.discs:
             at = warp.transform(_space(disc.position_m), warp.quat_identity())
@@ -91,7 +91,8 @@ class NewtonWorld:
             builder.body_qd[body] = warp.spatial_vector(*_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
-            # By its place and turn: of the equation of a plane that faces down Newton 1.8 makes one that faces up.
+            # A plane is given by position and rotation, because Newton 1.8 turns the equation of one that faces down
+            # into one that faces up.
             turn = math.atan2(*wall.normal) / 2.0
             at = warp.transform(_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
             shape = self._material(builder, of_walls, settings)
@@ -103,7 +104,7 @@ class NewtonWorld:
         asked = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
         self._solver = newton.solvers.SolverXPBD(self._model, **asked)
         self._state, self._next = self._model.state(), self._model.state()
-        #: Where the solver writes what it pushes with at each contact; made when somebody first looks.
+        #: Array for the solver's pushes at each contact; made at the first observation.
         self._forces: Any = None
 
     @staticmethod
@@ -186,7 +187,7 @@ class NewtonWorld:
         self._state.body_qd.assign(velocities)
 
     def close(self) -> None:
-        """Nothing is left to do: Warp frees arrays with the objects that hold them."""
+        """Do nothing: Warp frees arrays with their owners."""
 
 
 def _space(vector: tuple[float, float]) -> tuple[float, float, float]:
@@ -226,7 +227,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of Newton's XPBD solver gets who turns restitution on: all else as shipped, with the scene's "
+            "Defaults of Newton's XPBD solver with restitution on: all else as shipped, with the scene's "
             "restitution and without friction.",
             _default,
             changed={

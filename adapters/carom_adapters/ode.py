@@ -38,7 +38,7 @@ LEAST_STEP_S = 2.0**-100
 
 CAPABILITIES = Capabilities(
     gravity=True,
-    # A surface belongs to a contact, so that each pair has the coefficient that it asks for.
+    # A surface belongs to a contact, so each pair has its own coefficient.
     restitution=(0.0, 1.0),
     contact_times=ContactTimes.STEP,
     float_bits=32,
@@ -196,7 +196,7 @@ class OdeWorld:
                 self._put(body, *held)
 
     def close(self) -> None:
-        """Let go of joints, bodies and world, which Panda3D does not free by itself."""
+        """Release joints, bodies and world, which Panda3D does not free by itself."""
         self._let_go()
         for geom in self._geoms.values():
             geom.destroy()
@@ -239,7 +239,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of ODE gets: all as shipped, with the scene's restitution, without friction, and by the "
+            "ODE's defaults: all as shipped, with the scene's restitution, without friction, and by the "
             "stepper that solves each step exactly.",
             _default,
             changed={
