@@ -214,6 +214,7 @@ generated: $(BUILT)
 	$(MAKE) docs-figures
 	$(BIN)/python docs/figures/engine_pages.py
 	$(BIN)/python docs/figures/scoring_tables.py
+	$(BIN)/python docs/figures/stages.py
 	CAROM_SNAPSHOTS=write $(BIN)/python -m pytest -q tests/unit/test_snapshots.py
 	git diff --stat
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from carom.engines.api import (
     AdapterError,
     Capabilities,
-    Contact,
     ContactTimes,
     Engine,
     Observation,
@@ -20,6 +19,7 @@ from carom.engines.api import (
 )
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
+from carom_adapters.recorded_contacts import contacts_since
 
 if TYPE_CHECKING:
     from carom.engines.api import World
@@ -44,16 +44,8 @@ class PitWorld:
 
     def observe(self) -> Observation:
         """Return the state at the present frame, and the impacts since the previous observation."""
-        log, seen = self._run.log, self._seen
-        new = log.array()[seen:].tolist() if len(log) > seen else []
-        turned = log.spins() if new else None
-        spins = [None] * len(new) if turned is None else turned[seen:].tolist()
-        self._seen = len(log)
-        # PIT knows the velocities around each of several impacts of one frame, so contacts contain them.
-        contacts = tuple(
-            Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)), spins_rad_s=spin)
-            for (time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h)), spin in zip(new, spins, strict=True)
-        )
+        contacts = contacts_since(self._run.log, self._seen)
+        self._seen += len(contacts)
         run = self._run
         return Observation(run.positions(), run.velocities(), contacts, spin_rad_s=run.spins())
 

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
-from carom.report.grid import Mark
+from carom.report.mark import Mark
 
 PAGE = Path(__file__).resolve().parents[1] / "theory" / "scoring.md"
 _BLOCK = re.compile(r"(<!-- made by docs/figures/scoring_tables\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")

@@ -28,7 +28,7 @@ from carom.execution.plan import build_plan, capabilities_of
 from carom.execution.pool import InProcessPool
 from carom.execution.results import Row
 from carom.model.trace import Outcome
-from carom.report.grid import reasons_of
+from carom.report.row_lines import line_of, reasons_of
 from carom.studies.cross_check.explain import explain
 
 #: Beyond what any engine simulates; each is refused by its adapter, or by the scene itself.
@@ -126,7 +126,7 @@ def test_a_reset_is_a_row_that_says_so_and_harms_no_other() -> None:
     _require_ran(reset)
     assert sure(reset.trace).outcome is Outcome.WARNED
     assert sure(reset.trace).end_time_s == pytest.approx(0.1, abs=0.02)
-    assert "MuJoCo reset the state" in reasons_of(reset)[0]
+    assert "MuJoCo reset the state" in reasons_of(line_of(reset))[0]
     assert found["far", "mujoco"].status is Status.UNSUPPORTED
     assert "2e+10 m" in found["far", "mujoco"].reason
     for key in (("near", "mujoco"), ("far", "pymunk"), ("leaving", "pymunk"), ("near", "pymunk")):

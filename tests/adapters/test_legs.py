@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from carom import Disc
 from carom.model.walls import Leg
-from carom_adapters.legs import Legs
+from carom_adapters.shared.legs import Legs
 
 
 def test_steps_are_taken_together_once_no_leg_is_to_come() -> None:

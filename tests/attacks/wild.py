@@ -28,11 +28,11 @@ from carom.engines.api import Contact, Observation
 from carom.execution.job import Status
 from carom.execution.pool import InProcessPool
 from carom.execution.results import Results
-from carom.report.grid import build_grid
 from carom.report.records import records
 from carom.report.render.markdown import markdown
-from carom.report.replay import scene_replays
 from carom.studies.cross_check.document import cross_check_document, report_of
+from carom.studies.cross_check.grid import build_grid
+from carom.studies.cross_check.scenes import pack_replays
 
 NAME = "wild-numbers"
 SOURCE = """
@@ -118,7 +118,7 @@ def _lost(scene: Scene, folder: Path, *, whole: bool) -> str:
             else:
                 text, grid = records(results), build_grid(results)
                 markdown(cross_check_document(results))
-                list(scene_replays(results, grid))
+                list(pack_replays(grid))
     except HangError:
         return "no end after 60 s"
     except Exception as error:  # noqa: BLE001 - this is what is looked for

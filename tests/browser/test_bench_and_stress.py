@@ -65,14 +65,14 @@ def agrees(shown: dict[str, str], point: dict[str, Any]) -> None:
 
 def links(page: Page, diagram: int) -> Locator:
     """Return the points of a diagram."""
-    return page.locator(".charts svg").nth(diagram).locator("a")
+    return page.locator(".charts svg:visible").nth(diagram).locator("a")
 
 
 def test_a_point_says_its_numbers_where_it_is_pointed_at(window: Window, pages: dict[str, Path]) -> None:
     """In each diagram a point shows the very error, times and command that the file has; Escape takes them away."""
     opened = window(pages["bench"])
     every = points(pages)
-    assert opened.locator(".charts svg").count() == 3
+    assert opened.locator(".charts svg:visible").count() == 3
     for diagram in range(3):
         assert links(opened, diagram).count() == len(every)
         links(opened, diagram).nth(40).hover(force=True)
@@ -99,7 +99,7 @@ def test_the_keyboard_goes_from_point_to_point(window: Window, pages: dict[str, 
     """A diagram is one stop of the tabulator; the arrows walk its points, and Enter leads to the row of one."""
     opened = window(pages["bench"])
     every = points(pages)
-    assert opened.locator(".charts svg a[tabindex='0']").count() == 3
+    assert opened.locator(".charts svg:visible a[tabindex='0']").count() == 3
     links(opened, 0).first.focus()
     for k in range(12):
         agrees(said(opened), every[k])
@@ -168,11 +168,29 @@ def test_the_page_is_as_wide_as_the_window(window: Window, path: Path, width: in
         assert box["x"] + box["width"] <= width
 
 
+@pytest.mark.parametrize("name", ["bench", "growth"])
+def test_on_a_phone_a_diagram_is_read_without_scrolling(window: Window, pages: dict[str, Path], name: str) -> None:
+    """At 390 pixels each diagram fits its frame, and each word in it is inside and at least 9 pixels high."""
+    opened = window(pages[name], width=390, height=800)
+    diagrams = opened.locator(".charts figure")
+    assert diagrams.evaluate_all("all => Math.max(...all.map(one => one.scrollWidth - one.clientWidth))") == 0
+    for diagram in opened.locator(".charts svg:visible").all():
+        frame = diagram.bounding_box()
+        assert frame is not None
+        words = diagram.locator("text").evaluate_all(
+            "all => all.map(one => one.getBoundingClientRect()).map(one => [one.left, one.right, one.height])"
+        )
+        left, right, height = zip(*words, strict=True)
+        assert min(left) >= frame["x"]
+        assert max(right) <= frame["x"] + frame["width"]
+        assert min(height) >= 9
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(window: Window, path: Path, scheme: Literal["light", "dark"]) -> None:
     """No rule of accessibility that axe calls serious or critical is broken, with a point's numbers shown, too."""
     page = window(path, color_scheme=scheme, bypass_csp=True)
-    page.locator(".charts svg a, details a, details summary").first.focus()
+    page.locator(".charts svg:visible a, details a, details summary").first.focus()
     page.evaluate("document.querySelector('details')?.setAttribute('open', '')")
     assert serious(page, "serious", "critical") == set()
 

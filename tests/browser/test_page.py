@@ -12,7 +12,7 @@ from playwright.sync_api import Page
 from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.browser.test_replay import MISSED, opened
 
-from carom.report.grid import parse_mark
+from carom.report.mark import parse_mark
 from carom.report.records import read_records
 from carom.support.escaping import visible
 
@@ -118,7 +118,7 @@ def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(window: Window, 
     """The first screen says in words what goes wrong, and what was found; one click plays a run that misses."""
     page = window(wide_report)
     said = page.locator("header .about").inner_text()
-    assert all(word in said for word in ("once a step", "PIT", "PIC", "late"))
+    assert all(word in said for word in ("once per step", "PIT", "PIC", "late"))
     weights = page.locator(".verdict p").evaluate_all("all => all.map(one => Number(getComputedStyle(one).fontWeight))")
     assert weights[0] > max(weights[1:])  # the finding, and no tally
     page.locator("header .about a").click()
@@ -130,7 +130,7 @@ def test_no_words_of_the_first_chart_run_into_each_other(window: Window, wide_re
     """No two texts of the chart of what sampling costs overlap, as large as it is drawn and on a phone."""
     for width in (360, 1280):
         page = window(wide_report, width=width)
-        texts = page.locator(".charts svg").first.locator("text")
+        texts = page.locator(".charts svg:visible").first.locator("text")
         boxes = texts.evaluate_all(
             "all => all.map(one => one.getBoundingClientRect()).map(b => [b.x, b.y, b.right, b.bottom])"
         )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from docs import prose, prose_sources
-from docs.figures import reference, scoring_tables
+from docs.figures import reference, scoring_tables, stages
 from tests.documents.blocks import ROOT
 
 TEXTS = prose.pages()
@@ -117,6 +117,20 @@ def test_the_tables_of_verdicts_and_grades_are_generated() -> None:
     page = scoring_tables.PAGE.read_text(encoding="utf-8")
     assert scoring_tables.filled(page) == page
     assert page.count("made by docs/figures/scoring_tables.py") == 2
+
+
+def test_the_diagram_of_the_stages_is_generated() -> None:
+    """`python docs/figures/stages.py` would change nothing, and the diagram has the five stages."""
+    page = stages.PAGE.read_text(encoding="utf-8")
+    assert stages.filled(page) == page
+    assert [result for _, _, result in stages.stages()] == [
+        "ComparedRun",
+        "AlignedRun",
+        "MeasuredRun",
+        "JudgedRun",
+        "GradedRun",
+    ]
+    assert stages.diagram() in page
 
 
 def test_the_generated_reference_has_every_command_and_field() -> None:

@@ -41,7 +41,7 @@ def test_the_sdist_holds_what_the_tests_and_docs_need(built: Path) -> None:
     with tarfile.open(next(built.glob("*.tar.gz"))) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {
-        "adapters/carom_adapters/pymunk.py",
+        "adapters/carom_adapters/pymunk/adapter.py",
         "src/carom/results.schema.json",
         "src/carom/scene.schema.json",
         "src/carom/core/pair.h",

@@ -9,7 +9,7 @@ from typing import Any
 
 from carom.engines.api import AdapterError, Chain, Scene, Setting, Wall
 from carom_adapters.box2d.limits import SHORTEST_PIECE_M
-from carom_adapters.pieces import points_of
+from carom_adapters.shared.walls import points_of
 
 #: `b2PolygonShape` joins corners closer than half of b2_linearSlop, 2.5e-3, so a wall is never made smaller than this.
 SMALLEST_WALL_M = 0.1

@@ -36,9 +36,9 @@ from carom_adapters.box2d.limits import (
     require_usable,
 )
 from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
-from carom_adapters.engine_adapter import vectors
-from carom_adapters.legs import Driven, Legs, first_velocity
-from carom_adapters.pieces import thickness_of
+from carom_adapters.shared.engine_adapter import positions_and_velocities
+from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.walls import thickness_of
 
 #: Collision categories of a disc's shapes for other discs, and for walls.
 AMONG_DISCS, BEFORE_WALLS = 0x0001, 0x0002
@@ -237,8 +237,8 @@ class Box2dWorld:
         """
         if self._listener is None:
             self._listen()
-        places, speeds = [body.position for body in self._bodies], [body.linearVelocity for body in self._bodies]
-        position, velocity = vectors((one.x, one.y) for one in places), vectors((one.x, one.y) for one in speeds)
+        states = [(body.position, body.linearVelocity) for body in self._bodies]
+        position, velocity = positions_and_velocities((p.x, p.y, v.x, v.y) for p, v in states)
         contacts = self._contacts()
         self._solved.clear()
         spin = np.array([body.angularVelocity for body in self._bodies], dtype=np.float64) if self._turns else None

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from carom.engines.api import Chain, Ring, Scene, Setting, Wall, reach, wall_body, wall_index
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
-from carom_adapters.pieces import cut_chain, thickness_of
+from carom_adapters.shared.walls import cut_chain, thickness_of
 
 #: `mju_QCQP2`, which fits friction into its cone, gives none where its determinant, friction**4 / mass**2 of a contact
 #: or more, is below 1e-10, and takes for exact what is wrong by 1e-10 N^2. In units in which the heaviest disc has this

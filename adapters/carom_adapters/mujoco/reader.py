@@ -18,7 +18,7 @@ ROUNDING = 1e-12
 PLANE, SPHERE, CYLINDER = "plane", "sphere", "cylinder"
 
 
-def scene_of(content: bytes, name: str, duration_s: float) -> Imported:
+def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     """Return the discs and walls of a model at its first keyframe, or as built, and what scenes do not support.
 
     Raises:
@@ -171,7 +171,7 @@ class _Reading:
         return bool(hinges)
 
     def _restitution(self, geom: int) -> float:
-        """Return the restitution of a contact's spring, by `_solref` of `mjcf` or by a linear oscillator."""
+        """Return the restitution of a contact's spring, by ``_solref`` of ``mjcf`` or by a linear oscillator."""
         first, second = (float(one) for one in self.model.geom_solref[geom])
         if first == 0.0 and second < 0.0:  # a damper alone, for one Euler step
             return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)

@@ -23,7 +23,6 @@ from carom.engines.api import (
     pair_of,
     require_supported,
 )
-from carom_adapters.legs import Driven, Legs, first_velocity
 from carom_adapters.mujoco.limits import (
     CAPABILITIES,
     LARGEST_VALUE,
@@ -31,7 +30,8 @@ from carom_adapters.mujoco.limits import (
     require_usable,
 )
 from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bodies, mass_unit, mjcf
-from carom_adapters.pieces import find_walls_in_pieces, sum_contacts
+from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
 
 #: Number of compiled models that are kept for scenes that differ only in their starts: one for each profile at a few
 #: steps.
@@ -80,7 +80,8 @@ class MujocoWorld:
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
-        self._warnings = self._data.warning.number  # a view, since reading it takes long
+        # Views, since reading them takes long.
+        self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and each by a step
         self._probe: Any = None
@@ -189,11 +190,11 @@ class MujocoWorld:
         MuJoCo finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
         position, velocity, spin = self._position.copy(), self._velocity.copy(), None
-        position[self._movable] = self._data.qpos[self._at]
-        velocity[self._movable] = self._data.qvel[self._moves]
+        position[self._movable] = self._qpos[self._at]
+        velocity[self._movable] = self._qvel[self._moves]
         if self._turns:
             spin = self._spin.copy()
-            spin[self._turning] = self._data.qvel[self._about]
+            spin[self._turning] = self._qvel[self._about]
         contacts = sum_contacts(self._contacts(), self._pieced) if self._data.ncon else ()
         return Observation(position, velocity, contacts, self._warning(), spin)
 
@@ -233,7 +234,7 @@ class MujocoWorld:
     def _warning(self) -> str:
         number, told = self._warnings, []
         if len(self._free):
-            height = self._data.qpos[self._height_at]
+            height = self._qpos[self._height_at]
             if not height.dot(height) <= self._low and np.count_nonzero((height := np.abs(height)) > self._radius):
                 k = int(np.argmax(height > self._radius))
                 disc = self._movable[self._free[k]]
@@ -291,4 +292,4 @@ class MujocoWorld:
 
     def close(self) -> None:
         """Release model and data; the last reference frees their memory."""
-        del self._data, self._warnings, self._probe, self._dampings, self._model
+        del self._data, self._warnings, self._qpos, self._qvel, self._probe, self._dampings, self._model

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from carom_adapters.npm.code import NpmAdapter
+from carom_adapters.npm.settings_code import NpmAdapter
 
 _HERE = Path(__file__).parent
 

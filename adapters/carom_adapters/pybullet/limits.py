@@ -1,8 +1,18 @@
-"""Limits of Bullet: its settings by name, and the range of scenes."""
+"""Limits of Bullet: its settings by name, the range of scenes, and input checks."""
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities, ContactTimes
+from collections.abc import Mapping
+
+from carom.engines.api import (
+    AdapterError,
+    Capabilities,
+    ContactTimes,
+    Scene,
+    Setting,
+    require_sound,
+    require_supported,
+)
 
 #: Arguments of `setPhysicsEngineParameter`, by PyBullet's own names. ``contactBreakingThreshold`` is not among them: it
 #: belongs to the process, and a world must not change the next one.
@@ -83,3 +93,31 @@ CAPABILITIES = Capabilities(
     max_mass_kg=LARGEST_MASS_KG,
     dimensions=3,
 )
+
+
+def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Refuse input that Bullet does not support.
+
+    Raises:
+        AdapterError: The scene or a setting is not supported.
+    """
+    known = (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
+    require_sound("PyBullet", scene, settings, known, LEAST, words={"shape": SHAPES})
+    require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
+    for name, bodies in (("discs", scene.discs), ("walls", scene.walls)):
+        for i, body in enumerate(bodies):
+            for velocity in (leg.velocity for leg in body.drive.legs if body.driven):
+                if max(map(abs, velocity)) > SHIPPED_SPEED_CLAMP_M_S:
+                    most = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
+                    raise AdapterError(f"PyBullet: {name}[{i}] is driven at {velocity}, and it clamps that to {most}")
+    if scene.wall_rolling_resistance and len(radii := {d.radius_m for d in scene.discs if not d.immovable}) > 1:
+        raise AdapterError(
+            f"PyBullet: wall_rolling_resistance is a torque by radius, and a wall of Bullet's has one for all discs; "
+            f"there are radii from {min(radii):g} to {max(radii):g} m"
+        )
+    for i, disc in enumerate(scene.discs):
+        if disc.driven and disc.spin_rad_s and not disc.drive.stands:
+            raise AdapterError(
+                f"PyBullet: discs[{i}] is driven and spins at {disc.spin_rad_s:g} rad/s, and Bullet turns the "
+                f"velocity of a multibody by its spin; only one of the two is supported"
+            )

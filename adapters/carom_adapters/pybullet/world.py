@@ -25,137 +25,35 @@ from carom.engines.api import (
     is_fast,
     oriented_contact,
     pair_of,
-    require_sound,
-    require_supported,
     wall_body,
 )
-from carom_adapters.engine_adapter import vectors
-from carom_adapters.legs import Driven, Legs, first_velocity
-from carom_adapters.pieces import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 from carom_adapters.pybullet.limits import (
     BODY_SETTINGS,
-    CAPABILITIES,
-    LEAST,
-    OTHER_SETTINGS,
-    SHAPES,
     SHIPPED_SPEED_CLAMP_M_S,
     SHIPPED_SPIN_CLAMP_RAD_S,
     WORLD_SETTINGS,
+    require_usable,
 )
+from carom_adapters.pybullet.model import (
+    Point,
+    capsule_of,
+    dynamics_of,
+    moments_of,
+    resistance_of,
+    structure_of,
+)
+from carom_adapters.shared.engine_adapter import positions_and_velocities
+from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.walls import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 
 #: Type of a body with maximal coordinates in `getDynamicsInfo` (its last but one value); 2 is a multibody.
 RIGID_BODY = 1
 
-Point = tuple[float, float]
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
-
-#: Moment of a cylinder as high as it is wide about an axis across its own, over mass times radius squared: 1/4 + 1/3.
-CYLINDER_TIPS = 7 / 12
 
 #: The client of a closed world, by the parts that can't be reset. There is only one, because each takes 29 MB, which
 #: the system allocates more slowly than Bullet empties it.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
-
-
-def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse input that Bullet does not support.
-
-    Raises:
-        AdapterError: The scene or a setting is not supported.
-    """
-    known = (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
-    require_sound("PyBullet", scene, settings, known, LEAST, words={"shape": SHAPES})
-    require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
-    for name, bodies in (("discs", scene.discs), ("walls", scene.walls)):
-        for i, body in enumerate(bodies):
-            for velocity in (leg.velocity for leg in body.drive.legs if body.driven):
-                if max(map(abs, velocity)) > SHIPPED_SPEED_CLAMP_M_S:
-                    most = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
-                    raise AdapterError(f"PyBullet: {name}[{i}] is driven at {velocity}, and it clamps that to {most}")
-    if scene.wall_rolling_resistance and len(radii := {d.radius_m for d in scene.discs if not d.immovable}) > 1:
-        raise AdapterError(
-            f"PyBullet: wall_rolling_resistance is a torque by radius, and a wall of Bullet's has one for all discs; "
-            f"there are radii from {min(radii):g} to {max(radii):g} m"
-        )
-    for i, disc in enumerate(scene.discs):
-        if disc.driven and disc.spin_rad_s and not disc.drive.stands:
-            raise AdapterError(
-                f"PyBullet: discs[{i}] is driven and spins at {disc.spin_rad_s:g} rad/s, and Bullet turns the "
-                f"velocity of a multibody by its spin; only one of the two is supported"
-            )
-
-
-def capsule_of(a: Point, b: Point) -> tuple[float, Point, list[float]]:
-    """Return the length, the middle and the quaternion of a capsule from a to b: Bullet builds it along z."""
-    length = math.dist(a, b)
-    x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
-    half = math.sqrt(0.5)
-    return length, (a[0] / 2 + b[0] / 2, a[1] / 2 + b[1] / 2), [-y * half, x * half, 0.0, half]
-
-
-def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
-    """Return the moments of inertia of a movable disc; None for one that nothing can turn, which keeps its shape's."""
-    cylinder, free, turns = settings.get("shape") == "cylinder", bool(settings.get("turn", True)), scene.arrays.turns
-    if free and not turns:
-        return None
-    # 0 is how Bullet spells an infinite moment.
-    factor = disc.inertia_factor if turns and math.isfinite(disc.inertia_factor) else 0.0
-    # With 0 about the two other axes no impact turns a multibody; and a sphere has no use for it.
-    tips = CYLINDER_TIPS if cylinder else factor
-    scale = disc.mass_kg * disc.radius_m**2
-    return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
-
-
-def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
-    """Return the settings of every body, with a scene's damping instead of those of the settings.
-
-    With maximal coordinates Bullet's number is what a second takes of a speed. A multibody's is the rate c of
-    ``v' = -c v (1 + |v|)``, which is no linear damping.
-    """
-    dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
-    if scene.damping_per_s:
-        maximal = bool(settings.get("useMaximalCoordinates", False))
-        rate = -math.expm1(-scene.damping_per_s) if maximal else scene.damping_per_s
-        dynamics |= {"linearDamping": rate, "angularDamping": rate}
-    return dynamics
-
-
-def resistance_of(scene: Scene, disc_friction: float) -> float:
-    """Return the rolling friction of a wall, so that the torque on a disc is at most c R times the push.
-
-    Bullet takes each body's times the other's friction, in metres, and adds the two; discs have none.
-    """
-    if not scene.wall_rolling_resistance:
-        return 0.0
-    return (
-        scene.wall_rolling_resistance * max(disc.radius_m for disc in scene.discs if not disc.immovable) / disc_friction
-    )
-
-
-def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
-    """Return a scene without the start states of its movable discs; None for one that must be rebuilt.
-
-    Bullet stores state that cannot be reset. With three bodies or more it keeps the order in which pairs came near, and
-    solves shared contacts in that order, which changes the last bits. It also keeps contact points of cylinders and
-    planes. After a run in which a disc rolled, a contact point slightly off its line turns it in the next run.
-    """
-    plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
-    if len(scene.discs) > 2 or scene.walls or not plain:
-        return None
-    dt_s = float(settings["dt_s"])
-    discs = tuple(
-        (
-            disc.radius_m,
-            disc.mass_kg,
-            disc.inertia_factor,
-            is_fast(disc, dt_s),
-            disc.position_m if disc.immovable else None,
-        )
-        for disc in scene.discs
-    )
-    frictions = (scene.arrays.turns, scene.friction, scene.wall_friction)
-    laws = (scene.restitution, scene.wall_restitution, frictions, scene.gravity_m_s2, scene.damping_per_s)
-    return (discs, scene.walls, laws, tuple(sorted(settings.items())))
 
 
 class PybulletWorld:
@@ -175,7 +73,7 @@ class PybulletWorld:
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
-        self._key = _structure(scene, settings)
+        self._key = structure_of(scene, settings)
         self._discs: list[int] = []
         self._movable: list[int] = []
         self._number: dict[int, int] = {}
@@ -341,9 +239,11 @@ class PybulletWorld:
         Bullet finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
         bullet, client = self._bullet, self._client
-        position = vectors(bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs)
+        places = [bullet.getBasePositionAndOrientation(body, client)[0] for body in self._discs]
         motion = [bullet.getBaseVelocity(body, client) for body in self._discs]
-        now = vectors(velocity[:2] for velocity, _ in motion)
+        position, now = positions_and_velocities(
+            (x, y, vx, vy) for (x, y, _), ((vx, vy, _), _) in zip(places, motion, strict=True)
+        )
         spin = np.array([about[2] for _, about in motion], dtype=np.float64) if self._turns else None
         contacts = self._contacts_of_step()
         return Observation(position, now, contacts, self._warning(now, spin), spin)

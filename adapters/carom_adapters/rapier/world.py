@@ -23,9 +23,9 @@ from carom.engines.api import (
     require_supported,
     wall_body,
 )
-from carom_adapters.legs import Legs, first_velocity
-from carom_adapters.pieces import cut_chain, find_walls_in_pieces, sum_contacts, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
+from carom_adapters.shared.legs import Legs, first_velocity
+from carom_adapters.shared.walls import cut_chain, find_walls_in_pieces, sum_contacts, thickness_of
 
 #: Relative rounding of a 32-bit float.
 ROUNDING = 2.0**-23

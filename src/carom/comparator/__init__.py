@@ -3,10 +3,10 @@
 from carom.comparator.compare import Score, compare
 from carom.comparator.grades import Grade
 from carom.comparator.horizon import Horizon, horizon, horizon_of
-from carom.comparator.measure import Errors, ImpactError
+from carom.comparator.measure.errors import Errors, ImpactError
+from carom.comparator.measure.steps import LocalScore
 from carom.comparator.scales import Scales
 from carom.comparator.stepwise import local_truth
-from carom.comparator.stepwise.score import LocalScore
 from carom.comparator.verdict import Finding, Verdict
 
 __all__ = [

@@ -1,204 +1,218 @@
-"""Alignment of the impacts of two traces: matched, missed and spurious impacts, found before any error is measured.
-
-Each pair of bodies is aligned on its own and in order (an alignment never crosses). The alignment has as many matches
-as possible and, among those, the least total time difference. An observed impact can match a reference impact only
-within that impact's *window*: between the neighbouring reference impacts of its bodies. Outside the window the bodies
-are on other paths in the reference. A frame-sampled method stamps an impact up to two steps late: one step to notice
-it, and one more where the stamp is the end of the step. So the window is longer by two steps at either end.
-"""
+"""Second stage of a comparison: the impacts that go together, and their order."""
 
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
-from collections import defaultdict
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.comparator.comparison_range import ComparedRun
+from carom.comparator.impact_matching import LATEST_STAMP_STEPS, Alignment, Pair, match_impacts
+from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace
 
-#: A stamp is late by one step to notice an overlap, and one more where the engine stamps the end of its step.
-LATEST_STAMP_STEPS = 2
-
-Pair = tuple[int, int]
-
-
-class ComparisonRange(NamedTuple):
-    """The part of a run that is compared with its reference: up to the horizon, or all of it.
-
-    Attributes:
-        impacts: Number of the reference's impacts within it.
-        until_s: End of the range, seconds; infinite where the whole run is compared.
-    """
-
-    impacts: int
-    until_s: float
-
-    @property
-    def is_whole_run(self) -> bool:
-        """Whether the whole run is compared."""
-        return not math.isfinite(self.until_s)
+#: Largest edit distance that is computed: sequences that differ more are unrelated.
+MOST_EDITS = 64
 
 
 @dataclass(frozen=True)
-class Alignment:
-    """Matching of the impacts of a reference with those of an observed trace.
+class AlignedRun(ComparedRun):
+    """Alignments of the compared traces within the range.
 
     Attributes:
-        matched: Index pairs ``(reference, observed)`` in order of reference time.
-        missed: Reference impacts that were not observed.
-        spurious: Observed impacts that the reference does not have.
-        undecided: Reference impacts not observed, but so close to the end of the run that a method at this step may
-            not have been able to report them yet.
+        alignment: The run's impacts with the reference's.
+        pit_alignment: PIT's impacts with the reference's; None where PIT was not given.
+        against_pit: The run's impacts with PIT's; None where PIT was not given.
+        edits: Impacts to insert, to delete, or to swap with their neighbour, to turn the one sequence of pairs into the
+            other; `MOST_EDITS` where it is that many or more.
+        inverted: Matched impacts whose order is wrong, as indices of the reference, the one that comes first there
+            first.
+        parted_s: Time of the first impact that the reference and the run do not share in order, seconds; or None.
+        pit_parted_s: The same time of PIT at this step.
     """
 
-    matched: tuple[tuple[int, int], ...]
-    missed: tuple[int, ...]
-    spurious: tuple[int, ...]
-    undecided: tuple[int, ...]
-
-    def within(self, compared: ComparisonRange, observed_s: NDArray[np.float64]) -> Alignment:
-        """Return the part of the alignment within a range, given the times of the observed impacts."""
-        if compared.is_whole_run:
-            return self
-        return Alignment(
-            matched=tuple((r, o) for r, o in self.matched if r < compared.impacts),
-            missed=tuple(r for r in self.missed if r < compared.impacts),
-            spurious=tuple(o for o in self.spurious if observed_s[o] <= compared.until_s),
-            undecided=tuple(r for r in self.undecided if r < compared.impacts),
-        )
+    alignment: Alignment
+    pit_alignment: Alignment | None
+    against_pit: Alignment | None
+    edits: int
+    inverted: tuple[tuple[int, int], ...]
+    parted_s: float | None
+    pit_parted_s: float | None
 
 
-def align(reference: Trace, observed: Trace) -> Alignment:
-    """Align the impacts of two traces of one scene."""
-    slack = LATEST_STAMP_STEPS * observed.dt_s
-    windows = _windows(reference, slack)
-    timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing
-    observed_by_pair = {pair: [o for o in found if timed[o]] for pair, found in group_by_pair(observed.impacts).items()}
-    times = (reference.impacts["time_s"], observed.impacts["time_s"])
-    matched: list[tuple[int, int]] = []
-    for pair, expected in group_by_pair(reference.impacts).items():
-        matched += _align_pair(expected, observed_by_pair.get(pair, []), *times, windows)
-    matched.sort()
-    hit, used = {r for r, _ in matched}, {o for _, o in matched}
-    unmatched = [r for r in range(len(reference.impacts)) if r not in hit]
-    # A run is as long as the scene; an impact in its last steps may have no later step in which it could be reported.
-    last_reportable = observed.end_time_s - slack
-    late = {
-        r
-        for r in unmatched
-        if reference.impacts["time_s"][r] > last_reportable and not _has_passed(reference.impacts[r], observed)
-    }
-    return Alignment(
-        matched=tuple(matched),
-        missed=tuple(r for r in unmatched if r not in late),
-        spurious=tuple(o for o in range(len(observed.impacts)) if o not in used),
-        undecided=tuple(sorted(late)),
+def align_impacts(compared: ComparedRun) -> AlignedRun:
+    """Align the impacts of the compared traces, within the range."""
+    reference, observed, pit = compared.reference, compared.observed, compared.pit
+    alignment = match_impacts(reference, observed, compared.compared)
+    shown = _find_shown_by_states(reference, alignment.missed, compared.truth, observed.dt_s)
+    alignment = replace(
+        alignment,
+        missed=tuple(k for k in alignment.missed if k not in shown),
+        spurious=_drop_contact_starts(reference, observed, alignment.spurious),
+    )
+    edits, inverted = compare_order(reference, observed, alignment)
+    pit_alignment = against_pit = pit_parted_s = None
+    if pit is not None:
+        pit_alignment = match_impacts(reference, pit, compared.compared)
+        against_pit = match_impacts(pit, observed, compared.pit_range)
+        pit_parted_s = _find_parting(reference, pit, pit_alignment, ())
+    return AlignedRun.of(
+        compared,
+        alignment=alignment,
+        pit_alignment=pit_alignment,
+        against_pit=against_pit,
+        edits=edits,
+        inverted=inverted,
+        parted_s=_find_parting(reference, observed, alignment, inverted),
+        pit_parted_s=pit_parted_s,
     )
 
 
-def _has_passed(impact: np.void, observed: Trace) -> bool:
-    """Whether the two bodies of an unobserved impact separate in the observed final state.
+def _find_parting(
+    reference: Trace, observed: Trace, alignment: Alignment, inverted: Iterable[tuple[int, int]]
+) -> float | None:
+    """Return the time of the first impact that is missed, spurious or out of order, seconds; or None."""
+    missed = [*alignment.missed, *(first for first, _ in inverted)]
+    times = [reference.impacts["time_s"][missed], observed.impacts["time_s"][list(alignment.spurious)]]
+    return min(np.concatenate(times).tolist(), default=None)
 
-    Then they have passed through each other, and no later step would have found them: that is a miss. A wall is a
-    half-plane, which nothing passes through.
+
+def _find_shown_by_states(
+    reference: Trace, missed: Sequence[int], truth: LocalTruth | None, dt_s: float
+) -> frozenset[int]:
+    """Find unreported impacts that the states show among others of the same steps.
+
+    For several impacts of a disc in one step, an engine may report the outcome only.
     """
-    first, second = int(impact["first"]), int(impact["second"])
-    if second < 0 or impact["time_s"] > observed.end_time_s:
-        return False
-    separation = observed.final_position_m[second] - observed.final_position_m[first]
-    relative_velocity = observed.final_velocity_m_s[second] - observed.final_velocity_m_s[first]
-    return bool(separation @ relative_velocity >= 0.0)
+    if truth is None or not missed:
+        return frozenset()
+    meetings = truth.meetings
+    windows = truth.windows[meetings["window"]]
+    kept = windows["entangled"] & ~meetings["missed"] & ~np.isnan(meetings["due_s"])
+    begin_s, end_s = windows["begin_s"][kept] - dt_s, windows["end_s"][kept] + dt_s
+    bodies = _sorted_bodies(meetings[kept])
+    impacts = reference.impacts[list(missed)]
+    found = zip(missed, impacts["time_s"], _sorted_bodies(impacts), strict=True)
+    return frozenset(
+        number
+        for number, time_s, pair in found
+        if np.any((bodies == pair).all(axis=1) & (begin_s <= time_s) & (time_s <= end_s))
+    )
 
 
-def group_by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
-    """Group the indices of impacts by pair of bodies, in order."""
-    indices: dict[Pair, list[int]] = defaultdict(list)
-    for k, (first, second) in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
-        indices[first, second].append(k)
-    return indices
+def _sorted_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
+    return np.sort(np.stack([rows["first"], rows["second"]], axis=1))
 
 
-def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
-    """Return the earliest and latest time at which each reference impact may be observed."""
-    impacts = reference.impacts
-    rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
-    # An immovable disc or a wall that stands still through an impact has no path that the impact could end.
-    moved = impacts["velocity_second_before"] != impacts["velocity_second_after"]
-    times: dict[int, list[float]] = defaultdict(list)
-    bodies: list[list[int]] = []
-    for k, (time, first, second) in enumerate(rows):
-        involved = [first, second] if second >= 0 and moved[k].any() else [first]
-        bodies.append(involved)
-        for body in involved:
-            times[body].append(time)
-    windows = []
-    for (time, _, _), involved in zip(rows, bodies, strict=True):
-        earliest, latest = -math.inf, math.inf
-        for body in involved:
-            own_times = times[body]
-            before, after = bisect_left(own_times, time), bisect_right(own_times, time)
-            earliest = max(earliest, own_times[before - 1] if before > 0 else -math.inf)
-            latest = min(latest, own_times[after] if after < len(own_times) else math.inf)
-        windows.append((earliest - slack, latest + slack))
-    return windows
+def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
+    """Return the spurious impacts of a run that are not the beginning of a contact that the reference has.
 
-
-def _align_pair(
-    expected: list[int],
-    found: list[int],
-    reference_time: NDArray[np.float64],
-    observed_time: NDArray[np.float64],
-    windows: list[tuple[float, float]],
-) -> list[tuple[int, int]]:
-    """Align one pair's impacts in order by dynamic programming; the cost is (unmatched, total time difference).
-
-    ``cost(r, c)`` is the cost of the impacts from r and from c on. Windows begin and end in the order of the impacts.
-    So a row is computed only for the columns in its window. Earlier columns can no longer be matched, later ones not
-    yet.
+    An engine reports what touches, and may stamp it with the start of its step.
     """
-    rows, columns = len(expected), len(found)
-    times = observed_time[found]
-    low = np.searchsorted(times, [windows[r][0] for r in expected], side="left").tolist()
-    high = np.searchsorted(times, [windows[r][1] for r in expected], side="right").tolist()
-    if rows == columns and all(low[k] <= k < high[k] for k in range(rows)):
-        return list(zip(expected, found, strict=True))  # only this alignment leaves none unmatched
-    table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
-    stamps: list[float] = times.tolist()
+    if reference.modes is None:
+        return tuple(invented)
+    begin_s = {(int(row["disc"]), int(row["wall"])): float(row["time_s"]) for row in reference.modes[::-1]}
+    rows = observed.impacts[list(invented)]
+    return tuple(
+        k
+        for k, row in zip(invented, rows, strict=True)
+        if not row["time_s"] >= begin_s.get((int(row["first"]), int(row["second"])), math.inf) - observed.dt_s
+    )
 
-    def cost(r: int, c: int) -> tuple[int, float]:
-        skipped = 0
-        while r < rows:
-            if c < low[r]:
-                c, skipped = low[r], skipped + low[r] - c
-            if c < high[r]:
-                least = table[r][c - low[r]]
-                return (skipped + least[0], least[1])
-            r, skipped = r + 1, skipped + 1
-        return (skipped + columns - c, 0.0)
 
-    for r in range(rows - 1, -1, -1):
-        row: list[tuple[int, float]] = [(0, 0.0)] * (high[r] - low[r])
-        match, time_s = cost(r + 1, high[r]), float(reference_time[expected[r]])
-        ahead = (match[0] + 1, match[1])  # from the first column after the window on, this impact is missed
-        for c in range(high[r] - 1, low[r] - 1, -1):
-            missed = cost(r + 1, c)
-            best = min((missed[0] + 1, missed[1]), (ahead[0] + 1, ahead[1]))
-            best = min(best, (match[0], match[1] + abs(stamps[c] - time_s)))
-            row[c - low[r]] = ahead = best
-            match = missed
-        table[r] = row
-    matched, r, c = [], 0, 0
-    while r < rows and c < columns:
-        here, missed, spurious = cost(r, c), cost(r + 1, c), cost(r, c + 1)
-        if here == (missed[0] + 1, missed[1]):
-            r += 1
-        elif here == (spurious[0] + 1, spurious[1]):
-            c += 1
-        else:
-            matched.append((expected[r], found[c]))
-            r, c = r + 1, c + 1
-    return matched
+def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tuple[int, tuple[tuple[int, int], ...]]:
+    """Return the edit distance and the inverted impacts of an alignment, which may end at a horizon.
+
+    A method that checks once per step has no order within a step, and stamps up to two steps late. So two impacts
+    without a common body and within two steps of each other are not out of order; nor are two with one time stamp.
+    """
+    to_reference = {o: r for r, o in alignment.matched}
+    sequence = sorted([*to_reference, *alignment.spurious])
+    expected = sorted([*to_reference.values(), *alignment.missed])
+    inverted = _sort_by_reference(sequence, to_reference, reference, observed)
+    edits = edit_distance(_pairs(reference, expected), _pairs(observed, sequence))
+    return edits, tuple(sorted(inverted))
+
+
+def _sort_by_reference(
+    sequence: list[int], to_reference: dict[int, int], reference: Trace, observed: Trace
+) -> set[tuple[int, int]]:
+    """Sort observed impacts into the reference's order where that is allowed; return the inverted pairs.
+
+    Insertion sort over neighbours: an impact that is in order, as nearly all are, costs one comparison.
+    """
+    slack = LATEST_STAMP_STEPS * observed.dt_s
+    stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
+    inverted = set()
+    for end in range(1, len(sequence)):
+        k = end
+        while k > 0:
+            earlier, later = sequence[k - 1], sequence[k]
+            if earlier not in to_reference or later not in to_reference:
+                break
+            a, b = to_reference[later], to_reference[earlier]  # in the order of the reference, if inverted
+            if a > b:
+                break
+            common = set(reference.impacts[["first", "second"]][a]) & set(reference.impacts[["first", "second"]][b])
+            has_common_body = any(body >= 0 and not reference.scene.discs[body].immovable for body in common)
+            apart = not has_common_body and time[b] - time[a] <= slack
+            if not (apart or stamp[earlier] == stamp[later]):
+                inverted.add((a, b))
+                break
+            sequence[k - 1], sequence[k] = later, earlier
+            k -= 1
+    return inverted
+
+
+def _pairs(trace: Trace, indices: Sequence[int]) -> list[Pair]:
+    first, second = trace.impacts["first"].tolist(), trace.impacts["second"].tolist()
+    return [(first[k], second[k]) for k in indices]
+
+
+def edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
+    """Return the least number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
+
+    The restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate string
+    matching, ACM Computing Surveys 33(1), 2001), in a band about the diagonal that is doubled until the answer fits
+    (E. Ukkonen, 1985); `MOST_EDITS` where the answer is that or more.
+    """
+    start = 0
+    while start < min(len(a), len(b)) and a[start] == b[start]:
+        start += 1
+    end = 0
+    while end < min(len(a), len(b)) - start and a[-1 - end] == b[-1 - end]:
+        end += 1
+    a, b = a[start : len(a) - end], b[start : len(b) - end]
+    band = 4
+    while True:
+        found = _edit_distance_within(a, b, band) if abs(len(a) - len(b)) <= band else band + 1
+        if found <= band or band >= MOST_EDITS:
+            return min(found, MOST_EDITS)
+        band *= 2
+
+
+def _edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
+    """Return the distance where it is at most `band`, else something larger."""
+    beyond = band + 1
+    width = 2 * band + 1
+    rows = np.full((len(a) + 1, width + 2), beyond, np.int64)  # column k of row r is position r + k - 1 - band of b
+    for r in range(len(a) + 1):
+        row, above = rows[r], rows[r - 1]
+        for c in range(max(0, r - band), min(len(b), r + band) + 1):
+            k = c - r + band + 1
+            best = 0 if r == c == 0 else beyond
+            if r > 0:
+                best = min(best, above[k + 1] + 1)
+            if c > 0:
+                best = min(best, row[k - 1] + 1)
+            if r > 0 and c > 0 and a[r - 1] == b[c - 1]:
+                best = min(best, above[k])
+            if r > 1 and c > 1 and a[r - 1] == b[c - 2] and a[r - 2] == b[c - 1]:
+                best = min(best, rows[r - 2][k] + 1)
+            row[k] = best
+        if row.min() > band:
+            return beyond
+    return int(rows[len(a)][len(b) - len(a) + band + 1])

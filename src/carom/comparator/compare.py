@@ -1,4 +1,4 @@
-"""Comparison of an observed trace with a reference: range, alignment, errors, verdicts, grade."""
+"""Comparison of an observed trace with a reference in five stages: range, alignment, measures, verdicts, grade."""
 
 from __future__ import annotations
 
@@ -8,31 +8,26 @@ from operator import attrgetter
 
 import numpy as np
 
-from carom.comparator.align import ComparisonRange
-from carom.comparator.consistency import Consistency, measure_consistency
-from carom.comparator.contact import ContactScore, drop_contact_starts, score_contact
-from carom.comparator.evidence import Evidence
-from carom.comparator.findings import add_phase_dependence, derive_findings
+from carom.comparator.align import align_impacts
+from carom.comparator.comparison_range import find_range
 from carom.comparator.finite import find_non_finite
-from carom.comparator.friction_branch import WrongBranches, find_wrong_branches
-from carom.comparator.grade import grade_run, grade_trajectory, has_pit_results
+from carom.comparator.grade import GradedRun, grade_run
 from carom.comparator.grades import Grade
-from carom.comparator.horizon import clip_before_tie, comparison_range
-from carom.comparator.local import LocalErrors, measure_local_errors
-from carom.comparator.measure import Errors, ImpactError, measure
-from carom.comparator.order import compare_order
-from carom.comparator.sampling import measure_impact_errors, measure_sampling_cost
-from carom.comparator.scales import Scales, compute_scales, largest
-from carom.comparator.simultaneous_impacts import ConventionMatch, match_outcome
-from carom.comparator.step_findings import has_diverged_before_miss
-from carom.comparator.stepwise.reports import compare_reports_with_states, find_shown_by_states
-from carom.comparator.stepwise.score import LocalScore, score_steps
+from carom.comparator.measure.consistency import Consistency
+from carom.comparator.measure.contact import ContactScore
+from carom.comparator.measure.errors import Errors, ImpactError
+from carom.comparator.measure.friction_branch import WrongBranches
+from carom.comparator.measure.local import LocalErrors
+from carom.comparator.measure.measured_run import measure_run
+from carom.comparator.measure.simultaneous_impacts import ConventionMatch
+from carom.comparator.measure.steps import LocalScore
+from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.validate_trace import require_sound
 from carom.comparator.verdict import Finding, Verdict
-from carom.comparator.zeno import clip_before_rest
+from carom.comparator.verdicts.findings import derive_verdicts
 from carom.errors import InputError
-from carom.model.trace import Outcome, Trace
+from carom.model.trace import Trace
 from carom.support.display import Shown
 
 
@@ -171,137 +166,46 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         sampling = None
     # NaN and infinities are reported by name; NumPy's warnings about them would repeat that.
     with np.errstate(all="ignore"):
-        return _score(reference, observed, sampling, horizon)
-
-
-def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> Score:
-    scales, given = compute_scales(reference.scene, reference), comparison_range(reference, horizon)
-    compared, tie = clip_before_rest(reference, given, observed.dt_s, sampling), clip_before_tie(reference)
-    grade_before_tie = None
-    if tie is not None and tie.until_s < compared.until_s:
-        # A fault before a tie is certain, whatever follows the tie.
-        unique = replace(reference, ambiguous=())
-        grade_before_tie = grade_trajectory(_collect_evidence(unique, observed, sampling, scales, tie, None))
-    evidence = _collect_evidence(reference, observed, sampling, scales, compared, grade_before_tie)
-    found = derive_findings(evidence)
-    graded, like_pit = grade_run(evidence), has_pit_results(evidence)
-    lucky, cost = None, evidence.sampling_cost
-    if like_pit and graded in {Grade.EXACT, Grade.CLOSE} and cost is not None and cost.close_phases < cost.phases:
-        lucky = (cost.close_phases, cost.phases)
-        found = add_phase_dependence(found, *lucky)
-    measured, sampled, against_pit = evidence.measured, evidence.sampling, evidence.against_pit
+        graded = _run_stages(reference, observed, sampling, horizon)
     return Score(
-        expected=compared.impacts,
-        errors=measured.errors,
-        missed=measured.alignment.missed,
-        spurious=measured.alignment.spurious,
-        undecided=measured.alignment.undecided,
-        total=measured.largest,
-        sampling=None if sampled is None else sampled.largest,
-        against_pit=None if against_pit is None else against_pit.largest,
-        pit_missed=None if sampled is None else sampled.alignment.missed,
-        price_paid=_compute_price_paid(evidence),
-        findings=found,
-        grade=graded,
+        expected=graded.compared.impacts,
+        errors=graded.measured.errors,
+        missed=graded.alignment.missed,
+        spurious=graded.alignment.spurious,
+        undecided=graded.alignment.undecided,
+        total=graded.measured.largest,
+        sampling=None if graded.sampling is None else graded.sampling.largest,
+        against_pit=None if graded.measured_against_pit is None else graded.measured_against_pit.largest,
+        pit_missed=None if graded.pit_alignment is None else graded.pit_alignment.missed,
+        price_paid=graded.price_paid,
+        findings=graded.findings,
+        grade=graded.grade,
         float_bits=observed.float_bits,
-        scales=scales,
-        equals_pit=like_pit,
-        edits=evidence.order.edits,
-        beyond_horizon=len(reference.impacts) - compared.impacts,
-        horizon_s=None if compared.is_whole_run else compared.until_s,
-        local=evidence.local,
-        convention=evidence.convention,
-        consistency=evidence.consistency,
-        branches=evidence.branches,
-        local_truth=evidence.local_truth,
-        parted_s=evidence.parted_s if has_diverged_before_miss(evidence) else None,
-        pit_parted_s=evidence.pit_parted_s,
-        lucky_phase=lucky,
-        contact=evidence.contact,
+        scales=graded.scales,
+        equals_pit=graded.equals_pit,
+        edits=graded.edits,
+        beyond_horizon=len(reference.impacts) - graded.compared.impacts,
+        horizon_s=None if graded.compared.is_whole_run else graded.compared.until_s,
+        local=graded.local,
+        convention=graded.convention,
+        consistency=graded.consistency,
+        branches=graded.branches,
+        local_truth=graded.local_truth,
+        parted_s=graded.parted_s if graded.has_diverged_before_miss else None,
+        pit_parted_s=graded.pit_parted_s,
+        lucky_phase=graded.lucky_phase,
+        contact=graded.contact,
     )
 
 
-def _with_turns_up_to(trace: Trace, until_s: float) -> Trace:
-    """Return the trace without the effective times of impacts later than a time."""
-    turned_s = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
-    return replace(trace, effective_time_s=np.where(trace.impacts["time_s"] > until_s, math.nan, turned_s))
-
-
-def _collect_evidence(
-    reference: Trace,
-    observed: Trace,
-    sampling: Trace | None,
-    scales: Scales,
-    compared: ComparisonRange,
-    grade_before_tie: Grade | None,
-) -> Evidence:
-    """Measure everything that verdicts and the grade are derived from, within a range."""
-    measured = measure(reference, observed, scales, compared)
-    sampled = against_pit = cost = None
-    if sampling is not None:
-        sampled = measure(reference, sampling, scales, compared)
-        against_pit = measure(sampling, observed, scales, comparison_range(sampling, compared.until_s))
-        cost = measure_sampling_cost(reference, sampling, sampled, scales, compared, measured, observed.float_bits)
-    non_finite, truth, possible = find_non_finite(observed), observed.local_truth, observed
-    if reference.outcome is Outcome.CRUSHED:  # after that no state is possible
-        truth = None if truth is None else truth.before(compared.until_s)
-        possible = _with_turns_up_to(observed, reference.end_time_s)
-    if truth is not None and (missed := measured.alignment.missed):
-        shown = find_shown_by_states(reference, missed, truth, observed.dt_s)
-        still_missed = tuple(number for number in missed if number not in shown)
-        measured = replace(measured, alignment=replace(measured.alignment, missed=still_missed))
-    if measured.alignment.spurious and reference.modes is not None:
-        spurious = drop_contact_starts(reference, observed, measured.alignment.spurious)
-        measured = replace(measured, alignment=replace(measured.alignment, spurious=spurious))
-    return Evidence(
-        reference=reference,
-        observed=observed,
-        scales=scales,
-        compared=compared,
-        measured=measured,
-        sampling=sampled,
-        against_pit=against_pit,
-        sampling_cost=cost,
-        order=compare_order(reference, observed, measured.alignment),
-        local=measure_local_errors(observed, scales),
-        convention=match_outcome(reference, observed, sampling, scales),
-        consistency=None if non_finite else measure_consistency(possible, scales, reference.contact_s),
-        contact=None if non_finite else score_contact(reference, observed, scales),
-        branches=find_wrong_branches(observed, scales, THRESHOLDS.rounding_of(observed.float_bits)),
-        non_finite=non_finite,
-        local_truth=None if truth is None else score_steps(truth, scales, observed.float_bits, compared.until_s),
-        reports=None if truth is None else compare_reports_with_states(observed, truth, compared.until_s),
-        pit_s=None if sampling is None else sampling.impacts["time_s"],
-        grade_before_tie=grade_before_tie,
-    )
-
-
-def _compute_price_paid(evidence: Evidence) -> float:
-    """Return the run's largest error over that of sampling; see `Score.price_paid`."""
-    cost = evidence.sampling_cost
-    if cost is None or evidence.convention is not None:
-        return math.nan
-    if evidence.non_finite:
-        return math.inf
-    if not evidence.compared.impacts:
-        return math.nan
-    if evidence.has_other_ending and evidence.measured.alignment.undecided:
-        return math.inf
-    impact_errors = measure_impact_errors(
-        evidence.reference, evidence.measured, evidence.scales, evidence.compared.impacts
-    )
-    ratios = []
-    for errors, costs in zip(impact_errors, (cost.velocity, cost.spin), strict=True):
-        largest_error, largest_cost = float(np.max(errors)), float(costs[-1])
-        if largest_error <= evidence.rounding:
-            ratios.append(0.0)  # also 0 over 0
-        else:  # an error is infinitely worse where sampling costs nothing
-            ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
-    step_s = evidence.observed.dt_s or cost.dt_s
-    is_free = max(float(cost.velocity[-1]), float(cost.spin[-1])) <= THRESHOLDS.rounding
-    if is_free and max(ratios) == 0.0 and step_s:
-        # Late detection changes no velocity here, only times. PIT is late by up to a step per impact, and the lateness
-        # of earlier impacts adds up.
-        late_s = largest((error.time_s for error in evidence.measured.errors), default=0.0)
-        return 0.0 if abs(late_s) <= evidence.rounding_s else abs(late_s) / max(step_s, cost.late_s)
-    return max(ratios)
+def _run_stages(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> GradedRun:
+    """Run the five stages of a comparison, each on the result of the stage before."""
+    compared = find_range(reference, observed, sampling, horizon)
+    aligned = align_impacts(compared)
+    measured = measure_run(aligned)
+    grade_before_tie = None
+    if compared.before_tie_s is not None:  # a fault before a tie is certain, whatever follows the tie
+        unique = replace(reference, ambiguous=())
+        grade_before_tie = _run_stages(unique, observed, sampling, compared.before_tie_s).trajectory_grade
+    judged = derive_verdicts(measured, grade_before_tie)
+    return grade_run(judged)

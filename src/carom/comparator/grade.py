@@ -1,232 +1,286 @@
-"""Grades of runs, derived from measured errors."""
+"""Fifth stage of a comparison: the grade of a run, and how its errors compare with the cost of sampling."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carom.comparator.evidence import Evidence
-from carom.comparator.grades import Grade
-from carom.comparator.measure import Errors, Measured
-from carom.comparator.sampling import SamplingCost, measure_changes
-from carom.comparator.self_consistency import report_contradictions
-from carom.comparator.step_findings import has_diverged, has_exact_steps
-from carom.comparator.stepwise.score import LocalScore
+from carom.comparator.grades import Grade, worst_grade
+from carom.comparator.measure.errors import Errors, Measured
+from carom.comparator.measure.sampling_cost import SamplingCost
+from carom.comparator.measure.steps import LocalScore
+from carom.comparator.scales import largest
 from carom.comparator.thresholds import THRESHOLDS
+from carom.comparator.verdict import Finding, Verdict
+from carom.comparator.verdicts.judged_run import JudgedRun
 from carom.model.trace import Outcome
 
 
-def grade_run(evidence: Evidence) -> Grade:
+@dataclass(frozen=True)
+class GradedRun(JudgedRun):
+    """A graded run.
+
+    Attributes:
+        grade: The grade.
+        trajectory_grade: The grade by the reference's trajectory alone, unless the run has diverged from it.
+        equals_pit: Whether the run has the same impacts and final state as PIT, to rounding.
+        price_paid: The run's largest error over that of sampling; see `carom.comparator.Score`.
+        lucky_phase: Number of phases of the step at which PIT is as right, and the number of all; see the same.
+    """
+
+    grade: Grade = Grade.UNGRADED
+    trajectory_grade: Grade = Grade.UNGRADED
+    equals_pit: bool = False
+    price_paid: float = math.nan
+    lucky_phase: tuple[int, int] | None = None
+
+
+def grade_run(judged: JudgedRun) -> GradedRun:
+    """Grade a run."""
+    grade, equals_pit, lucky_phase = _grade_flight_and_contact(judged), _has_pit_results(judged), None
+    findings, cost = judged.findings, judged.sampling_cost
+    if equals_pit and grade in {Grade.EXACT, Grade.CLOSE} and cost is not None and cost.close_phases < cost.phases:
+        lucky_phase = (cost.close_phases, cost.phases)
+        findings = _add_phase_dependence(findings, *lucky_phase)
+    return GradedRun.of(
+        replace(judged, findings=findings),
+        grade=grade,
+        trajectory_grade=Grade.PARTED if judged.has_diverged else _grade_by_trajectory(judged),
+        equals_pit=equals_pit,
+        price_paid=_compute_price_paid(judged),
+        lucky_phase=lucky_phase,
+    )
+
+
+def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
+    """Add to the findings of a run with PIT's results that they are as right only at some phases of the step.
+
+    For a run that conforms this is added to the reason, because nothing is wrong with the run.
+    """
+    note = f"PIT's impacts are as right at {as_right} of {phases} phases of the step"
+    if not any(finding.verdict is Verdict.CONFORMS for finding in found):
+        return (*found, Finding(Verdict.LUCKY_PHASE, note))
+    return tuple(
+        Finding(finding.verdict, f"{finding.reason}; {note}") if finding.verdict is Verdict.CONFORMS else finding
+        for finding in found
+    )
+
+
+def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
     """Grade a run by its impacts and by its contacts, where discs slide, roll and rest; the worse grade counts.
 
     Where impacts give no grade, contacts alone decide. Where the trajectory has diverged before, contacts do not count,
     except for a single disc on a single wall: it ends in contact whatever its bounces were.
     """
-    flight_grade, contact = _grade_flight(evidence), evidence.contact
+    flight_grade, contact = _grade_flight(judged), judged.contact
     if contact is None:
         return flight_grade
     if flight_grade in {Grade.PARTED, Grade.PARTED_INACCURATE}:
-        is_alone = len(evidence.reference.scene.discs) == len(evidence.reference.scene.walls) == 1
+        is_alone = len(judged.reference.scene.discs) == len(judged.reference.scene.walls) == 1
         return contact.grade if is_alone and contact.grade is Grade.WRONG else flight_grade
-    if flight_grade is Grade.UNGRADED or not evidence.compared.impacts:
-        return contact.grade if evidence.convention is None else flight_grade
-    return max(flight_grade, contact.grade, key=list(Grade).index)
+    if flight_grade is Grade.UNGRADED or not judged.compared.impacts:
+        return contact.grade if judged.convention is None else flight_grade
+    return worst_grade(flight_grade, contact.grade)
 
 
-def _grade_flight(evidence: Evidence) -> Grade:
+def _grade_flight(judged: JudgedRun) -> Grade:
     """Grade by the reference's trajectory, as far as it is reliable, and by stepwise accuracy to the end."""
-    trajectory_grade, local = _grade_by_trajectory(evidence), evidence.local_truth
+    trajectory_grade, local = _grade_by_trajectory(judged), judged.local_truth
     if local is None:
         return trajectory_grade
-    if has_exact_steps(evidence):
-        return Grade.EXACT if evidence.compared.impacts else Grade.UNGRADED  # nothing happened that could be graded
-    if has_diverged(evidence):
+    if judged.has_exact_steps:
+        return Grade.EXACT if judged.compared.impacts else Grade.UNGRADED  # nothing happened that could be graded
+    if judged.has_diverged:
         return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED
     if trajectory_grade is Grade.UNGRADED:
-        return _grade_undecided(evidence, local)
-    if (
-        trajectory_grade is Grade.EXACT
-        and evidence.compared.is_whole_run
-        and local.agrees_alone
-        and local.grade is not Grade.WRONG
-    ):
-        return trajectory_grade if evidence.compared.impacts else Grade.UNGRADED
-    return max(trajectory_grade, local.grade, key=list(Grade).index)
+        return _grade_undecided(judged, local)
+    agrees_alone = local.agrees_alone and local.grade is not Grade.WRONG
+    if trajectory_grade is Grade.EXACT and judged.compared.is_whole_run and agrees_alone:
+        return trajectory_grade if judged.compared.impacts else Grade.UNGRADED
+    return worst_grade(trajectory_grade, local.grade)
 
 
-def grade_trajectory(evidence: Evidence) -> Grade:
-    """Grade by the reference's trajectory alone, unless the run has diverged from it."""
-    return Grade.PARTED if has_diverged(evidence) else _grade_by_trajectory(evidence)
-
-
-def _grade_undecided(evidence: Evidence, local: LocalScore) -> Grade:
+def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
     """Grade a run by its steps where its trajectory gives no grade."""
-    ambiguous = evidence.reference.ambiguous
-    tie_s = float(evidence.reference.impacts["time_s"][ambiguous[0]]) if ambiguous else math.inf
-    if (local.missed_own and local.first_missed_s < tie_s - evidence.observed.dt_s) or (
-        local.invented and not ambiguous
-    ):
+    ambiguous = judged.reference.ambiguous
+    tie_s = float(judged.reference.impacts["time_s"][ambiguous[0]]) if ambiguous else math.inf
+    if (local.missed_own and local.first_missed_s < tie_s - judged.observed.dt_s) or (local.invented and not ambiguous):
         return Grade.WRONG
-    only_rests = evidence.reference.contact_s < math.inf and not evidence.compared.impacts
-    is_certain = evidence.convention is None and local.grade is Grade.INACCURATE
+    only_rests = judged.reference.contact_s < math.inf and not judged.compared.impacts
+    is_certain = judged.convention is None and local.grade is Grade.INACCURATE
     return local.grade if is_certain or (only_rests and local.grade is not Grade.EXACT) else Grade.UNGRADED
 
 
-def _grade_by_trajectory(evidence: Evidence) -> Grade:
+def _grade_by_trajectory(judged: JudgedRun) -> Grade:
     """Grade by the reference's trajectory: the worst certain fault decides; undecidable runs are not graded."""
-    if evidence.non_finite or evidence.observed.outcome is Outcome.NON_FINITE:
+    if judged.non_finite or judged.observed.outcome is Outcome.NON_FINITE:
         return Grade.WRONG
-    if evidence.convention is None and _is_wrong(evidence):
+    is_wrong = judged.alignment.missed or judged.alignment.spurious or judged.inverted or judged.has_other_ending
+    if judged.convention is None and is_wrong:
         return Grade.WRONG
-    if evidence.has_nothing_compared:
+    if judged.has_nothing_compared:
         return Grade.UNGRADED
-    if not _is_consistent(evidence):
+    if not _is_consistent(judged):
         return Grade.INACCURATE
-    if evidence.convention is not None:
-        is_certain = evidence.grade_before_tie in {Grade.WRONG, Grade.INACCURATE}
-        return evidence.grade_before_tie if evidence.grade_before_tie is not None and is_certain else Grade.UNGRADED
-    undecided = bool(evidence.measured.alignment.undecided)
-    to_rounding = _agrees_to_rounding(evidence, evidence.measured, evidence.rounding_s)
-    if to_rounding and not undecided and _is_consistent(evidence, allow_sampling=False):
+    if judged.convention is not None:
+        is_certain = judged.grade_before_tie in {Grade.WRONG, Grade.INACCURATE}
+        return judged.grade_before_tie if judged.grade_before_tie is not None and is_certain else Grade.UNGRADED
+    undecided = bool(judged.alignment.undecided)
+    to_rounding = _agrees_to_rounding(judged, judged.measured, judged.rounding_s)
+    if to_rounding and not undecided and _is_consistent(judged, allow_sampling=False):
         return Grade.EXACT
-    if evidence.sampling is None or evidence.sampling_cost is None:
+    if judged.sampling is None or judged.sampling_cost is None:
         return Grade.UNGRADED
-    close, sampled = (
-        _has_close_impacts(evidence, evidence.sampling_cost),
-        _has_sampled_impacts(evidence, evidence.sampling, evidence.sampling_cost),
-    )
+    close = _has_close_impacts(judged, judged.sampling_cost)
+    sampled = _has_sampled_impacts(judged, judged.sampling, judged.sampling_cost)
     if not (close or sampled):
         return Grade.INACCURATE
     if undecided:
         return Grade.UNGRADED
-    if close and _has_good_end(evidence, evidence.sampling_cost, THRESHOLDS.close):
+    if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
         return Grade.CLOSE
     # Where all steps are sampled at worst, sampling alone led to the end: then PIT's worst phase is the limit.
-    local = evidence.local_truth
-    is_only_sampled = local is not None and list(Grade).index(local.grade) <= list(Grade).index(Grade.SAMPLED)
-    has_good_end = _has_good_end(evidence, evidence.sampling_cost if is_only_sampled else evidence.sampling.largest)
+    local = judged.local_truth
+    is_only_sampled = local is not None and worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
+    has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
     return Grade.SAMPLED if sampled and has_good_end else Grade.INACCURATE
 
 
-def has_pit_results(evidence: Evidence) -> bool:
+def _has_pit_results(judged: JudgedRun) -> bool:
     """Whether a run has the same impacts and final state as PIT, to rounding."""
-    if evidence.against_pit is None:
+    if judged.measured_against_pit is None:
         return False
-    alignment = evidence.against_pit.alignment
+    alignment = judged.measured_against_pit.alignment
     return (
         not (alignment.missed or alignment.spurious or alignment.undecided)
-        and _is_consistent(evidence)
-        and _agrees_to_rounding(evidence, evidence.against_pit, evidence.rounding * evidence.scales.time_s)
+        and _is_consistent(judged)
+        and _agrees_to_rounding(judged, judged.measured_against_pit, judged.rounding * judged.scales.time_s)
     )
 
 
-def _is_wrong(evidence: Evidence) -> bool:
-    alignment = evidence.measured.alignment
-    return bool(alignment.missed or alignment.spurious or evidence.order.inverted or evidence.has_other_ending)
-
-
-def _is_consistent(evidence: Evidence, *, allow_sampling: bool = True) -> bool:
+def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
     """Whether a run agrees with itself, to the rounding of its floats and, if allowed, to what sampling explains."""
-    own = evidence.consistency
+    own = judged.consistency
     if own is None:
         return False
     strayed, angular = (own.strayed_excess, own.angular_excess) if allow_sampling else (own.strayed, own.angular)
-    is_rounding = strayed <= evidence.place_rounding and angular <= evidence.rounding
-    return is_rounding and not list(report_contradictions(evidence))
+    is_rounding = strayed <= judged.place_rounding and angular <= judged.rounding
+    return is_rounding and not judged.contradictions
 
 
-def _agrees_to_rounding(evidence: Evidence, measured: Measured, rounding_s: float) -> bool:
+def _agrees_to_rounding(judged: JudgedRun, measured: Measured, rounding_s: float) -> bool:
     """Whether all measured errors are within rounding.
 
     Final states beyond a horizon, and spins if no disc spins, are not measured and NaN.
     """
     errors, largest = measured.errors, measured.largest
     return (
-        all(abs(error.time_s) <= rounding_s and evidence.is_rounding(error, measured) for error in errors)
-        and abs(largest.energy) <= min(evidence.rounding, THRESHOLDS.energy)
-        and not (measured.ends > evidence.end_rounding(measured, exactly=True)).any()
+        all(abs(error.time_s) <= rounding_s and judged.is_rounding(error, measured) for error in errors)
+        and abs(largest.energy) <= min(judged.rounding, THRESHOLDS.energy)
+        and not (measured.ends > judged.end_rounding(measured, exactly=True)).any()
     )
 
 
-def _has_close_impacts(evidence: Evidence, cost: SamplingCost) -> bool:
+def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
     """Whether each error is at most a small part of a step, or of the cost of sampling up to that impact."""
-    step_s = evidence.observed.dt_s or cost.dt_s
-    own, scales = evidence.measured.own, evidence.scales
-    reliable_impacts = evidence.compared.impacts
-    velocity = (
-        THRESHOLDS.close * cost.velocity + evidence.rounding * own.speed_m_s[:reliable_impacts] / scales.speed_m_s
-    )
-    spin = THRESHOLDS.close * cost.spin + evidence.rounding * own.rim_m_s[:reliable_impacts] / scales.rim_m_s
+    step_s = judged.observed.dt_s or cost.dt_s
+    own, scales = judged.measured.own, judged.scales
+    reliable_impacts = judged.compared.impacts
+    close_velocity, close_spin = THRESHOLDS.close * cost.errors
+    velocity = close_velocity + judged.rounding * own.speed_m_s[:reliable_impacts] / scales.speed_m_s
+    spin = close_spin + judged.rounding * own.rim_m_s[:reliable_impacts] / scales.rim_m_s
     return all(
         abs(error.time_s) <= THRESHOLDS.close * step_s
         and error.velocity <= velocity[error.reference]
         and not error.spin > spin[error.reference]
-        for error in evidence.measured.errors
+        for error in judged.measured.errors
     )
 
 
-def _has_sampled_impacts(evidence: Evidence, sampling: Measured, cost: SamplingCost) -> bool:
+def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
     """Whether no impact has larger errors than PIT has at that impact or at one before it.
 
     Errors propagate from impact to impact. So the largest error of PIT up to an impact is what sampling may cost there,
     at this phase, at another, or at the run's own lateness. An impact that PIT misses at this phase leaves both discs
     on their old paths: the velocity error is all of the impact's change.
     """
-    known, scales, rounding_s = evidence.measured.own, evidence.scales, evidence.rounding * evidence.scales.time_s
-    changed = measure_changes(evidence.reference, evidence.scales)
-    own = {error.reference: error for error in evidence.measured.errors}
-    pit = {error.reference: error for error in sampling.errors}
+    own, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
+    known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
+    pit, is_found = np.zeros((3, judged.compared.impacts)), np.zeros(judged.compared.impacts, dtype=np.bool_)
+    pit[1:] = judged.changes[:, : judged.compared.impacts]
+    for error in sampling.errors:
+        is_found[error.reference] = True
+        pit[:, error.reference] = error.time_s, error.velocity, 0.0 if math.isnan(error.spin) else error.spin
     # The phase at which an impact falls is chance: sampling costs up to a whole step of lateness.
-    late_s, early_s, velocity, spin = evidence.observed.dt_s, 0.0, 0.0, 0.0
-    known_ratio = 1.0 + THRESHOLDS.ratio_known_of(evidence.observed.float_bits)
-    for index in range(evidence.compared.impacts):
-        found, pit_error = own.get(index), pit.get(index)
-        if pit_error is not None:
-            late_s, early_s = max(late_s, pit_error.time_s), max(early_s, -pit_error.time_s)
-        elsewhere_velocity, elsewhere_spin = (known_ratio * float(errors[index]) for errors in cost.found)
-        pit_velocity = float(changed.velocity[index]) if pit_error is None else pit_error.velocity
-        velocity = max(velocity, elsewhere_velocity, pit_velocity)
-        pit_spin = float(changed.spin[index]) if pit_error is None else pit_error.spin
-        spin = max(spin, elsewhere_spin, 0.0 if math.isnan(pit_spin) else pit_spin)
-        if found is None:
-            continue
+    late_s, early_s = (
+        np.maximum.accumulate(np.maximum(times, most)) for times, most in ((pit[0], dt_s), (-pit[0], 0.0))
+    )
+    at_worst = np.maximum.accumulate(np.maximum(pit[1:], known_ratio * cost.found), axis=1)
+    for error in judged.measured.errors:
+        at, local_s = error.reference, float(judged.local.time_s[error.observed])
         # Where PIT misses the impact, there is no lateness to compare with.
-        latest_s, earliest_s = (math.inf, math.inf) if pit_error is None else (late_s, early_s)
-        local_s = float(evidence.local.time_s[found.observed])
-        if local_s <= known_ratio * evidence.observed.dt_s:
+        latest_s, earliest_s = (late_s[at], early_s[at]) if is_found[at] else (math.inf, math.inf)
+        if local_s <= known_ratio * dt_s:
             # At most a step late from the run's own state; the rest was propagated from earlier impacts.
-            latest_s = max(latest_s, known_ratio * float(cost.found_off_s[index]))
-        rounding = evidence.rounding * known.speed_m_s[index] / scales.speed_m_s
-        if not (found.velocity <= velocity + rounding and found.time_s <= latest_s + rounding_s):
+            latest_s = max(latest_s, known_ratio * cost.found_off_s[at])
+        velocity, spin = at_worst[:, at]
+        velocity += judged.rounding * own.speed_m_s[at] / scales.speed_m_s
+        spin += judged.rounding * own.rim_m_s[at] / scales.rim_m_s
+        if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
             return False
-        if found.spin > spin + evidence.rounding * known.rim_m_s[index] / scales.rim_m_s:
-            return False
-        if found.time_s < -rounding_s:
+        if error.time_s < -rounding_s:
             # Sampling never finds an impact before it happens from the run's own state. An impact that is early only
             # against the reference was brought forward by errors of earlier impacts, by at most as much as they are
             # late.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
-            if local_s < -rounding_s or not -found.time_s <= forward_s + rounding_s:
+            if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False
     return True
 
 
-def _has_good_end(evidence: Evidence, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
+def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
     """Whether the final errors are at most a part of PIT's, or the final state follows from the run's own impacts.
 
     An energy error of a millionth is always allowed. A final error of PIT that was not measured is NaN and allows
     nothing.
     """
-    found, own = evidence.measured.largest, evidence.consistency
-    if not abs(found.energy) <= max(part * abs(cost.energy) + evidence.rounding, THRESHOLDS.energy):
+    found, own = judged.measured.largest, judged.consistency
+    if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
         return False
-    falls = any(evidence.reference.scene.gravity_m_s2)
-    if own is not None and not (falls or own.unchecked) and own.strayed <= evidence.place_rounding:
+    falls = any(judged.reference.scene.gravity_m_s2)
+    if own is not None and not (falls or own.unchecked) and own.strayed <= judged.place_rounding:
         return True
     position, velocity, spin = (
         0.0 if math.isnan(x) else part * x for x in (cost.final_position, cost.final_velocity, cost.final_spin)
     )
-    scales = evidence.scales
+    scales = judged.scales
     allowed = np.array([position * scales.length_m, velocity * scales.speed_m_s, spin * scales.rim_m_s])[:, None]
-    return not bool(np.any(evidence.measured.ends > allowed + evidence.end_rounding(evidence.measured, exactly=False)))
+    return not bool(np.any(judged.measured.ends > allowed + judged.end_rounding(judged.measured, exactly=False)))
+
+
+def _compute_price_paid(judged: JudgedRun) -> float:
+    """Return the run's largest error over that of sampling."""
+    cost, errors = judged.sampling_cost, judged.measured.errors
+    if cost is None or judged.convention is not None:
+        return math.nan
+    if judged.non_finite:
+        return math.inf
+    if not judged.compared.impacts:
+        return math.nan
+    if judged.has_other_ending and judged.alignment.undecided:
+        return math.inf
+    ratios, largest_costs = [], cost.errors[:, -1].tolist()
+    for largest_error, largest_cost in zip(np.max(judged.impact_errors, axis=1).tolist(), largest_costs, strict=True):
+        if largest_error <= judged.rounding:
+            ratios.append(0.0)  # also 0 over 0
+        else:  # an error is infinitely worse where sampling costs nothing
+            ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
+    step_s = judged.observed.dt_s or cost.dt_s
+    if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
+        # Late detection changes no velocity here, only times. PIT is late by up to a step per impact, and the lateness
+        # of earlier impacts adds up.
+        late_s = abs(largest((error.time_s for error in errors), default=0.0))
+        return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
+    return max(ratios)

@@ -24,3 +24,8 @@ class Grade(Enum):
         """Whether this grade is no better than another; UNGRADED is neither better nor worse than any."""
         order = list(Grade)
         return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
+
+
+def worst_grade(*grades: Grade) -> Grade:
+    """Return the worst of some grades; UNGRADED counts as worse than any."""
+    return max(grades, key=list(Grade).index)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import ComparisonRange, group_by_pair
+from carom.comparator.impact_matching import group_by_pair
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
 from carom.model.scene import Disc, Scene, as_scene
-from carom.model.trace import Mode, Outcome, Trace, Vector, rim_speeds, velocities
+from carom.model.trace import Mode, Outcome, Trace, rim_speeds, velocities
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
@@ -173,41 +173,6 @@ def _belongs_to_landing(certified: Trace, trace: Trace, alike_s: float) -> NDArr
     return parts
 
 
-def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange:
-    """Return the range of a reference within a horizon, given as in `carom.compare`.
-
-    Raises:
-        InputError: It is negative or not a number.
-    """
-    count = len(reference.impacts)
-    if horizon is None:
-        return ComparisonRange(count, math.inf)
-    if isinstance(horizon, bool) or not horizon >= 0:
-        raise InputError(f"horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
-    times = reference.impacts["time_s"]
-    if isinstance(horizon, int):
-        if horizon >= count:
-            return ComparisonRange(count, math.inf)
-        # The range ends just before the first unreliable impact.
-        return ComparisonRange(horizon, float(np.nextafter(times[horizon], -math.inf)))
-    if horizon >= reference.scene.duration_s:
-        return ComparisonRange(count, math.inf)
-    return ComparisonRange(int(np.searchsorted(times, horizon, side="right")), float(horizon))
-
-
-def clip_before_tie(reference: Trace) -> ComparisonRange | None:
-    """Return the range before the first instant that has no unique answer; None where no impact comes before it.
-
-    Impacts within the reliable error of that instant do not count as before it.
-    """
-    if not reference.ambiguous:
-        return None
-    times = reference.impacts["time_s"]
-    tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
-    count = int(np.searchsorted(times, tie_s, side="left"))
-    return ComparisonRange(count, tie_s) if count else None
-
-
 def estimate_horizon(reference: Trace) -> float | None:
     """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None where all of it is.
 
@@ -226,7 +191,12 @@ def estimate_horizon(reference: Trace) -> float | None:
     if not len(other.impacts):
         return 0.0
     one, times = reference.impacts, reference.impacts["time_s"]
-    same = _match_impacts(reference, other)
+    # The n-th impacts of each pair match, -1 where there is none: those of different pairs at nearly one instant may be
+    # swapped.
+    same, others = np.full(len(one), -1, dtype=np.intp), group_by_pair(other.impacts)
+    for pair, indices in group_by_pair(one).items():
+        found = others.get(pair, [])[: len(indices)]
+        same[indices[: len(found)]] = found
     # An impact within rounding of the end may fall on either side of it, without an error of those before.
     last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
@@ -243,37 +213,20 @@ def estimate_horizon(reference: Trace) -> float | None:
     return max(0.0, float(np.nextafter(times[int(np.argmax(diverged))], -math.inf)))
 
 
-def _match_impacts(reference: Trace, other: Trace) -> NDArray[np.intp]:
-    """Return the index of the matching impact of another trace, -1 where it has none.
-
-    The n-th impacts of each pair match: impacts of different pairs at nearly one instant may be swapped.
-    """
-    same, others = np.full(len(reference.impacts), -1, dtype=np.intp), group_by_pair(other.impacts)
-    for pair, indices in group_by_pair(reference.impacts).items():
-        found = others.get(pair, [])[: len(indices)]
-        same[indices[: len(found)]] = found
-    return same
-
-
 def _nudge(scene: Scene, *, positions: bool) -> Scene:
-    """Move every velocity, and every position if asked, by one unit in the last place."""
-    rng = np.random.default_rng(0)
-    signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4)).tolist()
-    turns = rng.choice([-math.inf, math.inf], size=len(scene.discs)).tolist()
+    """Move every velocity, and every position if asked, by one unit in the last place.
 
-    def moved(disc: Disc, sign: list[float], turn: float) -> Disc:
-        if disc.immovable:
-            return disc
-        place = _nudge_vector(disc.position_m, sign[:2]) if positions else disc.position_m
-        spin = math.nextafter(disc.spin_rad_s, turn) if disc.spin_rad_s else 0.0
-        velocity = _nudge_vector(disc.velocity_m_s, sign[2:])
-        return Disc(**{**dict(disc), "position_m": place, "velocity_m_s": velocity, "spin_rad_s": spin})
-
-    discs = tuple(map(moved, scene.discs, signs, turns))
-    return Scene(**{**dict(scene), "discs": discs}) if positions else scene.model_copy(update={"discs": discs})
-
-
-def _nudge_vector(vector: Vector, towards: list[float]) -> Vector:
-    # A zero stays zero, which keeps symmetries that rounding keeps.
-    x, y = (v if v == 0.0 else math.nextafter(v, t) for v, t in zip(vector, towards, strict=True))
-    return (x, y)
+    A zero stays zero, which keeps symmetries that rounding keeps.
+    """
+    rng, start = np.random.default_rng(0), scene.arrays
+    signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4))
+    turns = rng.choice([-math.inf, math.inf], size=len(scene.discs))
+    numbers = ((start.position_m, signs[:, :2]), (start.velocity_m_s, signs[:, 2:]), (start.spins, turns))
+    places, speeds, spins = (np.where(x == 0.0, x, np.nextafter(x, towards)).tolist() for x, towards in numbers)
+    discs = [
+        {**dict(disc), "velocity_m_s": tuple(velocity), "spin_rad_s": spin}
+        | ({"position_m": tuple(place)} if positions else {})
+        for disc, place, velocity, spin in zip(scene.discs, places, speeds, spins, strict=True)
+    ]
+    moved = tuple(disc if disc.immovable else Disc(**new) for disc, new in zip(scene.discs, discs, strict=True))
+    return Scene(**{**dict(scene), "discs": moved}) if positions else scene.model_copy(update={"discs": moved})

@@ -129,10 +129,7 @@ def _shifted(scene: Scene, shift_s: float) -> Scene:
 
 
 def _with_states(
-    scene: Scene,
-    states: Iterable[tuple[Vector, Vector, float, tuple[Leg, ...]]],
-    walls: list[AnyWall],
-    **fields: float,
+    scene: Scene, states: Iterable[tuple[Vector, Vector, float, tuple[Leg, ...]]], walls: list[AnyWall], **fields: float
 ) -> Scene:
     """Return the scene with new positions, velocities, spins and legs of moving discs, new walls and fields."""
     discs = [

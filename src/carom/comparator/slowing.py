@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from carom.model.damping import Damping
 from carom.model.scene import Scene
 
 Array = NDArray[np.float64]
+_Speed = TypeVar("_Speed", float, Array)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,12 +81,8 @@ class Slowing:
         flown: Array = np.where(speed > 0.0, way, 0.0)
         return flown
 
-    def bends(self, speed: float) -> float:
-        """Return the deceleration of a disc of a speed, metres per second squared."""
-        return self.damping.per_s * speed + self.table_m_s2
-
-    def all_bends(self, speed: Array) -> Array:
-        """Return `bends` for an array of speeds."""
+    def bends(self, speed: _Speed) -> _Speed:
+        """Return the deceleration of a disc of a speed, or of an array of speeds, metres per second squared."""
         return self.damping.per_s * speed + self.table_m_s2
 
 

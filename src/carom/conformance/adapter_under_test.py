@@ -55,7 +55,7 @@ class Subject(Closeable):
 
     @cached_property
     def _pool(self) -> LocalPool:
-        return self._limits.pool(1)
+        return self._limits.local_pool(1)
 
     def another(self) -> Subject:
         """Return the same adapter with a new worker process."""

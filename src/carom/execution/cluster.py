@@ -9,19 +9,17 @@ from __future__ import annotations
 
 import importlib
 import logging
-import re
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from typing import Any, TypeVar
 
 from carom.errors import CaromError, InputError, MissingExtraError
 from carom.execution.cache_key import versions_of
 from carom.execution.engines import engines
 from carom.execution.job import Answer, Task
-from carom.execution.pool import Lane, Pool, TaskRunner
-from carom.support.checks import shown
+from carom.execution.pool import Lane, LocalPool, Pool, TaskRunner
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 
 #: Seconds to wait for the scheduler's first answer.
@@ -34,6 +32,9 @@ RETRIES = 3
 WORKERLESS_S = 60.0
 #: Seconds between checks of the number of workers.
 LOOK_S = 1.0
+
+#: What to do about a cluster that was lost.
+_CONTINUE = "run the command again; if it has an output folder, --resume continues after what is finished"
 
 T = TypeVar("T")
 Item = TypeVar("Item")
@@ -69,16 +70,15 @@ class ClusterPool(Pool):
             ) from None
         for name in ("distributed", "distributed.client"):  # they log tracebacks when a cluster is lost
             logging.getLogger(name).setLevel(logging.CRITICAL)
-        self._limits = (time_limit_s, memory_limit_mb)
-        if not re.fullmatch(r"[a-z]+://\S+", scheduler):
-            raise InputError(f"--scheduler must be an address such as tcp://host:8786, got {shown(scheduler)}")
+        self._limits, self._address = (time_limit_s, memory_limit_mb), scheduler
         try:
             self._client: Any = distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:  # its TimeoutError is an OSError; a TypeError lacks TLS
             reason = str(error) or type(error).__name__
-            raise ClusterError(f"no Dask scheduler at {scheduler}: {reason}") from None
+            hints = [f"start one with `dask scheduler`, and its workers with `dask worker {scheduler}`"]
+            raise ClusterError(f"no Dask scheduler at {scheduler}: {reason}", hints=hints) from None
         try:
-            self._require_same_versions(scheduler)
+            self._require_same_versions()
         except BaseException:
             self._client.close()
             raise
@@ -86,6 +86,10 @@ class ClusterPool(Pool):
     def close(self) -> None:
         """Disconnect from the cluster."""
         self._client.close()
+
+    def on_this_machine(self) -> AbstractContextManager[Pool]:
+        """Return a pool of one worker process an engine on this machine."""
+        return LocalPool(1, *self._limits)
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Carry out tasks of one engine on one of the cluster's workers."""
@@ -114,17 +118,14 @@ class ClusterPool(Pool):
                 except distributed.scheduler.KilledWorker:
                     lost.append(name)
                 except (distributed.CancelledError, distributed.comm.CommClosedError):
-                    why = "".join(gone) or "the cluster's scheduler went away"
-                    left = len(submitted) + 1
-                    raise ClusterError(f"{why}; {left} tasks are left; --resume continues them") from None
+                    why = "".join(gone) or f"the Dask scheduler at {self._address} went away"
+                    raise ClusterError(f"{why}; {len(submitted) + 1} tasks are left", hints=[_CONTINUE]) from None
                 else:
                     yield results
                 future.release()
         if lost:
-            raise ClusterError(
-                f"{len(lost)} tasks were lost with the cluster's workers, the first with {lost[0]}; --resume "
-                "tries them again"
-            )
+            why = f"were lost with workers of the cluster at {self._address}, the first with {lost[0]}"
+            raise ClusterError(f"{len(lost)} tasks {why}", hints=[_CONTINUE])
 
     @contextmanager
     def _watched(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
@@ -138,7 +139,7 @@ class ClusterPool(Pool):
                     if self._client.scheduler_info()["workers"]:
                         seen = time.monotonic()
                 if time.monotonic() - seen > WORKERLESS_S:
-                    gone.append(f"the cluster had no worker for {WORKERLESS_S:g} s")
+                    gone.append(f"the cluster at {self._address} had no worker for {WORKERLESS_S:g} s")
                     break
             with suppress(Exception):  # a scheduler that is gone
                 self._client.cancel(list(submitted))
@@ -151,16 +152,18 @@ class ClusterPool(Pool):
             over.set()
             thread.join(CONNECT_S)
 
-    def _require_same_versions(self, scheduler: str) -> None:
+    def _require_same_versions(self) -> None:
         if not self._client.scheduler_info()["workers"]:
-            raise ClusterError(f"the cluster at {scheduler} has no worker: start some with `dask worker {scheduler}`")
+            hints = [f"start some with `dask worker {self._address}`"]
+            raise ClusterError(f"the cluster at {self._address} has no worker", hints=hints)
         here = _all_versions()
         for worker, there in self._client.run(_all_versions).items():
             for engine in sorted(here.keys() | there.keys()):
                 if here.get(engine) != there.get(engine):
                     raise InputError(
                         f"{engine} on the cluster's worker {worker} is {_shown(there.get(engine))}, "
-                        f"and here {_shown(here.get(engine))}: results would not be the same; install the same there"
+                        f"and here {_shown(here.get(engine))}: results would not be the same",
+                        hints=["install the same on both"],
                     )
 
 

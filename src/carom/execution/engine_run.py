@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise import StepWatch
 from carom.comparator.stepwise.rest import RESTING_STEPS
-from carom.engines.api import Adapter, Capabilities, Observation, World, unsupported_reason
+from carom.engines.api import Adapter, Capabilities, Contact, Observation, World, unsupported_reason
 from carom.engines.registry import has_part, load_adapter, require_profile, why_unavailable
 from carom.errors import AdapterError
 from carom.execution.codec import CarriedTrace
@@ -22,6 +22,7 @@ from carom.execution.impact_collector import ImpactCollector, gravity_of
 from carom.execution.job import PIT_METHOD, Job, JobTask, Method, SettingOverrides, UnavailableError, UnsupportedError
 from carom.execution.locate import Cutter
 from carom.execution.phases import phase_values
+from carom.execution.state_rows import StateRows
 from carom.execution.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
 from carom.model.scene import Scene
 from carom.model.step_windows import States
@@ -30,6 +31,9 @@ from carom.model.trace import Outcome, Samples, Setting, Trace
 #: Most discs, and most states, that are kept in scenes in which discs may come to rest.
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256
+
+#: Number of states of one disc that are kept in rows: some 3 MB.
+_ROWS = 2**16
 
 #: Samples are for drawing: no picture is more than this many pixels wide.
 MOST_SAMPLES = 4096
@@ -182,40 +186,49 @@ class _Run:
     def __init__(self, scene: Scene, dt_s: float, float_bits: int, *, samples: bool, watched: bool) -> None:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
         self.steps, self.taken = scene.step_count(dt_s), 0
-        self.state = Observation(
-            np.array([disc.position_m for disc in scene.discs], dtype=np.float64),
-            np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64),
-            spin_rad_s=scene.arrays.spins,
-        )
-        self.collector = ImpactCollector(scene, self.state, float_bits)
+        arrays, discs = scene.arrays, len(scene.discs)
+        #: The last states, the first row being the scene's start or the last one of the rows before, and the last row.
+        self.rows, self.row = StateRows(1 + min(self.steps, max(_ROWS // discs, 2)), discs), 0
+        self.rows.position_m[0], self.rows.velocity_m_s[0] = arrays.position_m, arrays.velocity_m_s
+        self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, True
+        self.contacts = tuple[Contact, ...]()
+        #: The last state before these rows that is within the scene's duration, and its time.
+        self.before = (0.0, self.state)
+        self.collector, self.collected = ImpactCollector(scene, self.state, float_bits), 0
         self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
-        self.validator, self.seen_s = Validator(scene, dt_s, float_bits), 0.0
-        self.earlier = (0.0, self.state)
+        self.validator = Validator(scene, dt_s, float_bits)
         self.gravity, self.slowing = gravity_of(scene), Slowing.of(scene)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
-        self.positions = [self.state.position_m]
+        self.positions = [arrays.position_m]
         self.stride = -(-self.steps // MOST_SAMPLES)
         may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_LOOKED_AT
         self.looks: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
         self.look_at = frozenset[int]() if self.looks is None else choose_look_steps(self.steps)
 
+    @property
+    def state(self) -> Observation:
+        """The last state, with the contacts of its step."""
+        return self.rows.observation(self.row, self.contacts)
+
+    @property
+    def earlier(self) -> tuple[float, Observation]:
+        """The last state before the present one that is within the scene's duration, and its time."""
+        within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
+        if not len(within):
+            return self.before
+        return float(self.rows.time_s[within[-1]]), self.rows.observation(int(within[-1]))
+
     def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         """Take steps until the end of the scene, or until only free flight is left."""
+        self._take_steps(world, cutter, flight)
+        self._pass_on_states()
+
+    def _take_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         straight = not (self.gravity.any() or self.slowing or self.scene.arrays.driven)
         for step in range(1, self.steps + 1):
             for time_s in _pieces(world, cutter, step, self.dt_s):
-                now, is_finite = self.validator.state(world.observe())
-                if now.warning or not is_finite:
-                    self.outcome, self.notes = _health(now.warning)
-                    if self.outcome is not Outcome.STANDSTILL:
-                        return
-                if self.seen_s <= self.scene.duration_s:
-                    self.earlier = (self.seen_s, self.state)
-                self.state = self.validator.contacts(now, self.seen_s, time_s)
-                self.collector.add(time_s, self.state)
-                if self.watch is not None:
-                    self.watch.add(time_s, self.state.position_m, self.state.velocity_m_s, self.state.spin_rad_s)
-                self.seen_s = time_s
+                if not self._add_state(world.observe(), time_s):
+                    return
                 if self.outcome is Outcome.STANDSTILL:
                     self.taken = step
                     return
@@ -226,9 +239,53 @@ class _Run:
             if self.looks is not None and step in self.look_at:
                 self.looks.append((step * self.dt_s, self.state))
             if self.samples and step % self.stride == 0:
-                self.positions.append(self.state.position_m)
-            if straight and flight.begins(step * self.dt_s, self.state):
+                self.positions.append(self.rows.position_m[self.row].copy())
+            end_s = step * self.dt_s
+            is_needed = straight and (self.contacts or end_s >= flight.needed_from_s)
+            if is_needed and flight.begins(end_s, self.state):
                 return
+
+    def _add_state(self, found: Observation, time_s: float) -> bool:
+        """Add a state and its contacts. Return False, and add nothing, if the state is not reliable."""
+        if self.row + 1 == len(self.rows.time_s):
+            self._begin_rows()
+        rows, row = self.rows, self.row + 1
+        is_finite = self.validator.read(found, rows, row)
+        if found.warning != "" or not is_finite:
+            self.outcome, self.notes = _health(str.__str__(found.warning))
+            if self.outcome is not Outcome.STANDSTILL:
+                return False
+        contacts: object = found.contacts
+        # Most steps have none.
+        self.contacts = (
+            () if contacts == () else self.validator.contacts(contacts, float(rows.time_s[self.row]), time_s)
+        )
+        rows.time_s[row] = time_s
+        self.row = row
+        if self.contacts or self.collector.open:
+            if self.collected != row - 1:
+                self.collector.pass_to(float(rows.time_s[row - 1]), rows.observation(row - 1))
+            self.collector.add(time_s, self.state)
+            self.collected = row
+        return True
+
+    def _begin_rows(self) -> None:
+        """Begin new rows with the last state."""
+        self._pass_on_states()
+        if self.rows.time_s[self.row] <= self.scene.duration_s:
+            self.before = (float(self.rows.time_s[self.row]), self.state)
+        else:
+            self.before = self.earlier
+        last, self.rows = self.rows, StateRows(len(self.rows.time_s), len(self.scene.discs))
+        self.rows.numbers[0], self.rows.time_s[0] = last.numbers[self.row], last.time_s[self.row]
+        self.rows.has_spins = last.has_spins
+        self.collected -= self.row
+        self.row = 0
+
+    def _pass_on_states(self) -> None:
+        """Pass the states of the rows on to the comparison of steps; the first row is known there."""
+        if self.watch is not None:
+            self.watch.add(self.rows.states(slice(1, self.row + 1)))
 
     def trace(self, method: str) -> Trace:
         """Return the trace, with the final state advanced to the end of the scene."""

@@ -40,6 +40,9 @@ class FreeFlight:
 
     Then the final state is at the end of these straight paths.
 
+    Attributes:
+        needed_from_s: Time from which on `begins` needs every step. Before, it needs only those with contacts.
+
     Args:
         scene: The scene.
         dt_s: The step, seconds.
@@ -53,7 +56,7 @@ class FreeFlight:
         #: The last instants and observations: the quiet steps are between them.
         self._seen: deque[tuple[float, Observation]] = deque(maxlen=_QUIET_STEPS + 1)
         self._turns = scene.arrays.turns
-        self._look_from_s = 0.0
+        self._look_from_s = self.needed_from_s = 0.0
         self._pause_s = dt_s
         n = len(scene.discs)
         movable = np.array([not disc.immovable for disc in scene.discs])
@@ -69,16 +72,17 @@ class FreeFlight:
         ]
 
     def begins(self, time_s: float, now: Observation) -> bool:
-        """Whether the rest of the run is free flight. Call this after every step."""
+        """Whether the rest of the run is free flight. Call this after every step that is needed."""
         self._seen.append((time_s, now))
         if now.contacts:
-            self._look_from_s, self._pause_s = 0.0, self._dt_s
+            self._look_from_s, self._pause_s, self.needed_from_s = 0.0, self._dt_s, 0.0
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
             return False
         earliest_s = time_s + self._earliest(now, self._scene.duration_s - time_s)
         # No pair comes near before that. If one is near now, the test is repeated at increasing intervals.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
+        self.needed_from_s = self._look_from_s - (_QUIET_STEPS + 0.5) * self._dt_s
         return earliest_s > self._scene.duration_s + _AHEAD_STEPS * self._dt_s
 
     def _is_quiet(self) -> bool:

@@ -102,7 +102,13 @@ class _OpenContact:
 
 
 class ImpactCollector:
-    """Collects the observation after each step and returns the impacts of the whole run."""
+    """Collects the observation after each step and returns the impacts of the whole run.
+
+    Attributes:
+        open: Contacts that may continue in the next step.
+        states: After `finish`, the state before each impact.
+        spins: After `finish`, the spins around each impact; None in a scene without spins.
+    """
 
     def __init__(self, scene: Scene, start: Observation, float_bits: int = 64) -> None:
         arrays = scene.arrays
@@ -118,18 +124,19 @@ class ImpactCollector:
         self._slowing = Slowing.of(scene)
         self._last = start
         self._last_s = 0.0
-        self._open: dict[_Pair, _OpenContact] = {}
+        self.open: dict[_Pair, _OpenContact] = {}
         self._done: list[tuple[int, ImpactRecord, float, _State]] = []
         self._begun = 0
         self.states = np.zeros(0, STATE_DTYPE)
         self.spins: NDArray[np.void] | None = None
 
+    def pass_to(self, time_s: float, now: Observation) -> None:
+        """Pass steps without contacts while no contact is open; the last of them ended at `time_s`."""
+        self._last, self._last_s = now, time_s
+
     def add(self, time_s: float, now: Observation) -> None:
         """Add the validated state and contacts of the step that ended at `time_s`."""
         before = self._last
-        if not (now.contacts or self._open):  # as after most steps
-            self._last, self._last_s = now, time_s
-            return
         active: dict[_Pair, Contact] = {}
         struck: set[int] = set()
         for contact in now.contacts:
@@ -146,7 +153,7 @@ class ImpactCollector:
                 active[pair] = contact
         touched = Counter(body for pair in active for body in self._movable(pair))
         motion = {body: self._motion(before, body) for body in touched}
-        for pair in [pair for pair in self._open if pair not in active]:
+        for pair in [pair for pair in self.open if pair not in active]:
             self._close(pair)
         for pair, contact in active.items():
             self._extend(pair, contact, motion, touched, time_s, now)
@@ -157,7 +164,7 @@ class ImpactCollector:
 
         Also set `states`, and in a scene with spins `spins`, with one row for each impact.
         """
-        for pair in list(self._open):
+        for pair in list(self.open):
             self._close(pair)
         # Impacts with the same time are in the order in which they began.
         ordered = sorted(self._done, key=lambda item: (item[1].time_s, item[0]))
@@ -227,7 +234,7 @@ class ImpactCollector:
                     self._apply_impulse(present, contact, body, sign) if by_impulse else self._motion(now, body)
                 )
         after = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
-        known = self._open.get(pair)
+        known = self.open.get(pair)
         if known and _separation_speed(known.after, known.reported.normal) > 0.0 > _separation_speed(
             ahead, contact.normal
         ):
@@ -237,7 +244,7 @@ class ImpactCollector:
         if known is None:
             number, start_s, start = self._next_number(), self._last_s, self._last
             known = _OpenContact(number, contact, ahead, start_s, start, after, time_s, now)
-            self._open[pair] = known
+            self.open[pair] = known
         known.after, known.end_s, known.end = after, time_s, now
         known.alone = known.alone and all(touched[body] <= 1 for body in pair)
         impulse = contact.impulse_n_s
@@ -271,7 +278,7 @@ class ImpactCollector:
         )
 
     def _close(self, pair: _Pair) -> None:
-        whole = self._open.pop(pair)
+        whole = self.open.pop(pair)
         contact = whole.impact()
         motions = (*contact.before, *contact.after)
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from enum import StrEnum
@@ -12,7 +13,7 @@ from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS, MOST_PHASES
 from carom.support.options import DeclaredOptions, ValueKind, flag, megabytes, name, option, seconds, step, whole
 
 if TYPE_CHECKING:
-    from carom.execution.pool import LocalPool
+    from carom.execution.pool import LocalPool, Pool
     from carom.model.scene import Scene
     from carom.model.trace import Setting
 
@@ -85,6 +86,34 @@ def memory_limit(*, stamped: bool = False) -> Any:
     return option(None, megabytes(), what, "--memory-limit", stamped=stamped, said=said)
 
 
+def _address(value: Any) -> str:
+    if not re.fullmatch(r"[a-z]+://\S+", value):
+        raise ValueError
+    return str(value)
+
+
+def scheduler() -> Any:
+    """Declare the option for a cluster."""
+    said = "an address such as tcp://host:8786"
+    return option(
+        None,
+        ValueKind(said, "ADDRESS", _address, wrong=("host:8786", "nan", "", 5, True, ["tcp://host:8786"])),
+        "Dask scheduler to run on, such as tcp://host:8786. Run times are still measured here.",
+        "--scheduler",
+        said="this machine",
+    )
+
+
+def no_scheduler(reason: str) -> Any:
+    """Declare the option for a cluster in a study that can't use one, and why it can't."""
+
+    def refuse(_value: Any) -> None:
+        raise ValueError
+
+    kind = ValueKind(f"left out, since {reason}", "ADDRESS", refuse, wrong=("tcp://host:8786", "", 5))
+    return option(None, kind, f"Not available here: {reason}.", "--scheduler")
+
+
 @dataclass(frozen=True, kw_only=True)
 class LimitOptions(DeclaredOptions):
     """Options of every study that starts engines.
@@ -94,6 +123,7 @@ class LimitOptions(DeclaredOptions):
         time_limit_s: Seconds after which an engine without an answer is ended.
         memory_limit_mb: Memory limit of an engine's process, megabytes; by default that of
             `carom.execution.pool.LocalPool`.
+        scheduler: Address of the Dask scheduler whose cluster the study runs on; by default it runs on this machine.
     """
 
     jobs: int | None = option(
@@ -101,8 +131,21 @@ class LimitOptions(DeclaredOptions):
     )
     time_limit_s: float = time_limit()
     memory_limit_mb: float | None = memory_limit()
+    scheduler: str | None = scheduler()
 
-    def pool(self, jobs: int | None = None) -> LocalPool:
+    def pool(self) -> Pool:
+        """Return the pool that is asked for: on the cluster of `scheduler`, or else on this machine.
+
+        Raises:
+            CaromError: The cluster can't be used; see `carom.execution.cluster.ClusterPool`.
+        """
+        if self.scheduler is None:
+            return self.local_pool()
+        from carom.execution.cluster import ClusterPool
+
+        return ClusterPool(self.scheduler, self.time_limit_s, self.memory_limit_mb)
+
+    def local_pool(self, jobs: int | None = None) -> LocalPool:
         """Return a pool of worker processes on this machine with these limits."""
         from carom.execution.pool import LocalPool
 

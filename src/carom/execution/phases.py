@@ -52,6 +52,8 @@ class PhaseSpread:
 
 def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
     """Return quasi-random phases in 0 to 1: multiples of the golden ratio, from a start that depends on the seed."""
+    if not count:  # loading the generator takes longer than a short run
+        return ()
     start = float(np.random.default_rng(seed).random())
     return tuple((start + k * _GOLDEN) % 1.0 for k in range(count))
 

@@ -10,6 +10,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import Generic, Self, TypeVar
 
 from carom.execution.fork_server import ForkServer
@@ -60,6 +61,10 @@ class Pool(TaskRunner):
 
     def renew(self) -> None:
         """Replace the worker processes, if there are any, so that later tasks run in fresh ones."""
+
+    def on_this_machine(self) -> AbstractContextManager[Pool]:
+        """Return a pool whose tasks run on this machine, as run times can be compared only within one machine."""
+        return nullcontext(self)
 
     @abstractmethod
     def each(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from carom.execution.job import Answer, Task
@@ -27,7 +27,10 @@ T = TypeVar("T")
 
 
 class DependentTasks(ABC, Generic[T]):
-    """Several tasks with one result, of which later tasks depend on the answers to earlier ones."""
+    """Several tasks with one result, of which later tasks depend on the answers to earlier ones.
+
+    It is pickled if the pool is a cluster.
+    """
 
     @property
     @abstractmethod
@@ -35,8 +38,12 @@ class DependentTasks(ABC, Generic[T]):
         """Name of the adapter of the first task."""
 
     @abstractmethod
-    def run(self, runner: TaskRunner) -> Answer[T]:
+    def run(self, runner: TaskRunner) -> Answer[Any]:
         """Run the tasks and return their common result."""
+
+    def complete(self, answer: Answer[Any]) -> Answer[T]:
+        """Return the answer to journal, for the result of `run`. It runs in the study's process and can write files."""
+        return answer
 
 
 #: Types that a request can contain.
@@ -85,16 +92,21 @@ def run_tasks(
         else:
             pending.setdefault(request.key, []).append(request)
     batches = build_batches((key, same_key[0].task, same_key[0].steps) for key, same_key in pending.items())
-    results: Iterator[list[JournalEntry[K, T]]]
+    results: Iterator[list[JournalEntry[K, Any]]]
     if alone:
         results = ([entry] for _, batch in batches for entry in _run_batch(batch, pool))
     else:
         results = pool.each(batches, _run_batch)
-    for entries in results:
+    for several in results:
+        entries = [_complete(entry, pending[entry.key][0].task) for entry in several]
         journal.add(entries)
         for entry in entries:
             for request in pending[entry.key]:
                 yield request.subject, entry.answer
+
+
+def _complete(entry: JournalEntry[K, Any], task: AnyTask[T]) -> JournalEntry[K, T]:
+    return replace(entry, answer=task.complete(entry.answer)) if isinstance(task, DependentTasks) else entry
 
 
 def build_batches(tasks: Iterable[tuple[K, AnyTask[T], float]]) -> list[tuple[str, Batch[K, T]]]:
@@ -111,7 +123,7 @@ def build_batches(tasks: Iterable[tuple[K, AnyTask[T], float]]) -> list[tuple[st
     return batches
 
 
-def _run_batch(batch: Batch[K, T], runner: TaskRunner) -> Iterator[JournalEntry[K, T]]:
+def _run_batch(batch: Batch[K, T], runner: TaskRunner) -> Iterator[JournalEntry[K, Any]]:
     """Carry out the tasks of a batch."""
     tasks = [task for _, task in batch if not isinstance(task, DependentTasks)]
     dependent = [task for _, task in batch if isinstance(task, DependentTasks)]  # always alone in a batch

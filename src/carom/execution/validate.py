@@ -15,12 +15,12 @@ from dataclasses import fields
 from typing import Any, NamedTuple, TypeGuard, TypeVar, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from carom.engines.api import Adapter, Capabilities, Contact, Engine, Knob, Observation, Profile
 from carom.engines.api.checks import COMBINE_RULES, MANTISSA_BITS
 from carom.errors import AdapterError
+from carom.execution.state_rows import StateRows
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Vector, wall_index
 from carom.support.formatting import number
@@ -38,8 +38,6 @@ MOST_ENTRIES = 1000
 MOST_WHOLE = 2**64
 
 _FLOAT64 = np.dtype(np.float64)
-#: Up to this many numbers, Python adds the squares faster than NumPy.
-_FEW = 24
 
 
 def adapter_error(message: str, section: str = FIELDS) -> AdapterError:
@@ -230,43 +228,46 @@ class Validator:
         # Half of the method's digits: a normal that is further from length 1 is a mistake, not rounding.
         self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
 
-    def state(self, found: object) -> tuple[Observation, bool]:
-        """Return an observation with checked arrays, and whether each number is finite.
-
-        The arrays are copied, since the world may change its own later.
+    def read(self, found: object, rows: StateRows, row: int) -> bool:
+        """Copy the arrays of an observation to a row, and return whether each number is finite.
 
         Raises:
             AdapterError: A field has a wrong type or value.
         """
         if not isinstance(found, Observation):
             raise adapter_error(f"observe() must return an Observation, got {_shown(found)}")
-        spins, turns = None, True
         if found.spin_rad_s is not None:
-            spins, turns = _array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
+            _check_array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
+            rows.spin_rad_s[row] = found.spin_rad_s
         elif self._needs_spins:
             raise adapter_error(
                 f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none"
             )
-        places, are_places = _array(found.position_m, "position_m of an Observation", (self._discs, 2))
-        speeds, are_speeds = _array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2))
-        warning = found.warning
-        if warning != "":  # as it is after most steps
-            warning = plain_text(warning, "the warning of an observation")
-        return Observation(places, speeds, found.contacts, warning, spins), turns and are_places and are_speeds
+        rows.has_spins = found.spin_rad_s is not None
+        _check_array(found.position_m, "position_m of an Observation", (self._discs, 2))
+        rows.position_m[row] = found.position_m
+        _check_array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2))
+        rows.velocity_m_s[row] = found.velocity_m_s
+        if found.warning != "":  # as it is after most steps
+            plain_text(found.warning, "the warning of an observation")
+        # If the sum of squares is within the limit, so is each number. This fast check runs after every step.
+        numbers = rows.numbers[row]
+        if numbers.dot(numbers) <= LARGEST:
+            return True
+        finite = np.isfinite(numbers)
+        if (far := (np.abs(numbers) > LARGEST) & finite).any():
+            raise adapter_error(f"{rows.name_of(int(far.argmax()))} {beyond(0.0, LARGEST)}, got {numbers[far][0]:g}")
+        return bool(finite.all())
 
-    def contacts(self, state: Observation, begin_s: float, end_s: float) -> Observation:
-        """Return an observation with checked contacts, for the step or piece of a step between two times.
+    def contacts(self, found: object, begin_s: float, end_s: float) -> tuple[Contact, ...]:
+        """Return checked contacts of the step, or piece of a step, between two times.
 
         Raises:
             AdapterError: A field of a contact has a wrong type or value.
         """
-        found: object = state.contacts
-        if found == ():  # as after most steps
-            return state
         if not isinstance(found, Iterable):
             raise adapter_error(f"contacts of an observation must be a tuple, got {_shown(found)}")
-        contacts = tuple(self._contact(contact, begin_s, end_s) for contact in found)
-        return Observation(state.position_m, state.velocity_m_s, contacts, state.warning, state.spin_rad_s)
+        return tuple(self._contact(contact, begin_s, end_s) for contact in found)
 
     def _wall_numbers(self) -> str:
         if not self._walls:
@@ -331,22 +332,12 @@ class Validator:
         return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **told)
 
 
-def _array(found: object, name: str, shape: tuple[int, ...]) -> tuple[NDArray[np.float64], bool]:
-    """Return a copy of an array, and whether each of its numbers is finite."""
+def _check_array(found: object, name: str, shape: tuple[int, ...]) -> None:
+    """Refuse anything except an array of numbers of a shape."""
     if not isinstance(found, np.ndarray) or (found.dtype is not _FLOAT64 and found.dtype.kind not in "fiu"):
         raise adapter_error(f"{name} must be an array of floats, got {_shown(found)}")
     if found.shape != shape:
         raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
-    plain = type(found) is np.ndarray and found.dtype is _FLOAT64  # copied three times as fast
-    array = found.copy() if plain else np.array(found, dtype=np.float64)
-    # If the sum of squares is within the limit, so is each number. This fast check runs after every step.
-    few = array.size <= _FEW
-    if (math.hypot(*array.ravel().tolist()) if few else np.vdot(array, array)) <= LARGEST:
-        return array, True
-    finite = np.isfinite(array)
-    if (far := (np.abs(array) > LARGEST) & finite).any():
-        raise adapter_error(f"{name} {beyond(0.0, LARGEST)}, got {array[far].flat[0]:g}")
-    return array, bool(finite.all())
 
 
 def _items(found: object, what: str, count: int) -> tuple[object, ...]:

@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,6 +108,19 @@ class States:
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    def part(self, rows: slice | NDArray[Any]) -> States:
+        """Return some of the states, by their numbers."""
+        spins = None if self.spin_rad_s is None else self.spin_rad_s[rows]
+        return States(self.time_s[rows], self.position_m[rows], self.velocity_m_s[rows], spins)
+
+    @classmethod
+    def joined(cls, parts: Sequence[States]) -> States:
+        """Return the states of several parts, all with spins or all without."""
+        if len(parts) == 1:
+            return parts[0]
+        names = [field.name for field in fields(cls) if getattr(parts[0], field.name) is not None]
+        return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.comparator import Score
-from carom.comparator.measure import Errors
+from carom.comparator import Errors, Score
 from carom.errors import MissingExtraError
 from carom.execution.results import Results
 from carom.model.trace import EdgeKind, Trace, setting_text

@@ -47,18 +47,18 @@ class Cell:
     """A cell of a table.
 
     Attributes:
-        text: What it says.
-        note: What stands smaller next to it: the number behind a word.
-        short: What a terminal shows instead of text and note, where that is shorter.
-        title: The whole story, which a page shows when it is pointed at.
-        css: Class of its colours on a page.
+        text: The text.
+        note: Smaller text next to it: the number behind a word.
+        short: Shorter text for a terminal, instead of text and note.
+        title: The full explanation, which a page shows at the pointer.
+        css: Class of the colours on a page.
         symbol: A sign before the text, so that colour is never the only one.
-        style: Its colours on a terminal.
-        link: Where the text leads on a page; empty for nowhere.
-        shares: Parts of a bar below the text; a terminal shows it instead of the text.
-        part: Length of a meter below the text, in parts of the longest; None for no meter.
-        anchor: Its name within a page, for what leads to it; empty for none.
-        corner: A sign that a page sets into the cell's corner; empty for none.
+        style: Colours on a terminal.
+        link: Target of the text on a page; empty for none.
+        shares: Parts of a bar below the text; a terminal shows the bar instead of the text.
+        part: Length of a meter below the text, relative to the longest; None for no meter.
+        anchor: Name within a page, as a target of links; empty for none.
+        corner: A sign in the corner of the cell on a page; empty for none.
     """
 
     text: str
@@ -85,10 +85,10 @@ class Column:
     """A column of a table.
 
     Attributes:
-        head: Its heading.
-        say: What it says of the item of a row.
+        head: The heading.
+        say: Returns the cell for the item of a row.
         under: A second line of the heading.
-        number: Whether it holds numbers.
+        number: Whether the cells are numbers.
         only: The media that show it.
     """
 
@@ -114,15 +114,14 @@ class Table:
     """A table; each item is a row, which its first column heads.
 
     Attributes:
-        columns: What stands in them.
-        items: What the rows are about.
-        title: A heading of its own, where the section's is not enough.
-        note: What its columns mean.
-        folded: What a page shows of it until it is opened; empty where it is open.
-        css: Class of its layout on a page.
+        columns: The columns.
+        items: The items, one for each row.
+        title: A heading of its own, in addition to the section's.
+        note: Meaning of the columns.
+        folded: The words that open it on a page; empty if it is open from the start.
+        css: Class of the layout on a page.
         only: The media that show it.
-        packed: Whether a page holds its rows compressed until it is opened: they are many, and say little each.
-        cards: Whether a narrow page shows each row as a card, each cell with its heading, and nothing next to it.
+        packed: Whether a page compresses the rows until the table is opened, because there are many.
     """
 
     columns: Sequence[Column]
@@ -133,7 +132,6 @@ class Table:
     css: str = ""
     only: Media = EVERYWHERE
     packed: bool = False
-    cards: bool = False
 
     def shown(self, medium: Medium) -> tuple[list[Column], list[list[Cell]]]:
         """Return columns and rows as a medium shows them."""
@@ -143,10 +141,17 @@ class Table:
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph."""
+    """A paragraph.
+
+    Attributes:
+        text: The text.
+        only: The media that show it.
+        folded: Whether a page shows it only after a click on *How is this computed?*.
+    """
 
     text: str
     only: Media = EVERYWHERE
+    folded: bool = False
 
 
 @dataclass(frozen=True)
@@ -154,9 +159,9 @@ class Lines:
     """A list of sentences.
 
     Attributes:
-        items: They.
+        items: The sentences.
         only: The media that show it.
-        folded: What a page shows of it until it is opened; empty where it is open.
+        folded: The words that open it on a page; empty if it is open from the start.
     """
 
     items: tuple[str, ...]
@@ -193,12 +198,12 @@ class Figure:
     """A drawing, made as SVG when a page needs it.
 
     Attributes:
-        draw: Makes it.
+        draw: Returns the drawing; with the argument True its form for a phone.
         caption: Sentences below it.
-        title: What stands above it, where neither the drawing nor the section says so.
+        title: A heading above it, if neither the drawing nor the section has one.
     """
 
-    draw: Callable[[], str]
+    draw: Callable[[bool], str]
     caption: str
     title: str = ""
 
@@ -217,10 +222,10 @@ class Pair:
     """Two drawings to the same scale.
 
     Attributes:
-        heading: What they are of.
-        badge: What came of it.
-        sides: What each shows, in a few words.
-        draw: Makes both.
+        heading: The subject.
+        badge: The outcome.
+        sides: The content of each drawing, in a few words.
+        draw: Returns both drawings.
         caption: Sentences below them.
     """
 
@@ -247,6 +252,9 @@ class Replays:
     only: Media = PAGE
 
 
+#: What leads to a folded text.
+QUESTION = "How is this computed?"
+
 Block = Table | Text | Lines | Facts | Legend | Code | Figures | Pairs | Replays
 
 
@@ -255,11 +263,11 @@ class Section:
     """A part of a document.
 
     Attributes:
-        heading: Its heading.
-        blocks: What it holds, in order.
+        heading: The heading.
+        blocks: The content, in order.
         level: 2, or 3 for a part of the section before it.
         only: The media that show it.
-        short: What a list of the sections calls it, where the heading is long.
+        short: A shorter heading for the list of sections.
     """
 
     heading: str
@@ -279,7 +287,7 @@ class Headline:
 
     Attributes:
         sentence: The answer; a terminal prints it on the first line.
-        more: What else of it matters; a terminal prints it last, where it stays in sight.
+        more: Further sentences; a terminal prints them last, where they stay visible.
     """
 
     sentence: str
@@ -302,11 +310,11 @@ class Document:
     """A document.
 
     Attributes:
-        title: Its title.
-        answer: What it says first.
-        sections: Its parts.
-        about: What is compared, for who reads such a document for the first time; no terminal shows it.
-        watch: The one replay to begin with, which a page leads to; None for none.
+        title: The title.
+        answer: The first sentences.
+        sections: The sections.
+        about: The method in two sentences, for first-time readers; no terminal shows it.
+        watch: Link to the replay to watch first; None for none.
     """
 
     title: str

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
 from carom.errors import UnknownNameError
-from carom.report.grid import GRADED, Mark
+from carom.report.mark import GRADED, Mark
 
 #: Common terms of the field for which reports have another word.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 #: Size of a picture in a notebook.
 SIZE_IN = (7.0, 3.8)
+#: Size of one that a phone shows without scrolling.
+_NARROW_IN = (3.9, 4.6)
 
 
 def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | None:
@@ -26,17 +28,19 @@ def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | 
     return f'<div style="max-width:46em">{picture(draw, title)}</div><pre>{escape(lines)}</pre>'
 
 
-def picture(draw: Callable[[Axes], None], title: str, size_in: tuple[float, float] = SIZE_IN) -> str:
-    """Return what is drawn on axes of their own as SVG.
+def picture(
+    draw: Callable[[Axes], None], title: str, size_in: tuple[float, float] = SIZE_IN, *, narrow: bool = False
+) -> str:
+    """Return what is drawn on axes of their own as SVG; a narrow one fits a phone.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
     """
     with drawing():
-        figure = new_figure(*size_in)
+        figure = new_figure(*(_NARROW_IN if narrow else size_in))
         figure.set_layout_engine("constrained")
         draw(figure.add_subplot())
-        return render(figure, title)
+        return render(figure, title, narrow=narrow)
 
 
 def axes_of(ax: Axes | None, size_in: tuple[float, float] = SIZE_IN) -> Axes:

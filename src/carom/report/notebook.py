@@ -18,8 +18,8 @@ from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.files import require_report_extra
-from carom.report.grid import Mark, mark_of, mark_of_grade
 from carom.report.inline import axes_of, picture
+from carom.report.mark import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_trace, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE
 from carom.solvers.certified.result import CertifiedTrace

@@ -33,7 +33,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from carom.comparator import Errors, Grade, LocalScore
-from carom.comparator.consistency import Consistency
+from carom.comparator.measure.consistency import Consistency
 from carom.comparator.scales import Scales
 from carom.errors import InputError
 from carom.execution.environment import Environment

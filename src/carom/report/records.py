@@ -1,4 +1,4 @@
-"""Results for other programs: every number as JSON lines, and JUnit XML for continuous integration.
+"""The file results.jsonl: every number of a cross-check as JSON lines, written and read.
 
 The first of the JSON lines says what all rows were made on and by.
 """
@@ -8,65 +8,29 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal, cast
-from xml.etree import ElementTree as ET
+from typing import Any
 
-from carom.comparator import Grade, Score, Verdict
+from carom.comparator import Score
 from carom.errors import InputError
-from carom.execution.job import Method
-from carom.execution.results import Results, Row, violates
-from carom.report import formatting
+from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
-from carom.report.grid import BROKEN, Mark, mark_of, reasons_of
-from carom.report.record import RowLine, SceneLine, Summary, Taken, VerdictLine, read_line, text_of
+from carom.report.record import RowLine, Summary, read_line, text_of
+from carom.report.row_lines import line_of, summary_of
 from carom.support.escaping import shortened, visible
 from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
-
-_SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
-
-#: Characters that XML 1.0 can't contain, not even escaped, but that an engine's message may contain.
-_FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def records(results: Results) -> str:
     """Return one line of strict JSON for the whole run and one per row; a number that is not finite is null."""
-    return "".join(f"{line}\n" for line in (text_of(_summary(results)), *map(record, results.rows)))
+    return "".join(f"{line}\n" for line in (text_of(summary_of(results)), *map(record, results.rows)))
 
 
 def record(row: Row) -> str:
     """Return the line of a row, without its end."""
-    return text_of(_line(row), spins=row.job.scene.arrays.turns)
-
-
-def _summary(results: Results) -> Summary:
-    scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
-    return Summary(
-        format=FORMATS["results"],
-        rows=len(results.rows),
-        environment=results.environment,
-        command=results.command,
-        elapsed_s=results.elapsed_s,
-        verdicts={verdict.name.lower(): verdict.value for verdict in Verdict},
-        scenes={
-            name: SceneLine(score.expected, score.horizon_s, score.beyond_horizon, score.scales)
-            for name, _, score in scored
-        },
-        sampling=tuple({(name, dt_s): _of_pit(name, dt_s, score) for name, dt_s, score in scored}.values()),
-    )
-
-
-def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
-    """Return PIT's errors at a step of a scene, with which all rows there are compared."""
-    errors = dataclasses.asdict(score.sampling) if score.sampling else {}
-    return {
-        "scene": scene,
-        "dt_s": dt_s,
-        "missed": None if score.pit_missed is None else len(score.pit_missed),
-        **errors,
-    }
+    line = dataclasses.replace(line_of(row), local=_local(row.score) if row.score else None)
+    return text_of(line, spins=row.job.scene.arrays.turns)
 
 
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
@@ -122,49 +86,6 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
         yield line
 
 
-#: Fields of a score that a line has unchanged, under the same names.
-_OF_SCORE = (
-    *("missed", "spurious", "undecided", "total", "against_pit", "own_velocity", "equals_pit", "edits"),
-    *("local_truth", "parted_s", "pit_parted_s", "consistency"),
-)
-
-
-def _line(row: Row) -> RowLine:
-    job, score, trace = row.job, row.score, row.trace
-    told: dict[str, Any] = {name: getattr(score, name) if score else None for name in _OF_SCORE}
-    return RowLine(
-        scene=job.scene.name,
-        engine=job.engine,
-        profile=job.profile,
-        tried=dict(job.method.tried),
-        dt_s=job.dt_s,
-        refinement=job.refinement,
-        status=row.status,
-        reason="; ".join(reasons_of(row)) if not mark_of(row).ran else "",
-        grade=row.grade,
-        verdicts=tuple(VerdictLine(one.verdict.name.lower(), one.reason) for one in score.findings) if score else (),
-        matched=len(score.errors) if score else None,
-        **told,
-        price_paid=_paid(score.price_paid) if score else None,
-        float_bits=cast("Literal[32, 64]", score.float_bits) if score else None,
-        local=_local(score) if score else None,
-        outcome_taken=_outcome(score) if score else None,
-        spread=row.spread,
-        counts=trace.counts if trace else None,
-        outcome=trace.outcome if trace else None,
-        notes=tuple(trace.notes) if trace else (),
-        settings=trace.settings if trace else None,
-        timing=row.timing,
-        untimed=row.untimed,
-        time_ratio=row.time_ratio,
-    )
-
-
-def _paid(price: float) -> float | Literal["inf"]:
-    """Return a ratio, or the text ``inf`` for an infinite one, which JSON has no number for."""
-    return "inf" if math.isinf(price) else price
-
-
 def _local(score: Score) -> dict[str, int | float]:
     """Return medians and largest local errors: one entry per impact would make lines too long.
 
@@ -179,72 +100,3 @@ def _local(score: Score) -> dict[str, int | float]:
     }
     said = {name: value for name, value in found.items() if not math.isnan(value)}
     return {"scored": local.scored, "spurious": len(local.spurious), **said}
-
-
-def _outcome(score: Score) -> Taken | None:
-    match = score.convention
-    if match is None:
-        return None
-    return Taken(tuple(outcome.how for outcome in match.outcomes), match.nearest, match.distance, match.matches)
-
-
-def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
-    """Return one test case per cell, and one suite per engine and profile.
-
-    A case fails where its grade is `fail_on` or worse; None: no grade fails.
-    """
-    suites: dict[Method, list[Row]] = {}
-    for row in results.rows:
-        suites.setdefault(row.job.method, []).append(row)
-    root = ET.Element("testsuites", {"name": "carom", **_counts(results.rows, fail_on)})
-    for method, rows in suites.items():
-        name = _clean(f"{method.engine} {method.profile_shown}")
-        fields = {"name": name, "timestamp": results.environment.date, **_counts(rows, fail_on)}
-        suite = ET.SubElement(root, "testsuite", fields)
-        for row in rows:
-            _case(suite, row, fail_on)
-    ET.indent(root)
-    return ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
-
-
-def _kind(row: Row, fail_on: Grade | None) -> str:
-    """Return JUnit's word for the outcome of a row; empty where it passes."""
-    if fail_on is not None and violates(row, fail_on):
-        return "failure"
-    mark = mark_of(row)
-    return "error" if mark in BROKEN else "skipped" if mark in _SKIPPED else ""
-
-
-def _case(suite: ET.Element, row: Row, fail_on: Grade | None) -> None:
-    mark, reasons = mark_of(row), reasons_of(row)
-    case = ET.SubElement(
-        suite,
-        "testcase",
-        classname=_clean(f"carom.{row.job.engine}.{row.job.method.profile_shown}"),
-        name=_clean(f"{row.job.scene.name} at {formatting.step(row.job.dt_s)}"),
-        time=f"{_seconds(row):.6f}",
-    )
-    if kind := _kind(row, fail_on):
-        found = ET.SubElement(case, kind, message=_clean(f"{mark.word}: {reasons[0]}"))
-        if kind != "skipped":
-            found.set("type", mark.word)
-            found.text = _clean("\n".join(reasons))
-
-
-def _counts(rows: Sequence[Row], fail_on: Grade | None) -> dict[str, str]:
-    kinds = [_kind(row, fail_on) for row in rows]
-    return {
-        "tests": str(len(rows)),
-        "failures": str(kinds.count("failure")),
-        "errors": str(kinds.count("error")),
-        "skipped": str(kinds.count("skipped")),
-        "time": f"{sum(map(_seconds, rows)):.6f}",
-    }
-
-
-def _seconds(row: Row) -> float:
-    return row.timing.prepare_s + row.timing.advance_s if row.timing else 0.0
-
-
-def _clean(text: str) -> str:
-    return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)

@@ -8,26 +8,25 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
-from urllib.parse import quote
 
 import numpy as np
 import tomli_w
 
 from carom.comparator import ImpactError, Score
-from carom.comparator.local import LocalErrors
+from carom.comparator.measure.local import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import engine_argument
 from carom.execution.job import Job
-from carom.execution.results import Results
+from carom.execution.results import Row
 from carom.model.scene import Chain, Need, Ring, Scene, Wall
 from carom.model.trace import Mode, Trace, pair_name, setting_text
 from carom.report import formatting
-from carom.report.files import packed
-from carom.report.grid import Grid, GridCell
+from carom.report.mark import mark_of
 from carom.report.paths import extent_of
 from carom.report.picture import ARC_PARTS
+from carom.report.row_lines import line_of, reasons_of
 from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
 from carom.support.escaping import visible
 
@@ -57,31 +56,7 @@ _MOST_THROWN = 10
 _NEAR_STEPS = 2.0
 
 
-def scene_replays(
-    results: Results, grid: Grid, play_link: Callable[[Scene], str] = lambda _: ""
-) -> Iterator[tuple[str, str]]:
-    """Yield the name of each scene that has a reference, and its replays, packed.
-
-    Args:
-        results: The runs.
-        grid: The grid of the runs.
-        play_link: Returns the relative link to a scene on the play page; empty where it has none.
-    """
-    for row in grid.rows:
-        reference = results.references.get(row.scene.name)
-        cells = [cell for cell in row.cells if cell.has_replay]
-        if reference is not None and cells:
-            data = replay_data(reference, (_of_cell(cell) for cell in cells))
-            yield visible(row.scene.name), packed(data | {"drag": play_link(row.scene)})
-
-
-def replay_link(cell: GridCell) -> str:
-    """Return the link to a cell's replay in the same page; empty where there is none."""
-    row = cell.row
-    return f"#{quote(_key(row.job))}" if row and cell.has_replay else ""
-
-
-def _key(job: Job) -> str:
+def replay_key(job: Job) -> str:
     """Return the key of a replay in a page, with the scene's name as it is shown."""
     return f"{visible(job.scene.name)}/{job.engine}/{job.method.profile_shown}"
 
@@ -93,21 +68,19 @@ def run_command(scene: str, job: Job) -> str:
     return shlex.join((*asked, *tried, "--dt", repr(job.dt_s)))
 
 
-def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:
-    row = cell.row
-    assert row is not None and row.trace is not None and row.score is not None  # noqa: S101, PT018 - chosen by the caller
-    job = row.job
-    said = {
-        "engine": cell.column.label,
-        "profile": cell.column.profile,
-        "key": _key(job),
-        "word": cell.mark.word,
-        "symbol": cell.mark.symbol,
-        "css": cell.mark.css,
-        "said": [formatting.capitalised(reason) + "." for reason in cell.reasons],
-        "command": run_command(visible(job.scene.name), job),
+def describe_run(row: Row, engine: str, key: str, command: str) -> Json:
+    """Return what a replay says of a run: its method, its mark, its verdicts and the command that runs it again."""
+    mark = mark_of(row)
+    return {
+        "engine": engine,
+        "profile": row.job.method.profile_shown,
+        "key": key,
+        "word": mark.word,
+        "symbol": mark.symbol,
+        "css": mark.css,
+        "said": [formatting.capitalised(reason) + "." for reason in reasons_of(line_of(row))],
+        "command": command,
     }
-    return row.trace, row.score, said
 
 
 def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str, Any]]]) -> Json:

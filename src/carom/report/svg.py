@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import html
 import io
+import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 from zlib import crc32
 
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import formatting
 from carom.report.files import require_report_extra
 
@@ -35,6 +37,8 @@ _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
 #: Above the axes, with a title and without one.
 _HEAD_IN, _BARE_IN = 0.5, 0.15
+#: Part of an axis for errors within rounding, wide enough for two labels next to each other, and most ticks on a phone.
+_STRIP, _MOST_TICKS = 0.14, 4
 #: Room for the numbers and the label of the upright axis, and height of a line at the foot.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
 
@@ -155,15 +159,40 @@ def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
     }
 
 
-def framed(width_in: float, height_in: float, title: str = "", foot: Sequence[str] = ()) -> tuple[Figure, Axes]:
-    """Return a figure with room for a legend on the right, a title above, and small lines at its foot."""
+#: Size of a diagram that a phone shows without scrolling, its margins at the left and for names at the right, and the
+#: height of a line of a legend at its foot, inches.
+_NARROW_IN, _NARROW_LEFT_IN, _NAMES_IN, _ENTRY_IN = (3.9, 3.9), 0.8, 1.15, 0.18
+
+
+def framed(
+    width_in: float,
+    height_in: float,
+    title: str = "",
+    foot: Sequence[str] = (),
+    *,
+    narrow: bool = False,
+    below: int = 0,
+) -> tuple[Figure, Axes]:
+    """Return a figure with room for a legend on the right, a title above, and small lines at its foot.
+
+    Args:
+        width_in: Its width.
+        height_in: Its height, without the lines.
+        title: The title above.
+        foot: The lines.
+        narrow: Whether it has the width of a phone.
+        below: Names in a legend at the foot of a narrow one; 0 where the names stand on the right.
+    """
+    if narrow:
+        width_in, height_in = _NARROW_IN[0], _NARROW_IN[1] + _ENTRY_IN * math.ceil(below / 2)
     height = height_in + _FOOT_IN * len(foot)
     figure = new_figure(width_in, height)
-    left = _LEFT_IN / width_in
-    foot_in, head_in = 0.55, _HEAD_IN if title else _BARE_IN
-    wide, tall = 0.72 - left, (height_in - foot_in - head_in) / height
+    left_in, right_in = (_NARROW_LEFT_IN, 0.1 if below else _NAMES_IN) if narrow else (_LEFT_IN, 0.28 * width_in)
+    foot_in, head_in = 0.55 + _ENTRY_IN * narrow * math.ceil(below / 2), _HEAD_IN if title else _BARE_IN
+    left, wide = left_in / width_in, 1.0 - (left_in + right_in) / width_in
+    tall = (height_in - foot_in - head_in) / height
     axes = figure.add_axes((left, (height - height_in + foot_in) / height, wide, tall))
-    figure.text(0.02, 1.0 - 0.24 / height, title, fontsize=11)
+    figure.text(0.02, 1.0 - 0.24 / height, title, fontsize=9.5 if narrow else 11)
     for k, line in enumerate(reversed(foot)):
         figure.text(0.02, (0.06 + _FOOT_IN * k) / height, line, fontsize=6.5, color=MUTED)
     return figure, axes
@@ -175,8 +204,13 @@ def aim(axes: Axes, x: float, y: float, anchor: str) -> None:
     axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
 
 
-def finish(axes: Axes) -> None:
-    """Draw the grid, and the legend next to the axes; ticks between the labelled ones have no words."""
+def finish(axes: Axes, below: Figure | None = None) -> None:
+    """Draw the grid, and the legend next to the axes; ticks between the labelled ones have no words.
+
+    Args:
+        axes: The axes.
+        below: The figure at the foot of which the legend is drawn instead.
+    """
     from matplotlib.ticker import NullFormatter
 
     # Within a decade matplotlib would label them, in the formulas' notation that `drawing` switches off.
@@ -184,8 +218,38 @@ def finish(axes: Axes) -> None:
         each.xaxis.set_minor_formatter(NullFormatter())
         each.yaxis.set_minor_formatter(NullFormatter())
     axes.grid(which="major", color=MUTED, alpha=0.18, linewidth=0.6)
-    if axes.get_legend_handles_labels()[0]:
+    if below is not None:
+        below.legend(loc="lower center", frameon=False, fontsize=8.0, ncols=2)
+    elif axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0.0)
+
+
+def error_scale(axes: Axes, name: str, errors: Iterable[float], *, narrow: bool = False) -> Callable[[float], float]:
+    """Scale the x or y axis for errors, by decades, with a shaded strip at its foot for errors within rounding.
+
+    Returns:
+        The place of an error on the axis; an infinite one is at its end.
+    """
+    known = [error for error in errors if THRESHOLDS.rounding < error < math.inf]
+    low, high = (
+        math.floor(math.log10(min(known, default=0.1))),
+        math.ceil(math.log10(max(known, default=1.0) * 1.01)),
+    )
+    bottom, top = 10.0**low, 10.0**high
+    strip = (top / bottom) ** (_STRIP / (1.0 - _STRIP))
+    foot = bottom / math.sqrt(strip)
+    apart = math.ceil((high - low) / _MOST_TICKS) if narrow else 1
+    ticks = [10.0**k for k in range(high, low - 1 + narrow, -apart)][::-1]  # a phone has no room for the lowest label
+    labels = [f"≤ {formatting.number(THRESHOLDS.rounding)}", *map(formatting.number, ticks)]
+    axes.set(**{f"{name}scale": "log", f"{name}lim": (bottom / strip, top), f"{name}ticks": [foot, *ticks]})
+    axes.set(**{f"{name}ticklabels": labels})
+    axes.minorticks_off()
+    (axes.axvspan if name == "x" else axes.axhspan)(bottom / strip, bottom, color=MUTED, alpha=0.1, linewidth=0)
+
+    def place(error: float) -> float:
+        return min(max(error, foot), top) if error > THRESHOLDS.rounding else foot
+
+    return place
 
 
 class LineEnd(NamedTuple):
@@ -240,20 +304,21 @@ def png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyType({})) -> str:
+def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyType({}), *, narrow: bool = False) -> str:
     """Return the figure as an SVG element with an accessible name, fit to be put into HTML as it is.
 
     Args:
         figure: What is drawn.
         label: What it is, for who does not see it.
         links: What each place within the page that parts of the figure lead to is called.
+        narrow: Whether it is the figure's form for a phone, next to the other one in a page.
     """
     import matplotlib as mpl
 
     buffer = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     # Names of parts are hashes: salted by the label, they differ between figures, and the same data give the same file.
-    with mpl.rc_context({"svg.hashsalt": label}):
+    with mpl.rc_context({"svg.hashsalt": label + " (narrow)" * narrow}):
         figure.savefig(buffer, format="svg", transparent=True, metadata=nothing)
     text = buffer.getvalue()
     text = text[text.index("<svg") :]

@@ -324,7 +324,7 @@ def test_a_quick_attack_prints_a_table_and_writes_its_files(tmp_path: Path) -> N
 
 #: A text of each kind of option, by its word in `--help`; of choices the last one.
 TEXTS = {"NAME": "it's", "SECONDS": "1/240", "MEGABYTES": "900", "ANGLE": "2deg", "NUMBER": "0.5", "INTEGER": "9"}
-TEXTS |= {"NAME=VALUE": "a=b c", "OLD=NEW": "pit=pic"}
+TEXTS |= {"NAME=VALUE": "a=b c", "OLD=NEW": "pit=pic", "ADDRESS": "tcp://host:8786"}
 
 
 def asked(name: str, words: list[str]) -> tuple[dict[str, Any], str]:

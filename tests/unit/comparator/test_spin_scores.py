@@ -14,7 +14,7 @@ from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import all_scenes
 from carom.comparator import Grade, Score, Verdict
 from carom.comparator.horizon import estimate_horizon
-from carom.comparator.simultaneous_impacts import admissible_outcomes, first_group
+from carom.comparator.measure.simultaneous_impacts import admissible_outcomes, first_group
 from carom.errors import InputError
 
 DT = 1 / 60

@@ -17,12 +17,12 @@ from tests.stage import disc_at, staged, sure, wall_at
 from carom import Scene
 from carom.catalogue.catalogue import all_scenes
 from carom.comparator import Grade, local_truth
+from carom.comparator.measure.steps import score_steps
 from carom.comparator.scales import compute_scales
 from carom.comparator.stepwise import analysis
 from carom.comparator.stepwise.activity import Activity, find_activity
 from carom.comparator.stepwise.block import Block
 from carom.comparator.stepwise.rest import Rest
-from carom.comparator.stepwise.score import score_steps
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.model.scene import Need
@@ -151,7 +151,7 @@ def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> Non
         return find_activity(block, rest)
 
     monkeypatch.setattr(analysis, "_NUMBERS", 1)
-    monkeypatch.setattr(analysis, "activity_of", counted)
+    monkeypatch.setattr(analysis, "find_activity", counted)
     found = steps_of(scene.model_copy(update={"frame_rate_hz": 60.0}), "pit")
     begins, ends = found.windows["begin_s"], found.windows["end_s"]
     middle_s = np.arange(10, 390) / 60

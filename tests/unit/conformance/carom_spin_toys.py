@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from carom.engines.api import Contact, Disc, Observation, Scene, Setting
-from carom_adapters.engine_adapter import EngineAdapter
-from carom_adapters.pymunk import PymunkWorld, adapter
+from carom_adapters.pymunk.adapter import adapter
+from carom_adapters.pymunk.world import PymunkWorld
+from carom_adapters.shared.engine_adapter import EngineAdapter
 
 Staged = Callable[[Scene], Scene]
 Seen = Callable[[Observation, float], Observation]

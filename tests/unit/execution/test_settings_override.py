@@ -21,7 +21,8 @@ from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
 from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
-from carom.report.records import junit, records
+from carom.report.junit import junit
+from carom.report.records import records
 from carom.report.render.markdown import markdown
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.observed import DRAWN, observed_journal

@@ -14,6 +14,7 @@ from tests.lengths import each
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import AdapterError, Contact, Observation
+from carom.execution.state_rows import StateRows
 from carom.execution.validate import MOST_CHARACTERS, Validator, plain_counts, plain_settings
 from carom.support.limits import LARGEST
 
@@ -34,9 +35,10 @@ def scene(friction: float = 0.0) -> Scene:
 
 def enter(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
     """Let in what was observed in the second step."""
-    validator = Validator(scene(friction), DT, float_bits)
+    validator, rows = Validator(scene(friction), DT, float_bits), StateRows(1, len(STATE))
     found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
-    return validator.contacts(validator.state(Observation(**found))[0], DT, 2 * DT)
+    validator.read(Observation(**found), rows, 0)
+    return rows.observation(0, validator.contacts(found["contacts"], DT, 2 * DT))
 
 
 def test_what_is_sound_comes_in_as_it_is() -> None:
@@ -106,7 +108,7 @@ def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
     """The error of a swapped contact without walls suggests no wall, but where to read on."""
     validator = Validator(scene().model_copy(update={"walls": ()}), DT, 64)
     with pytest.raises(AdapterError, match=r"has no walls\); see docs/reference/adapters.md#field-by-field"):
-        validator.contacts(Observation(STATE, STATE, (Contact(1, 0, 0.1, ALONG_X),)), DT, 2 * DT)
+        validator.contacts((Contact(1, 0, 0.1, ALONG_X),), DT, 2 * DT)
 
 
 @each(
@@ -172,7 +174,7 @@ def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
     validator = Validator(scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
 
     def enter_one(contact: Contact) -> None:
-        validator.contacts(Observation(STATE, STATE, (contact,)), DT, 2 * DT)
+        validator.contacts((contact,), DT, 2 * DT)
 
     enter_one(Contact(0, second, DT, ALONG_X))
     enter_one(Contact(0, second, DT, ALONG_X, 0.0))

@@ -29,8 +29,10 @@ from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Status
 from carom.execution.results import Results, violates
 from carom.report.document import Column, Document, Headline, Medium, Section, Table
+from carom.report.junit import junit
+from carom.report.mark import Mark
 from carom.report.record import text_of
-from carom.report.records import junit, raw_records, read_records
+from carom.report.records import raw_records, read_records
 from carom.report.render.html import html as html_of
 from carom.report.render.markdown import markdown as markdown_of
 from carom.report.render.terminal import terminal
@@ -144,10 +146,17 @@ def test_html_pictures_have_names_and_tables_have_headings(page: _Page) -> None:
     assert len(scopes) == page.tags["th"]
 
 
+def test_html_defines_each_grade_at_the_pointer(page: _Page) -> None:
+    """Each cell of the grid with a grade says in its title what the grade means."""
+    titles = [value for _, name, value in page.attributes if name == "title"]
+    for mark in (Mark.EXACT, Mark.SAMPLED, Mark.WRONG):
+        assert titles.count(mark.sentence) > 0
+
+
 def test_html_shows_the_papers_cases(source: str) -> None:
     """The paper's cases are drawn under PIT, with both numbers of impacts, and the missed impact's frames dashed."""
     section = source[source.index("What goes wrong</h2>") :]
-    assert "dashed: those just before and just after what is missed" in section
+    assert "dashed: frames around a missed impact" in section
     section = section[section.index("The source paper") :]
     assert "paper/missed" in section
     assert "PIT tuned: 0 impacts" in section

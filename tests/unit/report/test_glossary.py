@@ -12,7 +12,7 @@ from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
 from carom.comparator.grades import Grade
 from carom.comparator.verdict import Verdict
 from carom.report.glossary import explained, glossary
-from carom.report.grid import Mark
+from carom.report.mark import Mark
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "theory" / "scoring.md").read_text(encoding="utf-8")
 

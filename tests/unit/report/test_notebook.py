@@ -17,7 +17,7 @@ import carom
 from carom import Disc, Scene, Wall
 from carom.catalogue import find_scenes
 from carom.errors import InputError
-from carom.report.grid import mark_of
+from carom.report.mark import mark_of, mark_of_grade
 
 HOSTILE = "<script>alert('x')</script>&$\\frac$"
 
@@ -73,7 +73,7 @@ def test_a_score_is_a_table_of_its_numbers(scene: Scene) -> None:
     score = carom.compare(carom.solve_pic(scene), carom.solve_pit(scene))
     seen = Seen(score._repr_html_() or "")
     assert seen.elements["table"] == 1
-    for said in (score.grade.value, "final velocity", score.findings[0].reason):
+    for said in (mark_of_grade(score.grade, 64).sentence, "final velocity", score.findings[0].reason):
         assert said in seen.text
     assert "n/a" not in seen.text
 

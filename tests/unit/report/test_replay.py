@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import dataclasses
-import gzip
 import json
 import math
 import tomllib
@@ -17,8 +15,7 @@ from tests.stage import cross_checked, sure
 import carom
 from carom.catalogue import find_scenes
 from carom.execution.results import Results
-from carom.report.grid import build_grid
-from carom.report.replay import first_fault, impact_rows, replay_data, scene_replays
+from carom.report.replay import describe_run, first_fault, impact_rows, replay_data, replay_key
 
 
 @pytest.fixture(scope="module")
@@ -29,18 +26,12 @@ def results() -> Results:
 
 @pytest.fixture(scope="module")
 def replays(results: Results) -> dict[str, dict[str, Any]]:
-    found = scene_replays(results, build_grid(results))
-    return {name: json.loads(gzip.decompress(base64.b64decode(data))) for name, data in found}
-
-
-def test_every_graded_cell_has_a_replay(results: Results, replays: dict[str, dict[str, Any]]) -> None:
-    """Each row at a scene's own frame rate that was scored is one of the scene's replays, by a key of its own."""
-    graded = {
-        f"{row.job.scene.name}/{row.job.engine}/{row.job.profile}"
-        for row in results.rows
-        if row.score is not None and row.job.refinement == 0
-    }
-    assert {run["key"] for data in replays.values() for run in data["runs"]} == graded
+    found: dict[str, dict[str, Any]] = {}
+    for name, reference in results.references.items():
+        rows = [row for row in results.rows if row.job.scene.name == name]
+        runs = [(sure(row.trace), sure(row.score), describe_run(row, "", replay_key(row.job), "")) for row in rows]
+        found[name] = replay_data(reference, runs)
+    return found
 
 
 def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any]]) -> None:
@@ -95,12 +86,6 @@ def test_the_scene_goes_with_it_as_a_file(replays: dict[str, dict[str, Any]]) ->
     """What is offered for copying loads as the scene that was run."""
     for name, data in replays.items():
         assert carom.Scene(**tomllib.loads(data["file"])) == find_scenes([name])[0].scene
-
-
-def test_the_same_results_give_the_same_text(results: Results) -> None:
-    """Packing has no clock in it: a report made twice is the same file."""
-    grid = build_grid(results)
-    assert list(scene_replays(results, grid)) == list(scene_replays(results, grid))
 
 
 def test_a_run_that_is_not_finite_plays_as_far_as_it_is(results: Results) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -13,9 +13,6 @@ from carom.cli.options import asking, shown_option
 from carom.errors import InputError
 from carom.studies.bench.axes import Diagram
 from carom.studies.bench.options import BenchPlan, GrowthOptions
-
-if TYPE_CHECKING:
-    from carom.execution.pool import Pool
 
 
 @asking(BenchPlan)
@@ -31,9 +28,6 @@ def bench(
     axes: Annotated[
         list[Diagram] | None, typer.Option("--axes", help="Diagram to draw, repeatable (default: all).")
     ] = None,
-    scheduler: Annotated[
-        str, typer.Option("--scheduler", help="Dask scheduler to run the scoring on: tcp:// or tls://host:port.")
-    ] = "",
     baseline: Annotated[
         Path | None,
         typer.Option(
@@ -82,7 +76,7 @@ def bench(
         result = work_precision(
             asked,
             plan,
-            _pool(plan, scheduler),
+            plan.pool(),
             notes=journal,
             timings=timings,
             progress=progress,
@@ -112,7 +106,11 @@ def _grow(
     if scenes:
         raise InputError(f"--grow takes no scene, got {scenes[0]!r}")
     asked = {"engines": plan.engines, "sizes": discs, "budget_s": plan.budget_s, "own": plan.own}
-    limits = {"time_limit_s": plan.time_limit_s, "memory_limit_mb": plan.memory_limit_mb}
+    limits = {
+        "time_limit_s": plan.time_limit_s,
+        "memory_limit_mb": plan.memory_limit_mb,
+        "scheduler": plan.scheduler,
+    }
     if plan.profiles != BenchPlan.profiles:
         if len(plan.profiles) > 1:
             raise InputError(f"--grow runs one profile, got {len(plan.profiles)}")
@@ -127,11 +125,3 @@ def _grow(
         found = growth(options, notes=journal, progress=progress, command=command_line())
     page = write_growth(found, out)
     common.print_document(growth_document(found), full=verbose, page=page)
-
-
-def _pool(plan: BenchPlan, scheduler: str) -> Pool:
-    if not scheduler:
-        return plan.pool()
-    from carom.execution.cluster import ClusterPool
-
-    return ClusterPool(scheduler, plan.time_limit_s, plan.memory_limit_mb)

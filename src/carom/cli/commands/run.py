@@ -121,15 +121,12 @@ def _say_settings(results: Results, scene: str) -> None:
     """Print the command that prints the settings of the best run of an engine, as code to paste."""
     from carom.engines.registry import engine_argument
     from carom.report import formatting
-    from carom.report.grid import build_grid
-    from carom.studies.cross_check.ranking import rank_methods
+    from carom.studies.cross_check.grid import build_grid, rank_methods
 
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
     for column in rank_methods(grid, grid.columns.values()):
         method, info = column.method, infos[column.engine]
-        steps = [
-            cell.row.job.dt_s for cell in grid.cells(column) if cell.row is not None and cell.row.score is not None
-        ]
+        steps = [cell.line.dt_s for cell in grid.cells(column) if cell.scored]
         if column.own or method.tried or not info.code or method.profile in info.located or not steps:
             continue
         words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)

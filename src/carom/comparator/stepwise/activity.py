@@ -16,7 +16,6 @@ from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.pairs import MARGIN_STEPS, NearPairs, disc_pairs, near_in, wall_pairs
 from carom.comparator.stepwise.rest import RESTING_STEPS, Rest, find_resting_pairs
-from carom.comparator.stepwise.room import is_geometrically_possible
 from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 
 Flags = NDArray[np.bool_]
@@ -82,8 +81,8 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
     """Enter the steps in which pairs are active, unless they rest there."""
     begin, steps = relative.begin, len(relative.wait)
     h = block.step_s[begin : begin + steps, None]
-    gap, wait, n = relative.gap, relative.wait, block.law.n
-    first, second = relative.discs(n)
+    gap, wait = relative.gap, relative.wait
+    first, second = relative.discs(block.law.n)
     meets = (wait <= h) & ~resting
     turned = block.turned[begin : begin + steps]
     pushed = turned[:, first] | turned[:, second]
@@ -91,10 +90,9 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
     for row, column in np.argwhere((meets | (pushed & near)) & ~resting).tolist():
         due_s = float(wait[row, column]) if meets[row, column] else np.nan
         found.due[begin + row][relative.pairs[column]] = due_s
-    for row, column in np.argwhere(gap[:-1] < -relative.touching).tolist():
-        found.overlapping[begin + row, [body for body in relative.pairs[column] if body < n]] = True
-    for row, column in np.argwhere(resting).tolist():
-        found.resting[begin + row, [body for body in relative.pairs[column] if body < n]] = True
+    for begins, flags in ((gap[:-1] < -relative.touching, found.overlapping), (resting, found.resting)):
+        rows, columns = np.nonzero(begins)
+        flags[begin + rows, first[columns]] = flags[begin + rows, second[columns]] = True
 
 
 def _enter_consequences(block: Block, found: Activity, step: int, together: Sequence[NearPairs]) -> None:
@@ -106,7 +104,7 @@ def _enter_consequences(block: Block, found: Activity, step: int, together: Sequ
     if _all_active(active, due, near := near_in(block, together, step)):
         return
     struck = (body for _, pair in due for body in pair if body in near)
-    if not is_geometrically_possible(block, step, {pair for body in struck for pair in near[body]}):
+    if not block.is_possible(step, {pair for body in struck for pair in near[body]}):
         return
     slow = (RESTING_STEPS + 0.5) * law.pull * float(block.step_s[step])
     for time_s, pair, closing in _find_impacts(block, step, due, near, slow):
@@ -171,7 +169,7 @@ def _find_impacts(
         turned = [body for body in pair if law.movable(body)]
         for body in turned:
             struck[body] += 1
-            flown[body] = (time_s, state.only(body))
+            flown[body] = (time_s, state.only((body,)))
         if at_once > _AT_ONCE and not law.driven and _fastest_closing(block, flown) <= slow:
             return
         for other in {other for body in turned for other in near[body]}:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,11 @@ ROUNDING_OF_VELOCITIES = 1e-11
 #: Largest count of numbers in the states of a block: about 40 MB with derived arrays.
 _NUMBERS = 2**19
 
+#: Comparisons of the last runs of this process by all that they depend on: profiles of an engine often take the same
+#: steps. A run that was analysed in several blocks is not among them.
+_FINISHED: dict[object, LocalTruth] = {}
+_MOST_FINISHED = 16
+
 _ROW = [name for name in WINDOW_DTYPE.names or () if name not in {"begin_s", "end_s"}]
 
 
@@ -44,10 +50,7 @@ def local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 
         float_bits: Width of the floats that the method declares to compute in.
     """
     watch = StepWatch(scene, dt_s, float_bits)
-    spins = states.spin_rad_s
-    for k in range(1, len(states)):
-        spin = None if spins is None else spins[k]
-        watch.add(float(states.time_s[k]), states.position_m[k], states.velocity_m_s[k], spin)
+    watch.add(states.part(slice(1, None)))
     return watch.finish()
 
 
@@ -67,9 +70,9 @@ class StepWatch:
         # At most the rounding of the score, which needs no cost of sampling where velocities agree.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
-        self._time_s: list[float] = [0.0]
-        self._place, self._velocity = [arrays.position_m], [arrays.velocity_m_s]
-        self._spin: list[Array] | None = [arrays.spins] if self._law.turns else None
+        spins = arrays.spins[None] if self._law.turns else None
+        #: States not yet analysed, and those that open windows need, in arrays as they arrived.
+        self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._law)
         #: Number of steps whose states are deleted, whose pairs are known, and whose free flight has been checked.
@@ -77,29 +80,47 @@ class StepWatch:
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
-        self._slips: dict[tuple[int, str], tuple[float | int, ...]] = {}
+        self._slips: dict[tuple[int, int], tuple[float | int, ...]] = {}
         self._scale = np.full(len(scene.discs), self._law.fast)
         self._ahead = 0
         self._turned = self._moved = self._steps = self._resting = 0
         self._rest = Rest()
         self._polygon = False
 
-    def add(self, time_s: float, position_m: Array, velocity_m_s: Array, spin_rad_s: Array | None = None) -> None:
-        """Add the state at the end of a step, or of a piece of one: shapes ``(n, 2)``, ``(n, 2)`` and ``(n,)``."""
-        if not time_s > self._time_s[-1]:
-            return  # a piece of no length
-        self._time_s.append(time_s)
-        self._place.append(position_m)
-        self._velocity.append(velocity_m_s)
-        if self._spin is not None:
-            self._spin.append(np.zeros(len(position_m)) if spin_rad_s is None else spin_rad_s)
-        if len(self._time_s) > self._max_states:
+    def add(self, states: States) -> None:
+        """Add the states at the ends of steps, or of pieces of them, in order."""
+        if not len(states):
+            return
+        before = np.append(self._until_s, states.time_s[:-1])
+        if not (lasts := states.time_s > before).all():  # a piece of no length
+            states = states.part(lasts)
+        if self._law.turns is (states.spin_rad_s is None):
+            spins = np.zeros(states.position_m.shape[:2]) if self._law.turns else None
+            states = replace(states, spin_rad_s=spins)
+        self._states.append(states)
+        if sum(map(len, self._states)) > self._max_states:
             self._analyse_block(ends=False)
+
+    @property
+    def _until_s(self) -> float:
+        return float(self._states[-1].time_s[-1])
 
     def finish(self) -> LocalTruth:
         """Return the comparison of all steps, after the last state."""
-        until_s = self._time_s[-1]
-        if len(self._time_s) > 1:
+        if self._gone:
+            return self._finish()
+        states = States.joined(self._states)
+        arrays = (states.time_s, states.position_m, states.velocity_m_s, states.spin_rad_s)
+        key = (self._scene, self._dt_s, self._units, *(None if array is None else array.tobytes() for array in arrays))
+        if (known := _FINISHED.get(key)) is None:
+            known = _FINISHED[key] = self._finish()
+            if len(_FINISHED) > _MOST_FINISHED:
+                del _FINISHED[next(iter(_FINISHED))]
+        return known
+
+    def _finish(self) -> LocalTruth:
+        until_s = self._until_s
+        if sum(map(len, self._states)) > 1:
             self._analyse_block(ends=True)
         return LocalTruth(
             until_s=until_s,
@@ -113,13 +134,13 @@ class StepWatch:
             sunk_radii=self._rest.sunk_radii,
             sinks_s=self._rest.sinks_s,
             polygon=self._polygon,
-            rests=np.array(sorted(self._resting_spans()), REST_DTYPE),
+            rests=np.array(
+                sorted(
+                    (i, self._body_number(j), *span) for (i, j), spans in self._rest.held_s.items() for span in spans
+                ),
+                REST_DTYPE,
+            ),
         )
-
-    def _resting_spans(self) -> Iterator[tuple[int, int, float, float]]:
-        """Yield the rows of `REST_DTYPE`."""
-        for (i, j), spans in self._rest.held_s.items():
-            yield from ((i, self._body_number(j), *span) for span in spans)
 
     def _body_number(self, j: int) -> int:
         """Return the number that traces give the second of a pair."""
@@ -127,8 +148,7 @@ class StepWatch:
 
     def _analyse_block(self, *, ends: bool) -> None:
         """Judge the complete windows of a block, and keep the states that open windows need."""
-        spins = None if self._spin is None else np.array(self._spin)
-        states = States(np.array(self._time_s), np.array(self._place), np.array(self._velocity), spins)
+        states = States.joined(self._states)
         with np.errstate(over="ignore", under="ignore"):
             block = Block.of(self._scene, self._law, states, self._dt_s, *self._units)
             activity = find_activity(block, self._rest)
@@ -150,12 +170,9 @@ class StepWatch:
             flown = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
             self._check_free_flight(block, activity, [*finished, *held], flown, np.maximum(scale, block.own_speed))
         self._flown = self._gone + flown.stop
-        done = min([chain.begin for chain in held], default=flown.stop)
-        done = min(done, flown.stop)
+        done = min([flown.stop, *(chain.begin for chain in held)])
         self._gone += done
-        del self._time_s[:done], self._place[:done], self._velocity[:done]
-        if self._spin is not None:
-            del self._spin[:done]
+        self._states = [states.part(slice(done, None))]
 
     def _found_before_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
         """Return whether PIT finds the pairs of a continuing chain from its first state; record it for a cut chain.
@@ -173,16 +190,12 @@ class StepWatch:
         return known
 
     def _record(self, block: Block, chain: StepChain, judged: Comparison) -> None:
-        times = block.states.time_s
-        number = len(self._windows)
-        begin_s, end_s = float(times[chain.begin]), float(times[chain.end])
-        self._windows.append((begin_s, end_s, *(getattr(judged, name) for name in _ROW)))
-        for meeting in judged.meetings:
-            i, j = meeting.pair
-            steps_s = (float(times[meeting.begin]), float(times[meeting.end]))
-            self._meetings.append(
-                (number, i, self._body_number(j), *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed)
-            )
+        times, number = block.states.time_s, len(self._windows)
+        self._windows.append((times[chain.begin], times[chain.end], *(getattr(judged, name) for name in _ROW)))
+        for (i, j), steps in chain.pairs.items():
+            due_s, steps_s = judged.due_s.get((i, j), math.nan), (times[steps[0]], times[steps[-1] + 1])
+            passed, pit_passed = ((i, j) in found for found in (judged.passed, judged.pit_passed))
+            self._meetings.append((number, i, self._body_number(j), *steps_s, due_s, passed, pit_passed))
 
     def _check_free_flight(
         self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array
@@ -194,7 +207,7 @@ class StepWatch:
         free[: flown.start] = free[flown.stop :] = False
         h = block.step_s[:, None]
         # Paths bend by gravity or slowing.
-        bends = np.hypot(*block.pull.T) + self._law.slowing.all_bends(block.own_speed)
+        bends = np.hypot(*block.pull.T) + self._law.slowing.bends(block.own_speed)
         turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h
@@ -213,26 +226,11 @@ class StepWatch:
                 turned[step, disc] = False
                 self._ahead += 1
         beyond = np.where(moved, block.moved_by - allowed, 0.0)
-        for kind, sizes in (
-            ("velocity", np.where(turned, relative, 0.0)),
-            ("spin", np.where(turned, spinning, 0.0)),
-            ("place", beyond),
-        ):
-            self._record_largest_slips(block, kind, sizes, beyond)
-
-    def _record_largest_slips(self, block: Block, kind: str, sizes: Array, moved_m: Array) -> None:
-        for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
-            step = int(np.argmax(sizes[:, disc]))
-            row = (
-                float(block.states.time_s[step]),
-                disc,
-                float(block.turned_by[step, disc]),
-                float(block.spun_by[step, disc]),
-                float(moved_m[step, disc]),
-                float(block.own_speed[step, disc]),
-                float(block.place_rounding[step, disc]),
-            )
-            key = (disc, kind)
-            column = {"velocity": 2, "spin": 3, "place": 4}[kind]
-            if key not in self._slips or row[column] > self._slips[key][column]:
-                self._slips[key] = row
+        # The largest slip of each disc is kept, of velocity, spin and place, by the column that it is in.
+        columns = (block.turned_by, block.spun_by, beyond, block.own_speed, rounding)
+        for column, sizes in ((2, np.where(turned, relative, 0.0)), (3, np.where(turned, spinning, 0.0)), (4, beyond)):
+            for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
+                step, key = int(np.argmax(sizes[:, disc])), (disc, -column)
+                row = (float(block.states.time_s[step]), disc, *(float(of[step, disc]) for of in columns))
+                if key not in self._slips or row[column] > self._slips[key][column]:
+                    self._slips[key] = row

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Collection
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.stepwise.bodies import BodyStates
-from carom.comparator.stepwise.law import Law
+from carom.comparator.stepwise.law import Law, Pair
 from carom.model.scene import Scene
 from carom.model.step_windows import States
 
@@ -132,3 +135,32 @@ class Block:
             if near and after.contact(pair).closing <= 0.0:
                 return True
         return False
+
+    def is_possible(self, step: int, pairs: Collection[Pair]) -> bool:
+        """Whether at the start of a step no disc is between two opposite bodies that are nearer than its diameter.
+
+        Only driven bodies come so near. From such a state infinitely many impacts come at one instant, each at a
+        greater speed, and none of them makes room. Bodies are opposite as far as the places of discs are known.
+
+        Args:
+            step: Which of them.
+            pairs: Pairs of bodies; of a disc all that may leave it no room.
+        """
+        law = self.law
+        if not law.driven:
+            return True
+        state = self.state(step, sorted({body for pair in pairs for body in pair if body < law.n}))
+        sides: dict[int, list[tuple[bool, float, float, float]]] = defaultdict(list)
+        for pair in pairs:
+            gap, (nx, ny), _ = state.contact(pair)
+            disc, other, sign = (pair[0], pair[1], 1.0) if not law.movable(pair[1]) else (pair[1], pair[0], -1.0)
+            if not law.movable(other):
+                sides[disc].append((law.is_driven(other), gap, sign * nx, sign * ny))
+        return not any(
+            one_gap + other_gap < 0.0
+            and (one_driven or other_driven)
+            and abs(nx * my - ny * mx) * law.radius[disc] <= 2.0 * self.place_rounding[step][disc]
+            and nx * mx + ny * my < 0.0
+            for disc, near in sides.items()
+            for (one_driven, one_gap, nx, ny), (other_driven, other_gap, mx, my) in combinations(near, 2)
+        )

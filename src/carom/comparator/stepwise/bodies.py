@@ -7,10 +7,10 @@ and closes meets at once. The times of impact and the law are those of the core.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
-from carom.comparator.finite_walls import NO_FEATURE, FiniteWall
-from carom.comparator.stepwise.law import TOUCH, Law, Pair
+from carom.comparator.stepwise.law import NO_FEATURE, TOUCH, FiniteWall, Law, Pair
 from carom.core import primitives
 from carom.core.features import Mover
 from carom.model.prescribed_motion import Drive
@@ -51,10 +51,11 @@ class BodyStates:
         self.velocity |= other.velocity
         self.spin |= other.spin
 
-    def only(self, disc: int) -> BodyStates:
-        """Return the state of one of them."""
-        alone = {disc: self.xy[disc]}, {disc: self.velocity[disc]}, {disc: self.spin[disc]}
-        return BodyStates(self.law, *alone, self.time_s)
+    def only(self, bodies: Iterable[int]) -> BodyStates:
+        """Return the state of the discs among some bodies."""
+        discs = [body for body in bodies if body < self.law.n]
+        xy, velocity = ({disc: of[disc] for disc in discs} for of in (self.xy, self.velocity))
+        return BodyStates(self.law, xy, velocity, {disc: self.spin[disc] for disc in discs}, self.time_s)
 
     def of_body(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the position and velocity of a body: of a wall how far it has moved."""
@@ -92,6 +93,12 @@ class BodyStates:
             self.velocity[disc] = (vx * kept + ax * seconds, vy * kept + ay * seconds)
             self.spin[disc] *= kept
         self.time_s += seconds
+
+    def later(self, seconds: float, resting: Pair | None = None) -> BodyStates:
+        """Return the state some seconds later, as `fly` moves it."""
+        state = self.copy()
+        state.fly(seconds, resting)
+        return state
 
     def _drive_on(self, disc: int, drive: Drive, seconds: float) -> None:
         begin_s, end_s = self.time_s, self.time_s + seconds
@@ -149,8 +156,7 @@ class BodyStates:
     def wait_later(self, pair: Pair) -> float:
         """Return the seconds until they meet on a leg that a driven one of them has yet to begin."""
         for leg in self.law.later_legs(pair, self.time_s):
-            there = self.copy()
-            there.fly(leg.begin_s - self.time_s)
+            there = self.later(leg.begin_s - self.time_s)
             wait = there.undamped_wait(pair, NO_FEATURE)
             if there.time_s + wait < leg.end_s:
                 self.met |= {pair: there.met[pair]} if pair in there.met else {}
@@ -168,7 +174,7 @@ class BodyStates:
 
     def _wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
         """Return what `wait` does, from one stop to the next; `leaving` is how fast two part that have just met."""
-        (i, j), law, there, passed = pair, self.law, self.of_pair(pair), 0.0
+        (i, j), law, there, passed = pair, self.law, self.only(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
         # Both stop before. A hundredth is far more than either side is rounded by: whatever is nearer is solved for.
         if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * law.slowing.table_m_s2):
@@ -193,13 +199,6 @@ class BodyStates:
                 return math.inf
             there.fly(stops)
             passed, leaving, last = passed + stops, None, NO_FEATURE
-
-    def of_pair(self, pair: Pair) -> BodyStates:
-        """Return the state of the discs of a pair alone."""
-        alone = self.only(pair[0])
-        if pair[1] < self.law.n:
-            alone.take(self.only(pair[1]))
-        return alone
 
     def undamped_wait(self, pair: Pair, last: int) -> float:
         """Return what `wait` does, without damping, and as if a driven body of the pair went on as it does now."""
@@ -291,17 +290,12 @@ class BodyStates:
 
     def energy(self) -> float:
         """Return the kinetic energy of the discs that move, that of turning with it, joules."""
-        law = self.law
-        return sum(
-            0.5 * law.mass[disc] * (vx * vx + vy * vy + self._turning(disc))
-            for disc, (vx, vy) in self.velocity.items()
-            if law.movable(disc)
-        )
-
-    def _turning(self, disc: int) -> float:
-        law = self.law
-        rim = law.radius[disc] * self.spin[disc]
-        return rim * rim / law.inverse_inertia_ratio[disc] if law.inverse_inertia_ratio[disc] > 0.0 else 0.0
+        law, energy = self.law, 0.0
+        for disc, (vx, vy) in self.velocity.items():
+            if law.movable(disc):
+                rim, inverse = law.radius[disc] * self.spin[disc], law.inverse_inertia_ratio[disc]
+                energy += 0.5 * law.mass[disc] * (vx * vx + vy * vy + (rim * rim / inverse if inverse > 0.0 else 0.0))
+        return energy
 
     def fastest(self) -> tuple[float, float]:
         """Return the greatest speed of a disc, and the greatest of a disc or of a rim, metres a second."""

@@ -9,7 +9,7 @@ begins a chain of its own. So a chain is settled `LONGEST` steps later, however 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from carom.comparator.stepwise.law import Law, Pair
@@ -19,11 +19,12 @@ from carom.comparator.stepwise.law import Law, Pair
 LONGEST = 8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StepChain:
     """Steps `begin` to `end` (exclusive), its discs, and in which steps each of its pairs is active.
 
-    One that `continues` began before, and was cut where it begins; one that `goes_on` was cut where it ends.
+    One that `continues` began before, and was cut where it begins. One that `goes_on` was cut where it ends, and takes
+    in nothing more.
     """
 
     begin: int
@@ -57,22 +58,6 @@ class Groups:
         self._parent[self.find(one)] = self.find(other)
 
 
-@dataclass(eq=False)
-class _Growing:
-    """A chain that is not settled yet; one that `goes_on` was cut, and takes in nothing more."""
-
-    begin: int
-    end: int
-    discs: set[int] = field(default_factory=set)
-    pairs: dict[Pair, list[int]] = field(default_factory=lambda: defaultdict(list))
-    continues: bool = False
-    goes_on: bool = False
-
-    def settled(self) -> StepChain:
-        pairs = {pair: tuple(sorted(steps)) for pair, steps in sorted(self.pairs.items())}
-        return StepChain(self.begin, self.end, tuple(sorted(self.discs)), pairs, self.continues, self.goes_on)
-
-
 class Chains:
     """Takes the active pairs of each step in order, and hands out chains that nothing can change any more.
 
@@ -82,8 +67,8 @@ class Chains:
 
     def __init__(self, law: Law) -> None:
         self._law = law
-        self._held: list[_Growing] = []
-        self._settled: list[_Growing] = []
+        self._held: list[StepChain] = []
+        self._settled: list[StepChain] = []
         self._next = 0
 
     @property
@@ -93,7 +78,7 @@ class Chains:
 
     def held(self) -> list[StepChain]:
         """Return the chains that may still grow, as they are."""
-        return [chain.settled() for chain in self._held]
+        return list(self._held)
 
     def pass_to(self, step: int) -> None:
         """Pass over the steps up to one, which is not among them: in those that were not added no pair is active."""
@@ -105,8 +90,14 @@ class Chains:
         pairs = list(active)
         self._settled += [chain for chain in self._held if chain.end < self.settled_to]
         self._held = [chain for chain in self._held if chain.end >= self.settled_to]
-        last = {pair: chain for chain in self._held if chain.end == step for pair in _active_in(chain, step - 1)}
-        cut = set[_Growing]()
+        last = {
+            pair: chain
+            for chain in self._held
+            if chain.end == step
+            for pair, active_steps in chain.pairs.items()
+            if active_steps[-1] == step - 1
+        }
+        cut = set[StepChain]()
         while True:
             groups = self._grouped(step, pairs, {pair: chain for pair, chain in last.items() if chain not in cut})
             too_long = {
@@ -115,22 +106,20 @@ class Chains:
             if too_long <= cut:
                 break
             cut |= too_long
-        for chain in cut:
-            chain.goes_on = True
         taken = {chain for group in groups for chain in group.chains}
-        self._held = [chain for chain in self._held if chain not in taken]
-        for group in groups:
-            grown = group.joined(self._law)
-            grown.continues |= any(last.get(pair) in cut for pair in group.pairs)
-            self._held.append(grown)
+        held = [chain for chain in self._held if chain not in taken]
+        self._held = [replace(chain, goes_on=True) if chain in cut else chain for chain in held]
+        self._held += [
+            group.joined(self._law, continues=any(last.get(pair) in cut for pair in group.pairs)) for group in groups
+        ]
 
     def take_settled(self, *, ends: bool = False) -> list[StepChain]:
         """Return chains in the order in which they end: those that are settled, or all of them where the run ends."""
         done = self._settled + [chain for chain in self._held if ends or chain.end <= self.settled_to]
         self._held, self._settled = [chain for chain in self._held if chain not in done], []
-        return sorted((chain.settled() for chain in done), key=lambda chain: (chain.end, chain.begin, chain.discs))
+        return sorted(done, key=lambda chain: (chain.end, chain.begin, chain.discs))
 
-    def _grouped(self, step: int, pairs: list[Pair], last: Mapping[Pair, _Growing]) -> list[_Group]:
+    def _grouped(self, step: int, pairs: list[Pair], last: Mapping[Pair, StepChain]) -> list[_Group]:
         """Return which pairs and chains become one chain in a step, if each chain in `last` goes on."""
         movable, groups = self._law.movable, Groups()
         for pair in pairs:
@@ -138,7 +127,7 @@ class Chains:
                 groups.join(pair, body)
             if (chain := last.get(pair)) is not None:
                 groups.join(pair, chain)
-        holders: dict[int, list[_Growing]] = defaultdict(list)
+        holders: dict[int, list[StepChain]] = defaultdict(list)
         for chain in self._held:
             for disc in filter(movable, chain.discs):
                 holders[disc].append(chain)
@@ -173,7 +162,7 @@ class _Group:
 
     step: int
     pairs: list[Pair] = field(default_factory=list)
-    chains: set[_Growing] = field(default_factory=set)
+    chains: set[StepChain] = field(default_factory=set)
 
     @property
     def begin(self) -> int:
@@ -185,23 +174,20 @@ class _Group:
         discs = {body for pair in self.pairs for body in pair}.union(*(chain.discs for chain in self.chains))
         return set(filter(movable, discs))
 
-    def is_too_long(self, cut: set[_Growing]) -> bool:
+    def is_too_long(self, cut: set[StepChain]) -> bool:
         """Whether the chain that they make has too many steps, or would take in one that has been cut."""
         return self.step + 1 - self.begin > LONGEST or any(chain.goes_on or chain in cut for chain in self.chains)
 
-    def joined(self, law: Law) -> _Growing:
-        """Return the one chain."""
-        grown = _Growing(self.begin, self.step + 1)
+    def joined(self, law: Law, *, continues: bool) -> StepChain:
+        """Return the one chain, which continues one that was cut if it is said to, or if its first chain does."""
+        pairs: dict[Pair, tuple[int, ...]] = defaultdict(tuple)
         for chain in self.chains:
-            grown.discs |= chain.discs
             for pair, steps in chain.pairs.items():
-                grown.pairs[pair] += steps
-            grown.continues |= chain.continues and chain.begin == self.begin
+                pairs[pair] += steps
+            continues |= chain.continues and chain.begin == self.begin
         for pair in self.pairs:
-            grown.pairs[pair].append(self.step)
-            grown.discs.update(body for body in pair if body < law.n)
-        return grown
-
-
-def _active_in(chain: _Growing, step: int) -> Iterator[Pair]:
-    return (pair for pair, steps in chain.pairs.items() if step in steps)
+            pairs[pair] += (self.step,)
+        discs = {disc for chain in self.chains for disc in chain.discs}
+        discs |= {body for pair in self.pairs for body in pair if body < law.n}
+        in_order = {pair: tuple(sorted(pairs[pair])) for pair in sorted(pairs)}
+        return StepChain(self.begin, self.step + 1, tuple(sorted(discs)), in_order, continues)

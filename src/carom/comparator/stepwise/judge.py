@@ -7,7 +7,7 @@ in free flight, for each j after which the other impacts are still ahead in the 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,7 +20,6 @@ from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.chains import StepChain
 from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.rest import RESTING_STEPS
-from carom.comparator.stepwise.room import is_geometrically_possible
 from carom.comparator.stepwise.window import Difference, Window, relative
 from carom.comparator.stepwise.window_runs import sampled_run
 from carom.comparator.thresholds import THRESHOLDS
@@ -32,21 +31,15 @@ Array = NDArray[np.float64]
 PASSED = 0.01
 
 
-@dataclass(frozen=True)
-class WindowPair:
-    """One pair of a window; see `MEETING_DTYPE` for its fields. Steps are numbers of states of the block."""
-
-    pair: Pair
-    begin: int
-    end: int
-    due_s: float
-    missed: bool
-    pit_missed: bool
-
-
 @dataclass
 class Comparison:
-    """Result of the comparison of a window; see `carom.model.step_windows.WINDOW_DTYPE` for its fields."""
+    """Result of the comparison of a window; see `carom.model.step_windows.WINDOW_DTYPE` for its numbers.
+
+    Attributes:
+        due_s: When pairs were first due, seconds; pairs that only push are not among them.
+        passed: Pairs that passed through each other.
+        pit_passed: Those of them that PIT misses, too, from the same state.
+    """
 
     due: int = 0
     missed: int = 0
@@ -68,7 +61,9 @@ class Comparison:
     restitution: float = math.nan
     energy_j: float = 0.0
     energy_price_j: float = 0.0
-    meetings: list[WindowPair] = field(default_factory=list)
+    due_s: dict[Pair, float] = field(default_factory=dict)
+    passed: Collection[Pair] = ()
+    pit_passed: Collection[Pair] = ()
 
 
 def judge(
@@ -90,8 +85,8 @@ def judge(
         ends: Whether the run ends with the block.
         speed_before: Of a chain that continues, the greatest speed of its discs before, metres a second.
     """
-    if not is_geometrically_possible(block, chain.begin, block.law.pairs_of(chain.discs)):
-        return _judge_impossible(chain)
+    if not block.is_possible(chain.begin, block.law.pairs_of(chain.discs)):
+        return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
     window = Window(block, chain, activity)
     judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
@@ -114,7 +109,7 @@ def judge(
     is_last = ends and chain.end == len(block)
     if is_last:
         missed = [pair for pair in missed if not _awaits_next_frame(window, pair)]
-    judged.missed = len(missed)
+    judged.missed, judged.passed = len(missed), missed
     if is_last and not missed and _ends_in_contact(window):
         judged.open = True
     if not judged.open:
@@ -124,22 +119,12 @@ def judge(
             _measure_sampling_cost(window, judged, found)
     also = {pair for pair in missed if not found_by_pit.get(pair, True)}
     also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
-    judged.pit_missed = len(also)
+    judged.pit_missed, judged.pit_passed = len(also), also
     for pair, steps in chain.pairs.items():
-        due = [
-            float(block.states.time_s[step]) + activity.due[step][pair]
-            for step in steps
-            if activity.due[step][pair] >= 0.0
-        ]
-        first = due[0] if due else math.nan
-        judged.meetings.append(WindowPair(pair, steps[0], steps[-1] + 1, first, pair in missed, pair in also))
+        for step in steps[::-1]:
+            if activity.due[step][pair] >= 0.0:
+                judged.due_s[pair] = float(block.states.time_s[step]) + activity.due[step][pair]
     return judged
-
-
-def _judge_impossible(chain: StepChain) -> Comparison:
-    """Return the result for a window whose first state is impossible: nothing is due, and nothing missed."""
-    pairs = [WindowPair(pair, steps[0], steps[-1] + 1, math.nan, False, False) for pair, steps in chain.pairs.items()]
-    return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0, meetings=pairs)
 
 
 def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
@@ -160,8 +145,6 @@ def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
     elif not held:
         judged.turned = True
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
-    for pair, active in chain.pairs.items():
-        judged.meetings.append(WindowPair(pair, active[0], active[-1] + 1, math.nan, missed=False, pit_missed=False))
     return judged
 
 
@@ -203,15 +186,14 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     one, other = block.state(own[0], discs), block.state(last + 1, discs)
     before, after = one.contact(pair), other.contact(pair)
     times = block.states.time_s
-    fallen = one.copy()
-    fallen.fly(float(times[last + 1] - times[own[0]]))
-    was, now = relative(fallen, pair), relative(other, pair)
+    lasted = float(times[last + 1] - times[own[0]])
+    was, now = relative(one.later(lasted), pair), relative(other, pair)
     size = math.hypot(*was)
     if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
         return False  # that slow it may as well rest
     if before.closing <= PASSED * speed_before:
         return False  # what an answer leaves is an error of velocity
-    closed = before.closing * law.slowing.damping.kept(float(times[last + 1] - times[own[0]]))
+    closed = before.closing * law.slowing.damping.kept(lasted)
     unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
     repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * closed
@@ -233,8 +215,7 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     )
     if not idle or not meets:
         return False
-    end = window.truth[-1].after.copy()
-    end.fly(max(window.lasts - window.truth[-1].time_s, 0.0))
+    end = window.truth[-1].after.later(max(window.lasts - window.truth[-1].time_s, 0.0))
     return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
 
 
@@ -275,10 +256,8 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     was, now = relative(window.free, first.pair), relative(window.now, first.pair)
     if law.slowing.table_m_s2:  # which leaves no part of all velocities: they are those at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
-        before, after = window.start.copy(), window.now.copy()
-        before.fly(turned_s)
-        after.fly(turned_s - window.lasts)
-        was, now = relative(before, first.pair), relative(after, first.pair)
+        was = relative(window.start.later(turned_s), first.pair)
+        now = relative(window.now.later(turned_s - window.lasts), first.pair)
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
     if contact.friction == 0.0 and size > window.still:
@@ -296,9 +275,7 @@ def _turn_s(window: Window, pair: Pair) -> float:
         (x, y), (ox, oy) = (state.of_body(body)[0] for body in pair)
         return (ox - x, oy - y)
 
-    fallen = window.start.copy()
-    fallen.fly(lasts)
-    was, now = relative(fallen, pair), relative(window.now, pair)
+    was, now = relative(window.free, pair), relative(window.now, pair)
     if window.law.slowing.table_m_s2:
         return _turn_on_table_s(window, pair)
     slope = (was[0] - now[0], was[1] - now[1])
@@ -307,7 +284,7 @@ def _turn_s(window: Window, pair: Pair) -> float:
         return math.nan
     # Counted from the end: there the two paths are apart by what the run is off, and part at the slope. With damping
     # both are straight in undamped time.
-    there, here = apart(fallen), apart(window.now)
+    there, here = apart(window.free), apart(window.now)
     ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
     return lasts + window.law.slowing.damping.damped(-ago_s)
 
@@ -316,10 +293,10 @@ def _turn_on_table_s(window: Window, pair: Pair) -> float:
     """Return the same as `_turn_s` on a table, where both paths bend."""
 
     def apart(time_s: float) -> tuple[Array, Array]:
-        before, after = window.start.of_pair(pair), window.now.of_pair(pair)
-        before.fly(time_s)
-        after.fly(time_s - window.lasts)
-        (p, u), (q, v) = ((_between(state, pair)) for state in (before, after))
+        (p, u), (q, v) = (
+            _between(state.only(pair).later(seconds), pair)
+            for state, seconds in ((window.start, time_s), (window.now, time_s - window.lasts))
+        )
         return p - q, u - v
 
     return nearest_s(apart, window.lasts)
@@ -346,19 +323,16 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
     if slowing.table_m_s2:
         told_s = window.lasts
     flown: dict[int, BodyStates] = {}
-    costs: list[tuple[float, float, float]] = []
-    finds: list[bool] = []
+    costs: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in looks:
         met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
-        end = (met[-1].after if met else window.start).copy()
-        end.fly(told_s - (met[-1].time_s if met else 0.0))
+        begun, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
+        end = begun.later(told_s - since_s)
         off = window.nearest(end, until_there, told_s, None, flown)
-        costs.append((off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2))
-        finds.append(len(met) >= min(need, len(until_there)))
-    paid = [cost for cost, found_it in zip(costs, finds, strict=True) if found_it] or costs
-    judged.price_velocity, judged.price_spin, judged.energy_price_j = (
-        max(column) for column in zip(*paid, strict=True)
-    )
+        cost = (off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2)
+        costs[len(met) >= min(need, len(until_there))].append(cost)
+    columns = zip(*(costs[True] or costs[False]), strict=True)  # phases that find the impacts, if any does
+    judged.price_velocity, judged.price_spin, judged.energy_price_j = map(max, columns)
 
 
 def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:

@@ -7,9 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from carom.comparator.finite_walls import FiniteWall
 from carom.comparator.slowing import Slowing
+from carom.core import primitives
+from carom.core.numbered import numbers_of
 from carom.core.rough_impact import ContactFriction
+from carom.core.wall_features import features_of
+from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import HalfPlane
 from carom.model.prescribed_motion import Course
 from carom.model.scene import Scene
@@ -19,6 +22,22 @@ Pair = tuple[int, int]
 
 #: A contact found at its very instant is one, though its gap has the rounding of the places.
 TOUCH = 1.0 + 2.0**-40
+
+#: Instead of the number of a feature.
+NO_FEATURE = -1
+
+
+class FiniteWall:
+    """A chain or a circle, and its features in the order in which they are met at the same time.
+
+    Attributes:
+        outline: The wall.
+        features: The times at which discs meet its features, and the normals there.
+    """
+
+    def __init__(self, outline: Outline) -> None:
+        self.outline = outline
+        self.features = primitives.WallFeatures([numbers_of(part.feature, 0) for part in features_of(outline)])
 
 
 class Law:

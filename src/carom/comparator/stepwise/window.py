@@ -10,7 +10,7 @@ from carom.comparator.stepwise.activity import Activity
 from carom.comparator.stepwise.block import Block
 from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.chains import StepChain
-from carom.comparator.stepwise.law import Law, Pair
+from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.pairs import MARGIN_STEPS
 from carom.comparator.stepwise.window_runs import Met, exact_run
 
@@ -41,17 +41,17 @@ class Window:
         #: What rounding makes of places, of two discs together.
         self.touching = 2.0 * float(block.place_rounding[steps][:, discs].max())
         fastest = max(float(block.own_speed[steps][:, discs].max()), 1e-300)
-        self.pairs = _find_pairs_in_reach(
-            self.law, self.start, discs, fastest, self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
-        )
+        seconds = self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
+        # An impact may double a speed, and a chain of them is short.
+        reach = 4.0 * (fastest + self.law.fastest_wall) * seconds + self.law.pull * seconds**2
+        self.pairs = [pair for pair in self.law.pairs_of(discs) if self.start.contact(pair).gap <= reach]
         is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
         # A root at the window's end may be found a rounding later than the run found it.
         beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
         self.truth, self.resting = exact_run(
             self.start, self.pairs, self.lasts + beyond, _RESTING * self.law.pull * block.dt_s
         )
-        self.free = self.start.copy()
-        self.free.fly(self.lasts)
+        self.free = self.start.later(self.lasts)
         states = [self.start, self.now, *(met.after for met in self.truth)]
         speeds = [state.fastest() for state in states]
         self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
@@ -83,9 +83,8 @@ class Window:
             if count < len(truth) and not self.lies_ahead(state, truth[count]):
                 break  # and so it does not with fewer
             if count not in flown:
-                flown[count] = (truth[count - 1].after if count else self.start).copy()
-                since_s = truth[count - 1].time_s if count else 0.0
-                flown[count].fly(seconds - since_s, resting if count == len(truth) else None)
+                begun, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
+                flown[count] = begun.later(seconds - since_s, resting if count == len(truth) else None)
             velocity, spin, place = self.difference(state, flown[count])
             if best is None or velocity + spin < best.velocity + best.spin - self.still:
                 best = Difference(velocity, spin, place, count, flown[count])
@@ -102,12 +101,6 @@ class Window:
         contact = state.contact(met.pair)
         along = contact.normal[0] * met.contact.normal[0] + contact.normal[1] * met.contact.normal[1]
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
-
-
-def _find_pairs_in_reach(law: Law, start: BodyStates, discs: list[int], fastest: float, seconds: float) -> list[Pair]:
-    """Return the pairs that can meet at all: an impact may double a speed, and a chain of them is short."""
-    reach = 4.0 * (fastest + law.fastest_wall) * seconds + law.pull * seconds**2
-    return [pair for pair in law.pairs_of(discs) if start.contact(pair).gap <= reach]
 
 
 def relative(state: BodyStates, pair: Pair) -> tuple[float, float]:

@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.comparator.finite_walls import NO_FEATURE
 from carom.comparator.stepwise.bodies import BodyStates, Separation
-from carom.comparator.stepwise.law import TOUCH, Pair
+from carom.comparator.stepwise.law import NO_FEATURE, TOUCH, Pair
 
 #: Largest number of impacts within a window; an inelastic collapse has infinitely many.
 MOST_IMPACTS = 2000

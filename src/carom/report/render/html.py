@@ -8,7 +8,7 @@ import re
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from carom.report.document import Block, Cell, Document, Figures, Medium, Replays, Section, Table
+from carom.report.document import QUESTION, Block, Cell, Document, Figures, Medium, Replays, Section, Table
 from carom.report.files import packed, require_report_extra
 from carom.support.escaping import visible
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 _REPLAY = ("stage.js", "sampler.js", "replay.js")
 #: What moves on a page, by kind of block.
 _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
+
+#: Columns of a table that a phone has room for.
+_MOST_ACROSS = 3
 
 #: Before what a module gives others: on a page all scripts are one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
@@ -43,6 +46,8 @@ def html(document: Document) -> str:
         page=Medium.PAGE,
         anchor=_anchor,
         kind=_kind,
+        question=QUESTION,
+        most_across=_MOST_ACROSS,
         packed_rows=_packed_rows,
         script=script,
         policy=content_policy(script),

@@ -30,7 +30,7 @@ def _block(block: Block) -> Iterator[str]:
         case Table():
             yield from _table(block)
         case blocks.Text():
-            yield _text(block.text)
+            yield f"*{blocks.QUESTION}* {_text(block.text)}" if block.folded else _text(block.text)
         case blocks.Lines():
             yield from (f"- {_text(line)}" for line in block.items)
         case blocks.Facts():

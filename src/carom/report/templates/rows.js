@@ -24,11 +24,11 @@
     const body = rows.map((row) => make("tr", "", ...row.map((said, k) => {
       const cell = typeof said === "string" ? { text: said } : said;
       const made = make(k ? "td" : "th", [cell.css, columns[k][1] ? "number" : ""].filter(Boolean).join(" "), ...content(cell));
-      if (!k) made.scope = "row";
+      if (k) made.dataset.head = columns[k][0]; else made.scope = "row";
       if (cell.title) made.title = cell.title;
       return made;
     })));
-    const scroll = make("div", "scroll", make("table", css, make("thead", "", make("tr", "", ...heads)), make("tbody", "", ...body)));
+    const scroll = make("div", "scroll", make("table", `${css} cards`, make("thead", "", make("tr", "", ...heads)), make("tbody", "", ...body)));
     scroll.tabIndex = 0;
     scroll.role = "region";
     scroll.ariaLabel = label;

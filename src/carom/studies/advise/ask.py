@@ -63,8 +63,8 @@ def advise(
         scene: The scene, or its name in the catalogue.
         engine_names: Names of adapters; by default all installed ones.
         progress: Called with (done, all, what).
-        pool: Pool that tries steps; it stays open. By default processes of this machine, which are terminated.
-        options: ``direction_error_rad``, ``profiles`` and the other fields of
+        pool: Pool that tries steps; it stays open. By default a new pool, which is closed.
+        options: ``direction_error_rad``, ``profiles``, ``scheduler`` and the other fields of
             `carom.studies.advise.options.AdviceOptions`.
 
     Raises:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from carom.report.inline import picture
-from carom.report.svg import line_style, plain_number
+from carom.report.svg import INK, line_style, plain_number
 from carom.studies.advise.run import Advice
 
 if TYPE_CHECKING:
@@ -22,16 +22,16 @@ def title_of(advice: Advice) -> str:
     return f"Direction error against steps a second: {advice.scene.name}"
 
 
-def advice_svg(advice: Advice) -> str:
-    """Return the drawing for a page.
+def advice_svg(advice: Advice, narrow: bool = False) -> str:
+    """Return the drawing for a page; a narrow one fits a phone.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
     """
-    return picture(partial(draw_advice, advice), title_of(advice))
+    return picture(partial(draw_advice, advice, narrow=narrow), title_of(advice), narrow=narrow)
 
 
-def draw_advice(advice: Advice, axes: Axes) -> None:
+def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
     """Draw the direction error against steps a second."""
     for answer in advice.answers:
         found = [trial for trial in answer.trials if not trial.reason and not math.isnan(trial.direction_error_rad)]
@@ -43,10 +43,12 @@ def draw_advice(advice: Advice, axes: Axes) -> None:
         lost = [(rate, error) for rate, error, trial in zip(rates, degrees, found, strict=True) if trial.lost]
         axes.plot(*zip(*lost, strict=True), "x", color=style["color"], markersize=9.0) if lost else None
     demand = math.degrees(advice.demand.direction_error_rad)
-    axes.axhline(demand, color="black", linewidth=0.8, linestyle=":", label=f"demand: {plain_number(demand, 0.0)}°")
+    axes.axhline(demand, color=INK, linewidth=0.8, linestyle=":", label=f"demand: {plain_number(demand, 0.0)}°")
     axes.set(xscale="log", yscale="log", xlabel="steps a second")
-    axes.set_ylabel("direction wrong by, degrees (x: impacts missed or spurious)")
+    axes.set_ylabel("direction error, degrees")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(plain_number)
     axes.grid(which="major", alpha=0.18, linewidth=0.6)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8)
+    below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.4, -0.16), "ncols": 2}
+    place = below if narrow else {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+    axes.legend(frameon=False, fontsize=8, **place)

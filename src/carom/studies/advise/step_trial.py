@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from carom.comparator.align import LATEST_STAMP_STEPS
-from carom.comparator.horizon import comparison_range
-from carom.comparator.measure import measure
+from carom.comparator.comparison_range import comparison_range
+from carom.comparator.impact_matching import LATEST_STAMP_STEPS, match_impacts
+from carom.comparator.measure.errors import measure
 from carom.comparator.scales import compute_scales
 from carom.comparator.shift import even_phases
 from carom.execution.cache_key import JobKey, job_key
@@ -69,10 +69,8 @@ class StartTask(JobTask):
         scene = Scene(**{**dict(begun), "duration_s": begun.duration_s + BEYOND_STEPS * job.dt_s})
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
-        measured = measure(
-            reference, observed, compute_scales(scene, reference), comparison_range(reference, begun.duration_s)
-        )
-        aligned = measured.alignment
+        aligned = match_impacts(reference, observed, comparison_range(reference, begun.duration_s))
+        measured = measure(reference, observed, aligned, compute_scales(scene, reference))
         return Started(
             # After the extra steps nothing is undecided unless the run broke off; then the impact was not found.
             lost=len(aligned.missed) + len(aligned.spurious) + len(aligned.undecided),

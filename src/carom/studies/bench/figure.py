@@ -38,12 +38,13 @@ _FOOT = 10.0**0.5
 _MARKED = (1e-2, 1e-3)
 
 
-def diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind) -> str:
-    """Return a diagram as SVG that takes its colours from the page around it."""
+def diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
+    """Return a diagram as SVG that takes its colours from the page around it; a narrow one fits a phone."""
     with drawing():
         points = [point for curve in bench.curves for point in curve.points]
         links = {point_anchor(bench.scene.name, point): point_name(point) for point in points}
-        return render(_figure(bench, axes, error), f"{axes.heading}, {bench.scene.name}", links)
+        figure = _figure(bench, axes, error, narrow=narrow)
+        return render(figure, f"{axes.heading}, {bench.scene.name}", links, narrow=narrow)
 
 
 def diagram_png(bench: SceneBench, axes: Diagram, error: ErrorKind, foot: Sequence[str]) -> bytes:
@@ -52,8 +53,11 @@ def diagram_png(bench: SceneBench, axes: Diagram, error: ErrorKind, foot: Sequen
         return png(_figure(bench, axes, error, foot))
 
 
-def _figure(bench: SceneBench, kind: Diagram, error: ErrorKind, foot: Sequence[str] = ()) -> Figure:
-    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{bench.scene.name}: {kind.heading.lower()}", foot)
+def _figure(
+    bench: SceneBench, kind: Diagram, error: ErrorKind, foot: Sequence[str] = (), *, narrow: bool = False
+) -> Figure:
+    title = bench.scene.name if narrow else f"{bench.scene.name}: {kind.heading.lower()}"
+    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
     axes.set_yscale("log")
     errors = [p.error for curve in bench.curves for p in curve.points if math.isfinite(p.error)]

@@ -209,7 +209,7 @@ def growth(
     """
     engine_names, profile, sizes, budget_s = options.engines, options.profile, options.sizes, options.budget_s
     notes = MemoryJournal[GrowthKey, Grown]() if notes is None else notes
-    with options.pool(1) as pool:
+    with options.local_pool(1) as pool:
         infos = select_engines(describe_engines(engine_names, pool), engine_names)
         infos = with_own_methods(infos, engine_names, pool, own=options.own)
         here = environment(infos)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
@@ -57,8 +58,8 @@ _SIMULATED_S = STEPS * DT_S
 def growth_document(growth: Growth) -> Document:
     """Return run time and memory against the number of discs."""
     figures = (
-        Figure(lambda: _diagram(growth, memory=False)[0], "Run time of a simulated second. Dashed: under gravity."),
-        Figure(lambda: _diagram(growth, memory=True)[0], "Memory. Dashed: under gravity."),
+        Figure(partial(_svg, growth, False), "Run time of a simulated second. Dashed: under gravity."),
+        Figure(partial(_svg, growth, True), "Memory. Dashed: under gravity."),
     )
     left_out = tuple(
         f"{_method(curve)}{_gas(curve)}, {point.discs} discs, not run: {point.reason}"
@@ -198,17 +199,18 @@ def _power(exponent: tuple[float, float, float]) -> Cell:
     return Cell(f"n^{value:.2f} ({low:.2f} to {high:.2f})", short=f"n^{value:.2f}")
 
 
-def _diagram(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> tuple[str, bytes]:
-    """Return run time (or memory) against the number of discs, as SVG and as PNG with the lines at its foot."""
+def _svg(growth: Growth, memory: bool, narrow: bool = False) -> str:
+    """Return run time (or memory) against the number of discs as SVG; a narrow one fits a phone."""
     links = {_anchor(curve, point): _name(curve, point) for curve in growth.curves for point in _ran(curve)}
     with drawing():
-        drawn = render(_figure(growth, memory), "Memory" if memory else "Run time", links)
-        return drawn, png(_figure(growth, memory, foot))
+        figure = _figure(growth, memory, narrow=narrow)
+        return render(figure, "Memory" if memory else "Run time", links, narrow=narrow)
 
 
-def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Figure:
-    title = f"{'Memory' if memory else 'Run time of a simulated second'} against the number of discs"
-    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot)
+def _figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narrow: bool = False) -> drawn.Figure:
+    what = "Memory" if memory else "Run time of a simulated second"
+    title = what if narrow else f"{what} against the number of discs"
+    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
     axes.set_yscale("log")
     ends = list[LineEnd]()
@@ -225,7 +227,7 @@ def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Fig
         for place in places:
             aim(axes, *place)
         value, _, _ = curve.memory_exponent if memory else curve.time_exponent
-        grows = "" if math.isnan(value) else f": n^{value:.2f}"
+        grows = "" if math.isnan(value) or narrow else f": n^{value:.2f}"
         name = f"{_SHOWN.get(curve.engine, curve.engine)}{_gas(curve)}{grows}"
         ends.append(LineEnd(*places[-1][:2], name, style["color"]))
     axes.set_xlabel("discs")
@@ -249,6 +251,7 @@ def write_growth(growth: Growth, folder: Path) -> Path:
     page, numbers = html(growth_document(growth)), as_json("growth", growth)
     files: dict[str, str | bytes] = {"growth.html": page, "growth.json": numbers}
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
-        svg, files[f"{name}.png"] = _diagram(growth, memory, foot)
-        files[f"{name}.svg"] = alone(svg)
+        files[f"{name}.svg"] = alone(_svg(growth, memory))
+        with drawing():
+            files[f"{name}.png"] = png(_figure(growth, memory, foot))
     return write_files(folder, "bench", files)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
-from carom.execution.options import MOST_SEED, LimitOptions, engine_names, profile_names
+from carom.execution.options import MOST_SEED, LimitOptions, engine_names, no_scheduler, profile_names
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.series import STEPS, geometric_steps
 from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
@@ -118,3 +118,5 @@ class GrowthOptions(LimitOptions):
     )
     budget_s: float = option(BUDGET_S, seconds(), "Seconds per gas.", "--budget")
     own: bool = own_methods()
+    _: KW_ONLY
+    scheduler: str | None = no_scheduler("run time and memory are measured on this machine")

@@ -119,7 +119,7 @@ def _timed(
 ) -> SceneTiming | None:
     question = TimeScene(scene, tuple(asked), plan.rounds, plan.seed, plan.budget_s / 2, progress)
     ask = TaskRequest(scene, timing_key(scene, asked, plan.seed), question)
-    with plan.pool(1) as pool:
+    with plan.local_pool(1) as pool:
         ((_, answer),) = run_tasks([ask], pool, timings, alone=True)
     return answer.value
 

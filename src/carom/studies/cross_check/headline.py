@@ -1,102 +1,164 @@
-"""Headline of a cross-check: its result in physical units."""
+"""Headline of a cross-check: its result in numbers, and how far the reference is proven."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 
-from carom.comparator import Verdict
+from carom.comparator import Horizon, Verdict
 from carom.comparator.thresholds import THRESHOLDS
+from carom.execution.results import Results
 from carom.report import formatting
-from carom.report.grid import Grid, GridCell, GridColumn, Mark
-from carom.studies.cross_check.ranking import count_outcomes, rank_methods
-from carom.studies.cross_check.sentences import Sentence
+from carom.report.document import Headline
+from carom.report.mark import RIGHT, Mark
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
 #: Name of the profile of an engine as shipped.
 SHIPPED = "default"
-#: Verdicts that show that bodies passed through each other. A diverged trajectory has no such verdict for its impacts.
-_MISSES = frozenset({Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH})
 #: Largest number of names in one sentence.
-MOST_NAMES = 3
+MOST_NAMES = 4
 
 
-def build_headline(grid: Grid) -> str:
-    """Summarise a cross-check: for one scene what each method does, for several which methods miss impacts."""
-    every = [column for column in grid.columns.values() if any(cell.has_replay for cell in grid.cells(column))]
-    columns = [column for column in every if not column.own] or [c for c in every if c.engine != "pic"] or every
+def build_headline(grid: Grid) -> Headline:
+    """Return the result in one sentence, and what else matters: the reference, the counts, and chance."""
+    every = grid.compared
+    columns = [column for column in every if not column.own] or every
     if not columns:
-        return Sentence.NOTHING()
-    return _describe_scene(grid, columns) if len(grid.rows) == 1 else _describe_scenes(grid, columns)
-
-
-def has_miss(cell: GridCell) -> bool:
-    """Whether a verdict on a run is a missed impact; after a divergence only steps can show one."""
-    score = cell.row.score if cell.row else None
-    return score is not None and bool(_MISSES & set(score.verdicts))
+        sentence = "Nothing could be scored: no requested method ran any of these scenes."
+    else:
+        sentence = _describe_scene(grid, columns) if len(grid.rows) == 1 else _describe_scenes(grid, columns)
+    more = (_describe_reference(grid.results), _describe_counts(grid, columns), *_describe_phase_dependence(grid))
+    return Headline(sentence, tuple(filter(None, more)))
 
 
 def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    cells = (cell for column in rank_methods(grid, columns) for cell in grid.cells(column) if cell.has_replay)
+    """Say what each method does with the one scene."""
+    cells = [cell for column in columns for cell in grid.cells(column) if cell.scored]
     kinds = list(formatting.together((_describe_run(cell), cell.column.name) for cell in cells).items())
-    shown = kinds if len(kinds) <= MOST_NAMES else [kinds[0], kinds[-1]]
+    shown = kinds if len(kinds) < MOST_NAMES else [kinds[0], kinds[-1]]
     parts = [f"{_join_names(names)}: {does}" for does, names in shown]
     more = f"; {len(kinds) - len(shown)} other outcomes in between" if len(shown) < len(kinds) else ""
-    steps = {cell.row.job.dt_s for cell in grid.rows[0].cells if cell.row is not None}
+    steps = {cell.line.dt_s for cell in grid.rows[0].cells if cell.mark is not Mark.ABSENT}
     at = f" at {formatting.step(steps.pop())}" if len(steps) == 1 else ""
-    return Sentence.ONE_SCENE(scene=grid.rows[0].scene.name, step=at, outcomes=f"{'; '.join(parts)}{more}")
+    return f"{grid.rows[0].name}{at}: {'; '.join(parts)}{more}."
 
 
 def _describe_run(cell: GridCell) -> str:
     """Describe the gravest fault of a run: impacts missed or invented, velocity error, or lateness."""
-    score = cell.row.score if cell.row else None
-    if score is None:
-        return cell.mark.word
-    if Verdict.PARTED in score.verdicts:
+    if cell.has_verdict(Verdict.PARTED):
         return cell.mark.word if cell.mark is not Mark.WRONG else "wrong and parted"
-    lost = [f"{len(score.missed)} missed"] if score.missed else []
-    lost += [f"{len(score.spurious)} invented"] if score.spurious else []
+    lost = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
     if lost:
-        return Sentence.LOST(lost=formatting.listed(lost), impacts=formatting.count(score.expected, "impact"))
-    if not score.errors or cell.mark in (Mark.EXACT, Mark.EXACT_32):
-        return cell.mark.word
-    rounding = THRESHOLDS.rounding_of(score.float_bits)
-    if score.total.velocity > rounding:
-        return Sentence.VELOCITY(part=formatting.percent(score.total.velocity))
-    late = score.total.time_s
-    if cell.row is not None and abs(late) > THRESHOLDS.time_rounding_of(
-        score.float_bits, score.scales.time_s, cell.row.job.dt_s
-    ):
-        return Sentence.TIME(time=formatting.number(abs(late) * 1e3, 3), side="late" if late > 0 else "early")
+        return f"{formatting.listed(lost)} of {formatting.count(cell.expected, 'impact')}"
+    if cell.matched and cell.mark not in (Mark.EXACT, Mark.EXACT_32):
+        if cell.errors.velocity > cell.rounding:
+            return f"velocities off by {formatting.percent(cell.errors.velocity)} of the greatest speed"
+        if late_s := cell.time_error_s:
+            return f"{formatting.number(abs(late_s) * 1e3, 3)} ms {'late' if late_s > 0 else 'early'}"
     return cell.mark.word
 
 
 def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Summarise several scenes: what every engine as shipped misses, and which methods are right most often."""
+    """Summarise several scenes: what methods as shipped miss, and in how many scenes tuned ones are as good as PIT."""
+    by_profile = formatting.together((column.profile, column) for column in columns)
+    first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
+    others = [profile for profile in by_profile if profile != first]
+    second = "tuned" if "tuned" in others else next(iter(others), first)
+    shipped, tuned = by_profile[first], by_profile[second]
+    misses, sampled = _describe_misses(grid, shipped), _describe_sampled(grid, tuned)
+    if columns[0].own:  # sampling error is PIT's own
+        return f"{formatting.capitalised(misses)}."
+    if first == second:
+        return f"{_settings(first)}: {misses}; {sampled}."
+    return f"{_settings(first)}: {misses}. {_settings(second)}: {sampled}."
+
+
+def _settings(profile: str) -> str:
+    return "Default settings" if profile == SHIPPED else formatting.capitalised(profile)
+
+
+def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
+    """Say in how many scenes all methods miss an impact, or, where that is never, each of them."""
     scenes = len(grid.rows)
-    shipped = [column for column in columns if column.profile == SHIPPED]
-    parts = []
-    if shipped:
-        engines = "every engine" if len(shipped) > 1 else shipped[0].label
-        missed = [row.scene.name for row in grid.rows if _all_have_miss([c for c in row.cells if c.column in shipped])]
-        which = f": {_join_names(missed)}" if missed else ""
-        parts.append(Sentence.MISSES(missed=len(missed), scenes=scenes, engines=engines, which=which))
-    outcomes = {column: count_outcomes([cell.mark for cell in grid.cells(column)]) for column in columns}
-    best = min(outcomes.values())
-    firsts = [column for column in rank_methods(grid, columns) if outcomes[column] == best]
-    if best[0] == 0:
-        parts.append(Sentence.NONE_CLOSE(kind="method" if columns[0].own else "engine", scenes=scenes))
-    else:
-        names, tie = [column.name for column in firsts], " tie" if len(firsts) > 1 else ""
-        wrong = max(sum(cell.mark is Mark.WRONG for cell in grid.cells(column)) for column in firsts)
-        parts.append(Sentence.MOST_CLOSE(names=_join_names(names), tie=tie, scenes=-best[0], wrong=wrong))
-    return " ".join(parts)
+    counts = [sum(cell.has_miss for cell in grid.cells(column)) for column in columns]
+    ran = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]
+    by_all = sum(bool(cells) and all(cell.has_miss for cell in cells) for cells in ran)
+    if len(columns) == 1:
+        where = f"an impact in {by_all} of {scenes} scenes" if by_all else f"no impact in {scenes} scenes"
+        return f"{columns[0].label} misses {where}"
+    kind = "method" if columns[0].own else "engine"
+    if by_all:
+        return f"every {kind} misses an impact in {by_all} of {scenes} scenes"
+    if not any(counts):
+        return f"no {kind} misses an impact in {scenes} scenes"
+    return f"each {kind} misses an impact in {_range(counts)} of {scenes} scenes"
 
 
-def _all_have_miss(cells: Sequence[GridCell]) -> bool:
-    """Whether there are runs and all of them miss an impact."""
-    ran = [cell for cell in cells if cell.row is not None and cell.row.score is not None]
-    return bool(ran) and all(map(has_miss, ran))
+def _describe_sampled(grid: Grid, columns: Sequence[GridColumn]) -> str:
+    """Say in how many scenes methods find all impacts with no more error than sampling has."""
+    good = RIGHT | {Mark.SAMPLED}
+    counts = [sum(cell.mark in good for cell in grid.cells(column)) for column in columns]
+    names, does = _join_names([column.label for column in columns]), "is" if len(columns) == 1 else "are"
+    scenes = "scene" if max(counts) == 1 else "scenes"
+    return f"{names} {does} within sampling error in {_range(counts)} {scenes}"
+
+
+def _range(counts: Sequence[int]) -> str:
+    low, high = min(counts), max(counts)
+    return str(low) if low == high else f"{low} to {high}"
 
 
 def _join_names(names: Sequence[str]) -> str:
     shown = names if len(names) <= MOST_NAMES else [*names[: MOST_NAMES - 1], f"{len(names) - MOST_NAMES + 1} more"]
     return formatting.listed(list(shown))
+
+
+def _describe_reference(results: Results) -> str:
+    """Describe the evidence for PIC's accuracy."""
+    if not results.known:
+        if not results.references:
+            return ""
+        proven = [n for n, how in results.certified.items() if isinstance(how, Horizon) and how.covers_the_scene]
+        unknown = "None of these scenes has a known answer"
+        if not proven:
+            return f"{unknown}: PIC is the reference, without independent proof."
+        which = f"{len(proven)} of {formatting.count(len(results.references), 'scene')}"
+        return f"{unknown}; every impact of PIC is certified in {which}."
+    deviations = {name: deviation for name, (_, deviation) in results.known.items()}
+    off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
+    if off:
+        right = f"{len(deviations) - len(off)} of {formatting.count(len(deviations), 'known answer')}"
+        return f"PIC reproduces {right} to rounding; it does not reproduce {formatting.listed(off)}."
+    which = f"all {len(deviations)} known answers" if len(deviations) > 1 else "the one known answer"
+    return f"PIC reproduces {which} (largest deviation {formatting.number(max(deviations.values()))})."
+
+
+def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
+    """Describe the number of runs by grade."""
+    asked, what = [column for column in grid.columns.values() if not column.own], "engine run"
+    if not asked:  # Carom's own methods only: then it is PIT that is compared with PIC
+        asked = list(columns) or list(grid.columns.values())
+        labels = {column.label for column in asked}
+        what = f"{labels.pop()} run" if len(labels) == 1 else "run"
+    tally = Counter(cell.mark for column in asked for cell in grid.cells(column))
+    ran = sum(n for mark, n in tally.items() if mark.ran)
+    scored = [f"{tally[mark]} {mark.word}" for mark in Mark if mark.ran and tally[mark]]
+    others = [f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and mark is not Mark.ABSENT and tally[mark]]
+    said = f"No {what} at {grid.step_phrase} could be scored."
+    if ran:
+        said = f"Of {formatting.count(ran, what)} at {grid.step_phrase}: {'; '.join(scored)}."
+    return f"{said} Not scored: {'; '.join(others)}." if others else said
+
+
+def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
+    """Say which grades of PIT hold at this phase of the step only, because of where in a step an impact falls."""
+    for column in grid.columns.values():
+        scores = [cell.row.score for cell in grid.cells(column) if cell.row and cell.row.score]
+        found = [score.lucky_phase for score in scores if score.lucky_phase]
+        if column.engine != "pit" or not found:
+            continue
+        owes = "its grade" if len(scores) == 1 else f"the grade in {len(found)} of {len(scores)} scenes"
+        shares = sorted({share for share, _ in found})
+        some = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
+        right = f"sampling alone is equally accurate at {some} of {found[0][1]} phases"
+        yield f"{column.name}: {owes} depends on the phase of the step; {right}."

@@ -14,12 +14,10 @@ from carom.execution.job import Job, Method, Status
 from carom.execution.results import Row
 from carom.model.scene import Scene, as_scene
 from carom.model.trace import Trace
-from carom.report import formatting
 from carom.report.files import packed, require_report_extra
-from carom.report.grid import mark_of, reasons_of
 from carom.report.picture import draw_pair
 from carom.report.render.html import replay_page
-from carom.report.replay import replay_data, run_command
+from carom.report.replay import describe_run, replay_data, run_command
 from carom.report.svg import drawing
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.film import FRAMES_PER_S, film
@@ -58,19 +56,9 @@ class Replay:
         trace = self.observed
         job = Job(trace.scene, Method(trace.method, trace.profile, tuple(trace.tried.items())), trace.dt_s)
         row = Row(job, Status.RAN, trace=trace, score=self.score)
-        mark = mark_of(row)
-        said = {
-            "engine": trace.method,
-            "profile": trace.profile_shown,
-            "key": visible(trace.scene.name),
-            "word": mark.word,
-            "symbol": mark.symbol,
-            "css": mark.css,
-            "said": [formatting.capitalised(reason) + "." for reason in reasons_of(row)],
-            "command": run_command("scene.toml", job)
-            if trace.profile
-            else "",  # a solver called directly has no profile
-        }
+        # A solver that was called directly has no profile, and no command.
+        command = run_command("scene.toml", job) if trace.profile else ""
+        said = describe_run(row, trace.method, visible(trace.scene.name), command)
         data = packed(replay_data(self.reference, [(trace, self.score, said)]))
         return replay_page(visible(trace.scene.name), data, said["said"], self._stills())
 

@@ -53,6 +53,7 @@ def run(
     profile: str = "tuned",
     settings: Mapping[str, Setting] = MappingProxyType({}),
     time_limit_s: float = DEFAULT_TIME_LIMIT_S,
+    scheduler: str | None = None,
 ) -> Trace:
     """Run a scene on an engine, in a process of its own, and return the trace.
 
@@ -63,6 +64,7 @@ def run(
         profile: Name of one of its profiles.
         settings: Settings to try instead of the profile's own, by name.
         time_limit_s: Seconds after which the engine is terminated.
+        scheduler: Address of the Dask scheduler on whose cluster it runs; by default it runs on this machine.
 
     Raises:
         UnknownNameError: There is no such scene, engine, profile or setting.
@@ -71,7 +73,7 @@ def run(
     """
     scene = as_scene(scene)
     dt = 1.0 / scene.frame_rate_hz if dt is None else dt
-    limits = LimitOptions(jobs=1, time_limit_s=time_limit_s)
+    limits = LimitOptions(jobs=1, time_limit_s=time_limit_s, scheduler=scheduler)
     taken(step(), "dt", dt)
     require_named(engine := resolve_engine(engine))
     with limits.pool() as pool:
@@ -99,8 +101,8 @@ def cross_check(
         engine_names: Names of adapters, or manifests; every one that is installed by default.
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
-        pool: Worker processes for the jobs; it stays open. By default a new pool on this machine, which is closed.
-        options: ``dts``, ``profiles``, ``settings``, ``phases`` and the other fields of
+        pool: Worker processes for the jobs; it stays open. By default a new pool, which is closed.
+        options: ``dts``, ``profiles``, ``settings``, ``phases``, ``scheduler`` and the other fields of
             `carom.execution.options.Options`.
 
     Raises:
@@ -187,7 +189,8 @@ class _Observer:
     def timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
         """Yield the run time of each job, one after another with nothing else running."""
         asks = [TaskRequest(job, job_key(job), TimeTask(job)) for job in jobs]
-        return self._told(run_tasks(asks, self._pool, MemoryJournal[JobKey, Timing](), alone=True))
+        with self._pool.on_this_machine() as pool:
+            yield from self._told(run_tasks(asks, pool, MemoryJournal[JobKey, Timing](), alone=True))
 
     def _told(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
         for job, answer in found:
@@ -224,11 +227,27 @@ def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: 
     pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
     rows: dict[Key, Row] = {}
     left = iter(pit)
+    scored: dict[tuple[str, str, float], list[Row]] = {}
     for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
-        rows[_key(job)] = _row(job, answer, usable, pit[_key(_pit_job(job))].value)
+        similar = scored.setdefault((job.scene.name, job.engine, job.dt_s), [])
+        same = next((row for row in similar if _is_same_run(row.trace, answer.value)), None)
+        if same is None:
+            row = _row(job, answer, usable, pit[_key(_pit_job(job))].value)
+            similar.append(row)
+        else:
+            row = replace(same, job=job, trace=answer.value)
+        rows[_key(job)] = row
         if answer.status is Status.RAN:  # score a row of PIT while engines run
             rows |= {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in islice(left, 1)}
     return rows | {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in left}
+
+
+def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
+    """Whether two runs are the same except for their settings, so that they have the same score."""
+    if one is None or other is None:
+        return False
+    settings = {name: getattr(other, name) for name in ("profile", "tried", "settings", "counts")}
+    return replace(one, **settings) == other
 
 
 def _row(job: Job, answer: Answer[Trace], usable: Mapping[str, Reference], pit: Trace | None) -> Row:

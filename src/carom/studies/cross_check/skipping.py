@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
-from carom.execution.results import Results
 from carom.execution.skipped import SceneSkips, SkippedTime
 from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import ON_PAPER, Cell, Column, Figure, Figures, Section, Table, Text
 from carom.report.svg import SURFACE, drawing, finish, line_style, new_figure, plain_number, render
 from carom.studies.cross_check.explain import describe_pic, describe_pit
+from carom.studies.cross_check.grid import Grid
 from carom.support.formatting import number
 
 NOTE = (
-    "Skipping changes no result. PIC without it predicts all pairs after each impact, and runs event by event where "
-    "a closed form does; PIT without it tests every pair and wall at every frame. Both are timed in turn on this "
-    "machine; a ratio below 1 is a scene so small that keeping count costs more than it saves."
+    "Skipping changes no result. PIC without it predicts all pairs after each impact, and runs event by event instead "
+    "of in closed form; PIT without it tests every pair and wall at every frame. Both are timed in turn on this "
+    "machine. A ratio below 1 is a scene so small that keeping count takes more time than it saves."
 )
 
 
@@ -29,9 +30,9 @@ class _Scene(NamedTuple):
     skips: SceneSkips
 
 
-def skipping_section(results: Results) -> Section:
+def skipping_section(grid: Grid) -> Section:
     """Return the work that each scene does not need and the time saved; empty where nothing was timed."""
-    found = [_Scene(results.references[name], skips) for name, skips in results.skipped.items()]
+    found = [_Scene(grid.results.references[name], skips) for name, skips in grid.results.skipped.items()]
     if not found:
         return Section("Skipped work", ())
     pit = [one.skips.pit.ratio for one in found if one.skips.pit]
@@ -52,9 +53,10 @@ def skipping_section(results: Results) -> Section:
         Column("without", lambda one: _without(one.skips.pit), number=True),
     )
     folded = f"What each of {formatting.count(len(found), 'scene')} does not need"
-    figure = Figure(lambda: _diagram(found), "Run time with skipping (full) and without (ring).")
-    table = Table(columns, found, note=NOTE, folded=folded, css="cells", only=ON_PAPER)
-    return Section("Skipped work", (Text(" ".join(said), ON_PAPER), Figures((figure,)), table))
+    figure = Figure(partial(_diagram, found), "Run time with skipping (full) and without (ring).")
+    table = Table(columns, found, folded=folded, css="cells", only=ON_PAPER)
+    explained = Text(NOTE, ON_PAPER, folded=True)
+    return Section("Skipped work", (Text(" ".join(said), ON_PAPER), Figures((figure,), large=True), table, explained))
 
 
 def _with(saved: SkippedTime | None) -> str:
@@ -65,11 +67,12 @@ def _without(saved: SkippedTime | None) -> str:
     return formatting.ABSENT if saved is None else formatting.ratio(saved.ratio)
 
 
-def _diagram(found: Sequence[_Scene]) -> str:
+def _diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
     """Draw the run times of each scene as SVG: a line from that with skipping to that without."""
     with drawing():
-        figure = new_figure(6.4, 0.7 + 0.24 * len(found))
-        axes = figure.add_axes((0.3, 0.5 / figure.get_figheight(), 0.6, 1.0 - 0.65 / figure.get_figheight()))
+        width, height, left = 4.0 if narrow else 9.0, 0.7 + 0.24 * len(found), 1.9
+        figure = new_figure(width, height)
+        axes = figure.add_axes((left / width, 0.5 / height, 0.97 - left / width - 0.5 / width, 1.0 - 0.65 / height))
         for k, one in enumerate(found):
             for engine, saved, shift in (("pic", one.skips.pic, 0.15), ("pit", one.skips.pit, -0.15)):
                 if saved is None:
@@ -86,4 +89,4 @@ def _diagram(found: Sequence[_Scene]) -> str:
         axes.set_xlabel("run time, ms")
         axes.xaxis.set_major_formatter(plain_number)
         finish(axes)
-        return render(figure, "Run time of PIC and PIT with and without skipping")
+        return render(figure, "Run time of PIC and PIT with and without skipping", narrow=narrow)

@@ -7,23 +7,28 @@ import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import ON_PAPER, Cell, Column, Figure, Figures, Lines, Section, Table, Text
-from carom.report.grid import Grid, GridColumn, Mark, mark_of
-from carom.report.svg import INK, MUTED, drawing, finish, framed, line_style, render
+from carom.report.mark import Mark
+from carom.report.svg import INK, drawing, error_scale, finish, framed, line_style, render
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawn
 
 _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
 
+DETAIL_NOTE = (
+    "A median compares with its neighbours only over the same scenes, so these are chosen once: PIT finds an impact in "
+    "them at every step, with a velocity error above rounding. Where a method found no impact, it has fewer scenes."
+)
 
-@dataclass(frozen=True)
-class TrendPoint:
+
+class TrendPoint(NamedTuple):
     """One engine and profile at one refinement.
 
     Attributes:
@@ -43,15 +48,8 @@ class TrendPoint:
     graded: int
 
 
-@dataclass(frozen=True)
-class Series:
-    """The points of an engine and profile, one for each refinement.
-
-    Attributes:
-        column: The engine and profile.
-        points: One for each refinement.
-        name: What the legend and the table call it.
-    """
+class Series(NamedTuple):
+    """The points of an engine and profile, one for each refinement, and its name in the legend and the table."""
 
     column: GridColumn
     points: tuple[TrendPoint, ...]
@@ -74,112 +72,88 @@ class Trend:
     coarsest_s: tuple[float, float]
     series: tuple[Series, ...]
     scenes: tuple[str, ...]
-    left_out: tuple[tuple[str, tuple[str, ...]], ...]
+    left_out: Mapping[str, Sequence[str]]
 
 
-def build_trend(results: Results, grid: Grid) -> Trend:
-    """Derive the series.
+#: Why a scene is not among those whose errors are compared, in the order in which it is listed.
+_EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
+    "PIT's velocities are right at every step",
+    "PIT finds no impact at one of the steps, so it has no velocity error",
+    "there is no impact",
+    "the scene is not graded",
+)
 
-    A median is of use only over the same scenes at every step, so the scenes are chosen once: those in which PIT, at
-    every step that was run, finds an impact and gets its velocity wrong by more than rounding.
-    """
-    by_scene = formatting.together((row.job.scene.name, row) for row in results.rows)
-    by_place = formatting.together(((grid.columns[row.job.method], row.job.refinement), row) for row in results.rows)
-    refinements = sorted({refinement for _, refinement in by_place})
-    coarsest = {row.job.scene.name: row.job.dt_s for row in results.rows if row.job.refinement == 0}
-    parts: dict[int, list[float]] = {k: [] for k in refinements}
-    for row in results.rows:
-        if row.job.scene.name in coarsest:
-            parts[row.job.refinement].append(row.job.dt_s / coarsest[row.job.scene.name])
-    chosen, left_out = _choose(by_scene)
+
+def build_trend(grid: Grid) -> Trend:
+    """Derive the series, over the scenes in which PIT has a velocity error at every step."""
+    by_place = formatting.together(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
+    coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
+    ratios = formatting.together(
+        (cell.line.refinement, cell.line.dt_s / coarsest[cell.scene]) for cell in grid.runs if cell.scene in coarsest
+    )
+    by_scene = formatting.together((cell.scene, cell) for cell in grid.runs)
+    why = formatting.together((_left_out(cells), name) for name, cells in by_scene.items())
+    chosen = why.pop("", [])
+    points = {
+        column: tuple(_point(by_place.get((column, k), ()), chosen) for k in sorted(ratios))
+        for column in grid.columns.values()
+    }
     return Trend(
-        parts=tuple(map(statistics.median, parts.values())),
+        parts=tuple(statistics.median(ratios[k]) for k in sorted(ratios)),
         coarsest_s=(min(coarsest.values(), default=0.0), max(coarsest.values(), default=0.0)),
-        series=tuple(
-            _merged(
-                {
-                    column: tuple(_point(by_place.get((column, k), ()), chosen) for k in refinements)
-                    for column in grid.columns.values()
-                }
-            )
-        ),
+        series=tuple(_merged(points)),
         scenes=tuple(chosen),
-        left_out=left_out,
+        left_out={reason: why[reason] for reason in _LEFT_OUT if reason in why},
     )
 
 
 def _merged(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Series]:
     """Yield the series of each column; profiles of a method of Carom's own that gave the same are one, without profile.
 
-    PIC has nothing to set, and is run under the name of each profile all the same: two lines of it would be one line
-    with two names. Engines' profiles differ in settings, and stay apart even where their results agree.
+    Engines' profiles differ in settings, and stay apart even where their results agree.
     """
-    seen: set[tuple[str, tuple[TrendPoint, ...]]] = set()
+    seen = set[tuple[str, tuple[TrendPoint, ...]]]()
     for column, own in points.items():
-        alike = column.own and any(
-            other.engine == column.engine and other != column and found == own for other, found in points.items()
-        )
+        same = [other for other, found in points.items() if other.engine == column.engine and found == own]
+        alike = column.own and len(same) > 1
         if not alike or (column.engine, own) not in seen:
             seen.add((column.engine, own))
             yield Series(column, own, column.label if alike else column.name)
 
 
-#: Why a scene is not among those whose errors are compared, in the order in which it is told.
-_EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
-    "as PIT's velocities are right there at every step that was run",
-    "as PIT finds no impact at one of the steps, so that it has no velocity to be wrong",
-    "as there is no impact",
-    "as the scene is not graded",
-)
-
-
-def _choose(by_scene: Mapping[str, Sequence[Row]]) -> tuple[list[str], tuple[tuple[str, tuple[str, ...]], ...]]:
-    found = formatting.together((_left_out(rows), name) for name, rows in by_scene.items())
-    return found.get("", []), tuple((why, tuple(found[why])) for why in _LEFT_OUT if why in found)
-
-
-def _left_out(rows: Sequence[Row]) -> str:
-    """Return why the scene of these rows is left out; empty where it is chosen."""
-    scores = [row.score for row in rows if row.score is not None]
-    sampling = [math.nan if score.sampling is None else score.sampling.velocity for score in scores]
-    if not scores or any(mark_of(row) is Mark.UNGRADED for row in rows):
+def _left_out(cells: Sequence[GridCell]) -> str:
+    """Return why the scene of these cells is left out; empty where it is chosen."""
+    scored = [cell for cell in cells if cell.scored]
+    if not scored or any(cell.mark is Mark.UNGRADED for cell in cells):
         return _OTHER
-    if not scores[0].expected:
+    if not scored[0].expected:
         return _WITHOUT
+    sampling = [math.nan if (error := cell.pit.get("velocity")) is None else float(error) for cell in scored]
     if any(map(math.isnan, sampling)):
         return _MISSED
     return _EXACT if max(sampling) <= THRESHOLDS.rounding else ""
 
 
-def _point(rows: Sequence[Row], chosen: Sequence[str]) -> TrendPoint:
-    marks = [mark_of(row) for row in rows]
-    scores = [row.score for row in rows if row.job.scene.name in chosen and row.score is not None]
-    errors = [score.total.velocity for score in scores if not math.isnan(score.total.velocity)]
+def _point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint:
+    marks = [cell.mark for cell in cells]
+    velocities = [cell.errors.velocity for cell in cells if cell.scene in chosen]
+    errors = [error for error in velocities if not math.isnan(error)]
+    median = statistics.median(errors) if errors else None
+    low, high = min(errors, default=0.0), max(errors, default=0.0)
     return TrendPoint(
-        median=statistics.median(errors) if errors else None,
-        low=min(errors, default=0.0),
-        high=max(errors, default=0.0),
-        scenes=len(errors),
-        wrong=marks.count(Mark.WRONG),
-        graded=sum(mark.ran and mark is not Mark.UNGRADED for mark in marks),
+        median, low, high, len(errors), marks.count(Mark.WRONG), sum(mark.rank is not None for mark in marks)
     )
 
 
-def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
-    """Yield the charts of error and of wrong scenes against the step with their numbers, where there are any."""
-    trend = build_trend(results, grid)
+def trend_section(grid: Grid) -> Section:
+    """Return the charts of error and of wrong scenes against the step with their numbers, where there are any."""
+    trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
-        return
+        return Section("", ())
     charts = Figures(
         (
-            Figure(
-                partial(_velocity_chart, trend, "Median velocity error against the step"),
-                "Velocity error. Shaded: from the least to the greatest scene, for PIT.",
-            ),
-            Figure(
-                partial(_wrong_chart, trend, "Scenes graded wrong, against the step"),
-                "Wrong: an impact missed, invented or out of order, a run that ends early or is not finite.",
-            ),
+            Figure(partial(_velocity_chart, trend), "Velocity error. Shaded: from the least to the greatest, for PIT."),
+            Figure(partial(_wrong_chart, trend), "Wrong: an impact missed, invented or out of order, or another end."),
         )
     )
     steps = [(k, f"step {formatting.part(part)}") for k, part in enumerate(trend.parts)]
@@ -188,23 +162,24 @@ def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
     columns += [
         Column("scenes wrong", _at(k, lambda point: f"{point.wrong} of {point.graded}"), step) for k, step in steps
     ]
-    table = Table(
-        columns,
-        trend.series,
-        note="Velocity error: median over scenes (least to greatest; scenes).",
-        folded="The numbers of these charts",
-        only=ON_PAPER,
-    )
-    wrong = "Scenes that are wrong are counted among all graded ones."
+    note = "Velocity error: median over scenes (least to greatest; scenes)."
+    table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=ON_PAPER)
     said = (
-        f"Velocity errors are medians over the same {formatting.count(len(trend.scenes), 'scene')} at every step, or "
-        "over "
-        f"as many of these as a method found an impact in. {wrong}"
+        f"Velocity errors are medians over the same {formatting.count(len(trend.scenes), 'scene')} at every step"
         if trend.scenes
-        else f"In no scene does PIT have a velocity error at every step, so there are no medians. {wrong}"
+        else "In no scene does PIT have a velocity error at every step, so there are no medians"
     )
-    scenes = Lines(tuple(_trend_scenes(trend)), ON_PAPER, folded="Which scenes these are")
-    yield Section("Error against step", (charts, Text(said, ON_PAPER), table, scenes))
+    scenes = Lines(tuple(_describe_scenes(trend)), ON_PAPER, folded="Which scenes these are")
+    return Section(
+        "Error against step",
+        (
+            charts,
+            Text(f"{said}. Wrong scenes are counted among all graded ones.", ON_PAPER),
+            Text(DETAIL_NOTE, ON_PAPER, folded=True),
+            table,
+            scenes,
+        ),
+    )
 
 
 def _at(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], Cell | str]:
@@ -215,77 +190,52 @@ def _at(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], C
 def _error(point: TrendPoint) -> Cell | str:
     if point.median is None:
         return formatting.ABSENT
-    return Cell(
-        formatting.number(point.median),
-        f"({formatting.number(point.low)} to {formatting.number(point.high)}; {point.scenes})",
-    )
+    span = f"{formatting.number(point.low)} to {formatting.number(point.high)}"
+    return Cell(formatting.number(point.median), f"({span}; {point.scenes})")
 
 
-def _trend_scenes(trend: Trend) -> Iterator[str]:
-    """Say which scenes the velocity errors are medians of, why the others are not, and where one is missing."""
+def _describe_scenes(trend: Trend) -> Iterator[str]:
+    """Say which scenes the velocity errors are medians of, and why the others are not."""
     if trend.scenes:
         yield f"Velocity errors are of {formatting.listed(trend.scenes)}."
-    for why, names in trend.left_out:
-        yield f"Left out, {why}: {formatting.listed(names)}."
-    few = [
-        f"{series.name} has {point.scenes} of the {len(trend.scenes)} at step {formatting.part(part)}"
-        for series in trend.series
-        for point, part in zip(series.points, trend.parts, strict=True)
-        if point.scenes < len(trend.scenes)
-    ]
-    if few:
-        yield f"Fewer scenes, where an engine matched no impact or was not run: {'; '.join(few)}."
+    for why, names in trend.left_out.items():
+        yield f"Left out, because {why}: {formatting.listed(names)}."
 
 
-def _velocity_chart(trend: Trend, label: str) -> str:
+def _velocity_chart(trend: Trend, narrow: bool = False) -> str:
     with drawing():
-        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN)
-        medians = [p.median for s in trend.series for p in s.points if p.median is not None]
-        seen = [median for median in medians if median > THRESHOLDS.rounding and math.isfinite(median)]
-        bottom = 10.0 ** math.floor(math.log10(min(seen, default=0.1)))
-        top = 10.0 ** math.ceil(math.log10(max(seen, default=1.0) * 1.01))
-        floor = bottom / 10.0**0.35  # rounding is drawn at the foot, what is infinite at the top
-        axes.set_yscale("log")
-        axes.set_ylim(bottom / 10.0**0.7, top)
-        axes.axhspan(bottom / 10.0**0.7, bottom, color=MUTED, alpha=0.1, linewidth=0)
-
-        def height(point: TrendPoint) -> float:
-            if point.median is None:
-                return math.nan
-            at: float = min(max(point.median, floor), top) if point.median > THRESHOLDS.rounding else floor
-            return at
-
+        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
+        medians = [p.median for series in trend.series for p in series.points if p.median is not None]
+        place = error_scale(axes, "y", medians)
         for series in trend.series:
-            _line(axes, trend, series, [height(point) for point in series.points])
+            _line(axes, trend, series, [math.nan if p.median is None else place(p.median) for p in series.points])
             if series.column.engine == "pit":
-                low = [max(p.low, floor) for p in series.points]
-                high = [min(max(p.high, floor), top) for p in series.points]
+                low, high = (
+                    [place(value) for value in ends]
+                    for ends in zip(*((p.low, p.high) for p in series.points), strict=True)
+                )
                 axes.fill_between(trend.parts, low, high, color=INK, alpha=0.08, linewidth=0)
-        ticks = [10.0**k for k in range(round(math.log10(bottom)), round(math.log10(top)) + 1)]
-        axes.set_yticks(
-            [floor, *ticks], [f"≤ {formatting.number(THRESHOLDS.rounding)}", *map(formatting.number, ticks)]
-        )
         axes.set_ylabel("velocity error, median over scenes", labelpad=2)
-        _x_axis(axes, trend)
-        return render(figure, label)
+        _x_axis(axes, trend, figure if narrow else None)
+        return render(figure, "Median velocity error against the step", narrow=narrow)
 
 
-def _wrong_chart(trend: Trend, label: str) -> str:
+def _wrong_chart(trend: Trend, narrow: bool = False) -> str:
     with drawing():
         from matplotlib.ticker import MaxNLocator
 
-        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN)
-        most = max((p.wrong for s in trend.series for p in s.points), default=0)
-        axes.set_ylim(-0.05 * max(most, 1), 1.08 * max(most, 1))
+        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
+        most = max(1, *(p.wrong for series in trend.series for p in series.points))
+        axes.set_ylim(-0.05 * most, 1.08 * most)
         for series in trend.series:
             _line(axes, trend, series, [float(p.wrong) if p.graded else math.nan for p in series.points])
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_ylabel("scenes graded wrong")
-        _x_axis(axes, trend)
-        return render(figure, label)
+        _x_axis(axes, trend, figure if narrow else None)
+        return render(figure, "Scenes graded wrong, against the step", narrow=narrow)
 
 
-def _x_axis(axes: Axes, trend: Trend) -> None:
+def _x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
     axes.set_xscale("log")
     # From coarse to fine in the direction of reading.
     axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
@@ -293,11 +243,10 @@ def _x_axis(axes: Axes, trend: Trend) -> None:
     axes.minorticks_off()
     low, high = (formatting.step(dt_s) for dt_s in trend.coarsest_s)
     between = high if low == high else f"{high} to {low}"
-    axes.set_xlabel(f"step, in parts of the scene's coarsest ({between})")
-    finish(axes)
+    axes.set_xlabel(f"step, in parts of the coarsest ({between})")
+    finish(axes, below)
 
 
 def _line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) -> None:
-    column = series.column
-    style = line_style(column.engine, profile=column.method.profile)
+    style = line_style(series.column.engine, profile=series.column.method.profile)
     axes.plot(trend.parts, heights, label=series.name, clip_on=False, **style)

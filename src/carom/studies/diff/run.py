@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.grid import BROKEN, GRADED, Mark, parse_mark
+from carom.report.mark import BROKEN, GRADED, Mark, parse_mark
 from carom.report.record import RowLine, SceneLine, Summary
 from carom.report.records import read_records
 from carom.studies.diff.options import DiffOptions

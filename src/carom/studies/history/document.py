@@ -13,7 +13,7 @@ from typing import NamedTuple
 from carom.comparator import Grade
 from carom.report import formatting
 from carom.report.document import ON_PAPER, Column, Document, Headline, Lines, Section, Table, Text
-from carom.report.grid import mark_of_grade
+from carom.report.mark import mark_of_grade
 from carom.report.provenance import making
 from carom.report.render.markdown import markdown
 from carom.report.svg import alone, drawing, finish, framed, line_style, render

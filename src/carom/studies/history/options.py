@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
-from carom.execution.options import LimitOptions, phase_seed, profile_names, step_lengths
+from carom.execution.options import LimitOptions, no_scheduler, phase_seed, profile_names, step_lengths
 from carom.support.limits import MOST_PHASES
 from carom.support.options import flag, megabytes, name, option, whole
 
@@ -60,6 +60,8 @@ class HistoryOptions(LimitOptions):
         "Megabytes of downloaded releases to keep.",
         "--keep",
     )
+    _: KW_ONLY
+    scheduler: str | None = no_scheduler("each release is installed into a folder of this machine")
 
     def steps_of(self, scene: Scene) -> tuple[float, ...]:
         """Return the steps at which a scene is run, from the coarsest on."""

@@ -156,7 +156,7 @@ def listing(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, t
         InputError: No registry serves it.
         UnavailableError: The registry's client is not there, or gives no list.
     """
-    with options.pool(1) as pool:
+    with options.local_pool(1) as pool:
         origin = _origin(engine, pool)
     return origin, in_order(_listed(origin, options, kept))
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from carom.errors import InputError
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
-from carom.model.scene import Scene, save_scene
+from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, Judgement, Trial
-from carom.studies.stress.failure_points import Spot, SpotEnding
-from carom.support.folders import file_name
+from carom.studies.stress.failure_points import STRESS, FoundSpot, Spot, SpotEnding
 
 #: Ratio of a failing value to a passing one at which the bisection ends.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
@@ -43,8 +41,8 @@ class _Tried(NamedTuple):
         return not self.judgement.broken
 
 
-def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, scenes: Path, quick: bool) -> Spot:
-    """Return the cell of an attack and a method; the scene that shows its number is saved into `scenes`."""
+def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> FoundSpot:
+    """Return the cell of an attack and a method, with the scene that shows its number."""
     runs = 0
     stood: _Tried | None = None
     fell: _Tried | None = None
@@ -65,13 +63,14 @@ def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, scenes
             tries(middle)
     except NotRunError as error:
         ended = SpotEnding.NOT_RUN
-        return Spot("attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status)
+        spot = Spot("attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status)
+        return FoundSpot(spot)
     shown = fell or stood
     assert shown is not None  # noqa: S101 - a ladder has a first rung
     shows = f"{shown.trial.scene.description} Here {method.name} {'fails' if fell else 'passes'}."
-    file = save_as(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows, scenes)
+    scene = named_scene(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows)
     broke = SpotEnding.GIVES_WAY if stood else SpotEnding.NEVER_STOOD
-    return Spot(
+    spot = Spot(
         "attack",
         attack.name,
         method.name,
@@ -80,19 +79,15 @@ def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, scenes
         stands_at=stood.value if stood else None,
         error=stood.judgement.error if stood and math.isfinite(stood.judgement.error) else None,
         reason=shown.judgement.broken or shown.judgement.note,
-        scenes=(file,),
         runs=runs,
         status=shown.judgement.status,
     )
+    return FoundSpot(spot, (scene,))
 
 
-def save_as(name: str, scene: Scene, shows: str, folder: Path) -> str:
-    """Save the scene of a number under a name of its own, so that all of them can be run together; return the file."""
-    folder.mkdir(parents=True, exist_ok=True)
-    named = scene.model_copy(update={"name": f"stress/{name}", "description": shows})
-    file = f"{file_name(name)}.toml"
-    save_scene(named, folder / file)
-    return f"{folder.name}/{file}"
+def named_scene(name: str, scene: Scene, shows: str) -> Scene:
+    """Return the scene of a number under a name of its own, so that all of them can be run together."""
+    return scene.model_copy(update={"name": f"{STRESS}{name}", "description": shows})
 
 
 def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:

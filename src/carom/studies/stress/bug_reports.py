@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,42 +13,38 @@ from carom.catalogue.entry import deepest_overlap
 from carom.execution.job import Job, Method, Status
 from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
-from carom.model.scene import Chain, Ring, Scene, Wall, save_scene
+from carom.model.scene import Chain, Ring, Scene, Wall
 from carom.model.trace import Outcome, Trace, kinetic_energy
-from carom.studies.stress.failure_points import Spot, SpotEnding
-from carom.support.folders import file_name
+from carom.studies.stress.failure_points import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
 #: A per cent of the scene's speed or energy, which people notice and report, and which is above float32's rounding.
 NOTICED = 0.01
 
 
-def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner, *, scenes: Path) -> Spot:
-    """Return the cell of a complaint and a method; the scene is saved into `scenes`."""
+def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner) -> FoundSpot:
+    """Return the cell of a complaint and a method, with its scene."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
-    scenes.mkdir(parents=True, exist_ok=True)
-    file = f"{file_name(complaint.name)}.toml"
-    save_scene(scene, scenes / file)
-    files = (f"{scenes.name}/{file}",)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
         ended = SpotEnding.NOT_RUN
-        return Spot("complaint", line, method.name, ended, reason=answer.said, scenes=files, status=answer.status)
+        spot = Spot("complaint", line, method.name, ended, reason=answer.said, status=answer.status)
+        return FoundSpot(spot, (scene,))
     if answer.value is None:
         seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
     else:
         seen, figure, reason = shows(complaint, answer.value)
-    return Spot(
+    spot = Spot(
         "complaint",
         line,
         method.name,
         SpotEnding.STILL_DOES if seen else SpotEnding.DOES_NOT,
         value=figure if math.isfinite(figure) else None,
         reason=reason if seen or not reason else f"not as reported, but {reason}",
-        scenes=files,
         runs=1,
         status=answer.status,
     )
+    return FoundSpot(spot, (scene,))
 
 
 def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 
 from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
 from carom.execution.job import Method, Status
+from carom.model.scene import Scene, save_scene
+from carom.support.folders import file_name
+
+#: Folder of scenes within that of the results, and what the names of made scenes begin with.
+SCENES, STRESS = "scenes", "stress/"
 
 #: Phrases in journals of earlier versions.
 _EARLIER = {
@@ -72,6 +78,27 @@ class Spot:
     def cut_off(self) -> bool:
         """Whether the engine, or its adapter, broke off the run that decided."""
         return self.status.is_failure
+
+
+@dataclass(frozen=True)
+class FoundSpot:
+    """A cell as it is found, before its scenes are saved.
+
+    Attributes:
+        spot: The cell, without files.
+        scenes: The scenes that show its number.
+    """
+
+    spot: Spot
+    scenes: tuple[Scene, ...] = ()
+
+    def save(self, folder: Path) -> Spot:
+        """Save the scenes into the folder of the results. Return the cell with their files."""
+        files = {f"{SCENES}/{file_name(scene.name.removeprefix(STRESS))}.toml": scene for scene in self.scenes}
+        for file, scene in files.items():
+            (folder / SCENES).mkdir(parents=True, exist_ok=True)
+            save_scene(scene, folder / file)
+        return replace(self.spot, scenes=tuple(files))
 
 
 @dataclass(frozen=True)

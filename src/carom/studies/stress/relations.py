@@ -10,7 +10,6 @@ import cmath
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +21,8 @@ from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.breaking import NotRunError, save_as
-from carom.studies.stress.failure_points import Spot, SpotEnding
+from carom.studies.stress.breaking import NotRunError, named_scene
+from carom.studies.stress.failure_points import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
 #: A relation holds where the deviation is below this. Three impacts multiply rounding by a few hundred, and sums of a
@@ -297,8 +296,8 @@ def relations() -> list[Relation]:
     ]
 
 
-def relation_spot(relation: Relation, method: Method, runner: TaskRunner, *, scenes: Path) -> Spot:
-    """Return the cell of a relation and a method; both scenes are saved into `scenes`."""
+def relation_spot(relation: Relation, method: Method, runner: TaskRunner) -> FoundSpot:
+    """Return the cell of a relation and a method, with both scenes."""
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:
@@ -319,35 +318,27 @@ def relation_spot(relation: Relation, method: Method, runner: TaskRunner, *, sce
         value = relation.deviation(relation.base(), run)
         reason = "" if value <= HOLDS else f"off by {number(value)} of the scene's length or speed"
     except NotRunError as error:
-        return Spot("relation", relation.name, method.name, SpotEnding.NOT_RUN, reason=str(error), status=error.status)
+        ended = SpotEnding.NOT_RUN
+        return FoundSpot(Spot("relation", relation.name, method.name, ended, reason=str(error), status=error.status))
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
         reason = f"no second scene: a run can't start from the state the first one left ({str(error).splitlines()[0]})"
-    ending, files = SpotEnding.FAILS if reason else SpotEnding.HOLDS, _save(relation, method, used, scenes)
-    return Spot(
-        "relation",
-        relation.name,
-        method.name,
-        ending,
-        value,
-        reason=reason,
-        scenes=files,
-        runs=len(used),
-        status=status,
-    )
+    ending = SpotEnding.FAILS if reason else SpotEnding.HOLDS
+    spot = Spot("relation", relation.name, method.name, ending, value, reason=reason, runs=len(used), status=status)
+    return FoundSpot(spot, _named_scenes(relation, method, used))
 
 
 class _StoppedError(Exception):
     """A run of a relation failed: the reason, and its status."""
 
 
-def _save(relation: Relation, method: Method, used: list[Scene], scenes: Path) -> tuple[str, ...]:
-    """Save the scenes of a relation; methods share the base, but not scenes made from a method's own run."""
-    files = []
+def _named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
+    """Return the scenes of a relation by name; methods share the base, but not scenes made from a method's own run."""
+    named = []
     for k, scene in enumerate(used):
         own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name
         base = f"{scene.name.partition('/')[2]}-base"
         name, shows = (own, f"{scene.description} {relation.states}") if k else (base, scene.description)
-        files.append(save_as(name, scene, shows, scenes))
-    return tuple(files)
+        named.append(named_scene(name, scene, shows))
+    return tuple(named)

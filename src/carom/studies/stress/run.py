@@ -24,7 +24,7 @@ from carom.studies.stress.breaking import breaking_point
 from carom.studies.stress.bug_reports import complaint_spot
 from carom.studies.stress.contact import contact_attacks
 from carom.studies.stress.crowds import crowd_attacks
-from carom.studies.stress.failure_points import Line, Spot, SpotEnding, StressResults
+from carom.studies.stress.failure_points import FoundSpot, Line, Spot, SpotEnding, StressResults
 from carom.studies.stress.finite_walls import wall_attacks
 from carom.studies.stress.friction import rough_attacks
 from carom.studies.stress.options import StressOptions
@@ -37,7 +37,6 @@ from carom.support.folders import claimed
 PURPOSE = "stress"
 
 JOURNAL = "journal.jsonl"
-SCENES = "scenes"
 
 #: The step of all runs.
 DT_S = 1.0 / RATE_HZ
@@ -49,7 +48,7 @@ SpotKey = tuple[str, str, str]
 stress_journal = partial(Journal[SpotKey, Spot], "spots", JournalEntry[SpotKey, Spot])
 
 #: A line of the table, and the function that finds its spot for a method.
-StressTask = tuple[Line, Callable[[Method, TaskRunner], Spot]]
+StressTask = tuple[Line, Callable[[Method, TaskRunner], FoundSpot]]
 
 
 #: Groups of attacks, by the situation.
@@ -76,7 +75,7 @@ def attacks() -> list[tuple[str, Attack]]:
 
 def listing(*, quick: bool = False) -> list[Line]:
     """Return every line of the table: attacks, relations, complaints."""
-    return [line for line, _ in _all_tasks(Path(SCENES), quick)]
+    return [line for line, _ in _all_tasks(quick)]
 
 
 def stress(
@@ -107,15 +106,18 @@ def stress(
             campaign.
     """
     started = time.perf_counter()
-    scenes = out / SCENES
-    tasks = _chosen(names, scenes, asked.quick)
+    lines = _chosen(names, asked.quick)
     with asked.pool() as pool, ExitStack() as held:
         infos = select_engines(describe_engines(asked.engines, pool), asked.engines)
         methods = list_methods(infos, select_profiles(infos, asked.profiles), [DT_S], pool)
         columns = [method for info in infos for method in methods.at[info.name, DT_S]]
         here = environment(infos)
         stamp = asked.stamp | {"carom": here.carom, "versions": here.versions}
-        asks = [_ask(task, method, methods.find_refusal(method, DT_S)) for task in tasks for method in columns]
+        asks = [
+            _ask(TableCell(line.kind, line.name, method, asked.quick, out), methods.find_refusal(method, DT_S))
+            for line in lines
+            for method in columns
+        ]
         held.enter_context(claimed(out, PURPOSE))
         journal = held.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
         spots: dict[tuple[str, str], Spot] = {}
@@ -123,57 +125,64 @@ def stress(
             assert answer.value is not None  # noqa: S101 - a cell that could not be run has a spot that says so
             spots[subject] = answer.value
             progress(len(spots), len(asks), " on ".join(subject))
-    lines = tuple(line for line, _ in tasks)
     elapsed_s = time.perf_counter() - started
     return StressResults(lines, tuple(columns), methods.infos, spots, here, command, asked.quick, elapsed_s)
 
 
 @dataclass(frozen=True)
 class TableCell(DependentTasks[Spot]):
-    """Find the spot of a line of the table for a method."""
+    """Find the spot of a line of the table, by its kind and name, for a method; its scenes are saved into `out`."""
 
-    carry_out: Callable[[Method, TaskRunner], Spot]
+    kind: str
+    name: str
     method: Method
+    quick: bool
+    out: Path
 
     @property
     def engine(self) -> str:
         """Name of the adapter."""
         return self.method.engine
 
-    def run(self, runner: TaskRunner) -> Answer[Spot]:
-        """Return the spot."""
-        return Answer(Status.RAN, value=self.carry_out(self.method, runner))
+    def run(self, runner: TaskRunner) -> Answer[FoundSpot]:
+        """Return the spot with its scenes."""
+        find = next(find for line, find in _all_tasks(self.quick) if (line.kind, line.name) == (self.kind, self.name))
+        return Answer(Status.RAN, value=find(self.method, runner))
+
+    def complete(self, answer: Answer[FoundSpot]) -> Answer[Spot]:
+        """Save the scenes, and return the spot with their files."""
+        assert answer.value is not None  # noqa: S101 - `run` returns one
+        return Answer(answer.status, value=answer.value.save(self.out))
 
 
-def _ask(task: StressTask, method: Method, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], SpotKey, Spot]:
-    (line, carry_out), known = task, None
+def _ask(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], SpotKey, Spot]:
+    known, subject = None, (cell.name, cell.method.name)
     if refused is not None:
-        ended = SpotEnding.NOT_RUN
-        spot = Spot(line.kind, line.name, method.name, ended, reason=refused.said, status=refused.status)
+        spot = Spot(cell.kind, *subject, SpotEnding.NOT_RUN, reason=refused.said, status=refused.status)
         known = Answer(Status.RAN, value=spot)
-    subject = (line.name, method.name)
-    return TaskRequest(subject, (line.kind, *subject), TableCell(carry_out, method), known)
+    return TaskRequest(subject, (cell.kind, *subject), cell, known)
 
 
-def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
+@cache
+def _all_tasks(quick: bool) -> list[StressTask]:
     tasks: list[StressTask] = []
     for group, attack in attacks():
         if quick and attack.full_only:
             continue
         ladder = tuple(attack.ladder(quick))
         line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder, group=group)
-        tasks.append((line, partial(breaking_point, attack, scenes=scenes, quick=quick)))
+        tasks.append((line, partial(breaking_point, attack, quick=quick)))
     truth = "none is needed: the two runs of the method are compared with each other"
     fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"
     tasks += [
         (
             Line("relation", relation.name, relation.states, truth, fails),
-            partial(relation_spot, relation, scenes=scenes),
+            partial(relation_spot, relation),
         )
         for relation in relations()
     ]
     tasks += [
-        (_complaint_line(entry), partial(complaint_spot, entry, scenes=scenes))
+        (_complaint_line(entry), partial(complaint_spot, entry))
         for entry in all_scenes().values()
         if isinstance(entry, Complaint)
     ]
@@ -193,12 +202,12 @@ def _complaint_line(entry: Complaint) -> Line:
     )
 
 
-def _chosen(names: Sequence[str], scenes: Path, quick: bool) -> list[StressTask]:
-    everything = _all_tasks(scenes, quick)
+def _chosen(names: Sequence[str], quick: bool) -> tuple[Line, ...]:
+    everything = listing(quick=quick)
     if not names:
-        return everything
+        return tuple(everything)
     kinds = {"attacks": "attack", "relations": "relation", "complaints": "complaint"}
-    known = {line.name for line, _ in everything}
+    known = {line.name for line in everything}
     for name in names:
         if name not in known and name not in kinds:
             raise UnknownNameError(
@@ -206,4 +215,4 @@ def _chosen(names: Sequence[str], scenes: Path, quick: bool) -> list[StressTask]
                 hints=named_hints(name, known, f"there are: {', '.join(sorted(known))}; and {', '.join(kinds)}"),
             )
     wanted = {kinds[name] for name in names if name in kinds}
-    return [task for task in everything if task[0].name in names or task[0].kind in wanted]
+    return tuple(line for line in everything if line.name in names or line.kind in wanted)

@@ -59,7 +59,8 @@ def tune(
         engine: Name of the adapter.
         scenes: Scenes, or their names in the catalogue; by default those of `classics`.
         progress: Called with (done, all, what) after each trial.
-        options: ``trials``, ``profile``, ``dt_s`` and the other fields of `carom.studies.tune.options.TuneOptions`.
+        options: ``trials``, ``profile``, ``scheduler`` and the other fields of
+            `carom.studies.tune.options.TuneOptions`.
 
     Raises:
         InputError: The adapter declares no knobs, can run none of the scenes, or an option makes no sense.

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from carom.errors import InputError
 from carom.execution.options import MOST_SEED, LimitOptions
+from carom.support.escaping import shown
 from carom.support.options import flag, name, option, step, whole
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ class TuneOptions(LimitOptions):
         timing: Whether the cost decides between equally accurate settings; jobs then run one at a time.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value makes no sense, or `timing` is asked for on a cluster.
     """
 
     profile: str = option("default", name(), "Profile to start from.", "--profile", "-p")
@@ -36,6 +38,14 @@ class TuneOptions(LimitOptions):
     timing: bool = option(
         False, flag(), "Let run time decide between equally accurate settings.", "--timing/--no-timing"
     )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.timing and self.scheduler is not None:
+            raise InputError(
+                "timing needs one machine, whose run times can be compared, got the scheduler "
+                f"{shown(self.scheduler)}: leave out one of the two"
+            )
 
     def step_of(self, scene: Scene) -> float:
         """Return the step at which a scene is run, seconds."""

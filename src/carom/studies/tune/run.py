@@ -110,7 +110,7 @@ def tune(
         MissingExtraError: Optuna is not installed.
     """
     started, asked = time.perf_counter(), options or TuneOptions()
-    with asked.pool(1 if asked.timing else None) as pool:
+    with asked.local_pool(1) if asked.timing else asked.pool() as pool:
         (info,) = describe_engines([engine], pool)
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
@@ -130,7 +130,8 @@ def tune(
         settings, varying = _settings(pool, engine, asked.profile, best.tried, steps[able[0]])
         others = {name: _beside(info, name, steps, jury) for name in info.profiles if name != asked.profile}
         code = find_changed_code(engine, asked.profile, best.tried, able[0], steps[able[0]], pool) if best.tried else ""
-        ratio = _time_ratio(pool, search.method, best.tried, steps)
+        with pool.on_this_machine() as here:
+            ratio = _time_ratio(here, search.method, best.tried, steps)
     return Tuning(
         engine=engine,
         options=asked,

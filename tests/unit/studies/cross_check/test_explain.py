@@ -22,6 +22,7 @@ from carom.execution.skipped import measure_pic_saving, measure_pit_saving
 from carom.report.document import Figures, Medium, Table
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.explain import explain
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.run import cross_check, execute
 from carom.studies.cross_check.skipping import skipping_section
 
@@ -75,13 +76,13 @@ def test_a_report_says_what_was_skipped_and_what_that_saved() -> None:
     asked: dict[str, Any] = {"profiles": ["tuned"], "dts": [1 / 60], "pool": InProcessPool()}
     found = cross_check(["classics/gas"], ["pit"], **asked)
     assert list(found.skipped) == ["classics/gas"]
-    section = skipping_section(found)
+    section = skipping_section(build_grid(found))
     (table,) = [block for block in section.blocks if isinstance(block, Table)]
     _, ((scene, *_),) = table.shown(Medium.MARKDOWN)
     assert scene.text == "classics/gas"
     (figures,) = [block for block in section.blocks if isinstance(block, Figures)]
-    assert "classics/gas" in figures.items[0].draw()
-    assert not skipping_section(cross_check(["paper/late"], ["pit"], **asked, timing=False)).blocks
+    assert "classics/gas" in figures.items[0].draw(False)
+    assert not skipping_section(build_grid(cross_check(["paper/late"], ["pit"], **asked, timing=False))).blocks
     assert not cross_check(["paper/late"], ["pit"], **asked, samples=False).skipped
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
+import json
 import re
 import webbrowser
 from pathlib import Path
@@ -13,11 +16,11 @@ from tests.stage import cross_checked, disc_at, staged
 import carom
 from carom import Scene
 from carom.catalogue import all_scenes
-from carom.report.grid import build_grid
-from carom.report.replay import scene_replays
 from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.document import report_of
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page, play_link
+from carom.studies.cross_check.scenes import pack_replays
 from carom.web.page import with_gallery
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)
@@ -60,9 +63,12 @@ def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, l
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
     report_of(results).write(tmp_path)
     assert (tmp_path / PLAY_PAGE).exists() == linked
-    (replay,) = scene_replays(results, build_grid(results), lambda _: "there")
-    (bare,) = scene_replays(results, build_grid(results))
-    assert replay != bare
+    ((name, data),) = pack_replays(build_grid(results))
+    replay = json.loads(gzip.decompress(base64.b64decode(data)))
+    assert (name, bool(replay["drag"])) == (scene.name, linked)
+    assert [run["key"] for run in replay["runs"]] == [
+        f"{scene.name}/pit/{job.profile}" for job in {r.job for r in results.rows}
+    ]
 
 
 @pytest.fixture(autouse=True)

@@ -6,33 +6,29 @@ import io
 import json
 import re
 import statistics
-from dataclasses import fields, replace
+from dataclasses import replace
 from html import unescape
-from pathlib import Path
 
 import pytest
 from rich.console import Console
 from tests.stage import cross_checked, sure
 
 from carom.catalogue import find_scenes
-from carom.comparator import Errors, compare
+from carom.comparator import compare
 from carom.execution.job import Method
-from carom.execution.phases import PhaseSpread
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
 from carom.report.document import Column, Document, Headline, Medium, Section, Table
 from carom.report.formatting import number
-from carom.report.grid import build_grid
-from carom.report.record import OF_SPINS
 from carom.report.records import records
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
 from carom.report.render.terminal import terminal
 from carom.studies.cross_check import sampling_cost as price
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.overview import overview
+from carom.studies.cross_check.grid import build_grid
+from carom.studies.cross_check.methods import methods_section
 from carom.studies.cross_check.sampling_cost import draw_sampling_costs, measure_engine_costs, sampling_cost_section
-from carom.studies.cross_check.tables import cell_sections, spread_section
 
 
 def with_toy(results: Results, change: dict[str, float]) -> Results:
@@ -66,7 +62,7 @@ def table_of(section: Section) -> Table:
 
 
 def price_of(results: Results) -> Section:
-    return sampling_cost_section(measure_engine_costs(build_grid(results)))
+    return sampling_cost_section(build_grid(results))
 
 
 def of_toy(results: Results) -> dict[str, str]:
@@ -88,7 +84,7 @@ def in_every_medium(section: Section) -> tuple[str, str, str]:
 def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(results: Results) -> None:
     """An engine that equals PIT in every scene is told so, in every format: it pays, and nothing is its own."""
     (toy,) = measure_engine_costs(build_grid(results))
-    assert (toy.column.engine, len(toy.equal_scores), toy.scenes_unlike_pit) == ("toy", 3, [])
+    assert (toy.column.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
     said = of_toy(results)
     own = said["velocity error of its own, median"]
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
@@ -126,7 +122,7 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
 def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
     """With one method in the chart its marks lie within the frame, by more than the radius of the larger."""
     (toy,) = measure_engine_costs(build_grid(results))
-    svg = draw_sampling_costs([toy], "chart")
+    svg = draw_sampling_costs([toy])
     frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
     left, top, width, height = map(float, sure(frame).groups())
     marks = re.findall(r'<g clip-path[^>]*>\s*<use [^>]*?x="([\d.]+)" y="([\d.]+)"', svg)
@@ -141,22 +137,10 @@ def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
     late = "paper/late"
     worse = with_toy(results, {late: 1.1})
     (toy,) = measure_engine_costs(build_grid(worse))
-    score = toy.scores[late]
-    assert score.own_velocity == min(sure(score.against_pit).velocity, score.total.velocity) > 0.01
+    (line,) = (cell.line for cell in toy.cells if cell.scene == late)
+    assert sure(line).own_velocity == min(sure(sure(line).against_pit).velocity, sure(sure(line).total).velocity) > 0.01
     assert toy.scenes_unlike_pit == [late]
-    assert of_toy(worse)["equals PIT"] == f"2 of 3 not {late}"
-
-
-def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) -> None:
-    """Each field of `Errors` is a column of the table of every cell, and in each JSON line but for spins of none."""
-    columns, _ = table_of(next(cell_sections(results, build_grid(results)))).shown(Medium.PAGE)
-    head, *rows = (json.loads(line) for line in records(results).splitlines())
-    assert head["rows"] == len(rows)
-    for metric in fields(Errors):
-        assert metric.metadata["name"] in {column.head for column in columns}
-        assert all((metric.name in row["total"]) == (metric.name not in OF_SPINS) for row in rows if row["total"])
-        documented = Path("docs/theory/scoring.md").read_text(encoding="utf-8")
-        assert f"`{metric.name}`" in documented
+    assert of_toy(worse)["equals PIT"] == "2 of 3"
 
 
 def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,31 +152,6 @@ def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkey
         assert "said of toy tuned" in text
 
 
-def test_the_spread_over_phases_is_shown(results: Results) -> None:
-    """A cell that was run at many phases shows median, worst and miss share in both documents."""
-    spread = PhaseSpread(12, 3, 3, 0.0123, 0.0456, 0.01, 0.02, 0.25)
-    rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
-    wide = replace(results, rows=rows, phases=12)
-    section = spread_section(wide, build_grid(wide))
-    assert {row[1].text for row in table_of(section).shown(Medium.PAGE)[1]} == {"toy tuned"}
-    assert section.heading in markdown(cross_check_document(wide))
-    page, text, _ = in_every_medium(section)
-    for shown in (page, text):
-        assert "0.012" in shown
-        assert "0.046" in shown
-        assert "25 %" in shown
-    assert section.heading not in markdown(cross_check_document(results))
-
-
-def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
-    """Where a reference is not believed to its end, the report says up to where, and that it is an estimate."""
-    name = next(iter(results.references))
-    short = replace(results, horizons={name: 0.5 * float(results.references[name].impacts["time_s"][0])})
-    text = markdown(cross_check_document(short))
-    assert "0 of 1 impacts" in text
-    assert "a horizon is an estimate" in text
-
-
 @pytest.mark.long
 def test_the_price_is_one_number_wherever_it_stands() -> None:
     """The overview's median, the table of prices and the JSON lines leave out the same: scenes without one answer."""
@@ -202,11 +161,7 @@ def test_the_price_is_one_number_wherever_it_stands() -> None:
     rows = (*found.rows, *(row for row, was in zip(toy, found.rows, strict=True) if was.job.engine == "pit"))
     of_all = replace(found, rows=rows)
     grid = build_grid(of_all)
-    tables = [
-        block
-        for block in next(iter(overview(of_all, grid, measure_engine_costs(grid)))).blocks
-        if isinstance(block, Table)
-    ]
+    tables = [block for block in methods_section(grid).blocks if isinstance(block, Table)]
     heads, lines = tables[-1].shown(Medium.MARKDOWN)
     (line,) = (line for line in lines if line[0].line == "toy tuned")
     shown = line[[head.line for head in heads].index("error / PIT's")].text

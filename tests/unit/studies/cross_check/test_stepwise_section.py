@@ -8,16 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.stage import cross_checked, disc_at, staged, sure, wall_at
+from tests.stage import cross_checked, disc_at, staged, sure
 
-from carom.catalogue import all_scenes
 from carom.comparator import Grade, Verdict
 from carom.comparator.verdict import Finding
 from carom.execution.job import Job, Method
 from carom.execution.results import Results, Row
-from carom.report.document import Lines, Medium, Section, Table, Text
-from carom.report.grid import build_grid
-from carom.studies.cross_check.reference import reference_section
+from carom.report.document import Medium, Section, Table, Text
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.stepwise import steps_section
 
 #: A graze that parts trajectories: whatever is said of the steps is put in by hand.
@@ -53,7 +51,7 @@ def table(section: Section, medium: Medium) -> tuple[list[str], list[list[str]]]
 
 def ranked(results: Results) -> list[str]:
     """Return the engines in the order of the terminal's table."""
-    _, shown = table(steps_section(results, build_grid(results)), Medium.TERMINAL)
+    _, shown = table(steps_section(build_grid(results)), Medium.TERMINAL)
     return [row[0].split()[0] for row in shown]
 
 
@@ -64,7 +62,7 @@ def texts(section: Section, medium: Medium) -> str:
 
 def test_runs_whose_trajectory_tells_all_are_not_listed(plain: Results) -> None:
     """Without a horizon, a rest, a parted trajectory, or a verdict of the steps alone, there is no table."""
-    assert not steps_section(plain, build_grid(plain)).blocks
+    assert not steps_section(build_grid(plain)).blocks
 
 
 def test_misses_then_inventions_then_early_then_error_then_energy_rank(plain: Results) -> None:
@@ -108,7 +106,7 @@ def test_a_run_that_ended_early_stands_last(plain: Results) -> None:
 def test_both_counts_of_misses_stand_together(plain: Results) -> None:
     """A miss that PIT has from the same state is said to be that, on paper and on a terminal."""
     results = with_rows(plain, {"engine": {"missed": 3, "missed_by_pit": 2, "invented": 4}})
-    section = steps_section(results, build_grid(results))
+    section = steps_section(build_grid(results))
     heads, (row,) = table(section, Medium.TERMINAL)
     assert row[heads.index("impacts - (PIT's) +")] == "-3 (2) +4"
     heads, (row,) = table(section, Medium.MARKDOWN)
@@ -119,7 +117,7 @@ def test_both_counts_of_misses_stand_together(plain: Results) -> None:
 def test_a_parted_run_says_when_it_parted_and_when_pit_did(plain: Results) -> None:
     """The times of the run and of PIT stand in one sentence, the word of the steps beside the grade."""
     results = with_rows(plain, {"engine": {"early": 1}}, grade=Grade.PARTED_INACCURATE, parted_s=0.25, pit_parted_s=0.5)
-    section = steps_section(results, build_grid(results))
+    section = steps_section(build_grid(results))
     assert "0.25 s; PIT's at 0.5 s" in texts(section, Medium.TERMINAL)
     heads, (row,) = table(section, Medium.MARKDOWN)
     assert row[heads.index("grade")].endswith("parted inaccurate")
@@ -134,31 +132,7 @@ def test_a_suite_gains_no_line_on_a_terminal(plain: Results) -> None:
     other = replace(row, job=replace(row.job, scene=GRAZE.model_copy(update={"name": "other"})))
     references = {**results.references, "other": results.references[GRAZE.name]}
     results = replace(results, rows=(row, other), references=references)
-    section = steps_section(results, build_grid(results))
+    section = steps_section(build_grid(results))
     assert not section.shown(Medium.TERMINAL)
     heads, shown = table(section, Medium.MARKDOWN)
     assert [row[heads.index("scene")] for row in shown] == [GRAZE.name, "other"]
-
-
-def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
-    """A ball that lands and stays: runs are compared up to where it lands, 0.5 s after it was let go 1.225 m above."""
-    ball = staged(
-        "mine/ball",
-        disc_at(0.0, 1.325, r=0.1),
-        wall_at(0.0, 0.0, 0.0, 1.0),
-        gravity_m_s2=(0.0, -9.8),
-        wall_restitution=0.0,
-        duration_s=2.0,
-    )
-    results = cross_checked([ball], ["pic", "pit"], dts=[1 / 24])
-    lines = [b.items for b in reference_section(results).shown(Medium.TERMINAL) if isinstance(b, Lines)]
-    assert any("runs are compared up to 0.5 s of 2 s, where a disc comes to rest" in line for (line,) in lines)
-    assert set(ranked(results)) == {"PIT"}
-
-
-def test_an_impact_after_contact_begins_is_not_called_unreliable() -> None:
-    """Discs that roll from the start, of which one strikes the other: no word says that the reference is in doubt."""
-    scene = all_scenes()["contact/struck"].scene
-    results = cross_checked([scene], ["pit"], dts=[1 / 24])
-    told = [b.items for b in reference_section(results).shown(Medium.TERMINAL) if isinstance(b, Lines)]
-    assert told == [("contact/struck: runs are compared up to 0 s of 3 s, where a disc rolls along a wall.",)]

@@ -23,20 +23,20 @@ from carom.execution.results import Results, Row
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 from carom.report import formatting
-from carom.report.document import Cell, Lines, Medium, Section, Table
-from carom.report.grid import GridCell, Mark, build_grid, reasons_of
+from carom.report.document import Lines, Medium
+from carom.report.junit import junit
+from carom.report.mark import Mark
 from carom.report.paths import exact_paths, observed_paths
-from carom.report.records import junit
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
 from carom.report.render.terminal import terminal
 from carom.report.replay import impact_rows
+from carom.report.row_lines import line_of, reasons_of
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.studies.cross_check.divergences import find_divergences
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.sampling_cost import measure_engine_costs
-from carom.studies.cross_check.tables import run_time_section, settings_section
+from carom.studies.cross_check.grid import GridCell, build_grid
 from carom.studies.cross_check.trend import build_trend
 
 
@@ -49,22 +49,16 @@ def said(results: Results) -> str:
     return buffer.getvalue()
 
 
-def rows_of(section: Section) -> list[list[Cell]]:
-    """The rows of a section's one table, as a page shows them."""
-    (table,) = (block for block in section.blocks if isinstance(block, Table))
-    return table.shown(Medium.PAGE)[1]
-
-
 def test_grid_holds_every_scene_and_engine(
     results: Results, nasty: str, not_run: Mapping[str, tuple[Status, str]]
 ) -> None:
     """Each scene has a cell for each engine and profile, with its row at the scene's coarsest step."""
     grid = build_grid(results)
-    assert [row.scene.name for row in grid.rows] == ["paper/late", "paper/missed", nasty]
+    assert [row.name for row in grid.rows] == ["paper/late", "paper/missed", nasty]
     assert [column.engine for column in grid.columns.values()] == ["pic", "pit", "toy", *not_run]
     for row in grid.rows:
         for column, cell in zip(grid.columns.values(), row.cells, strict=True):
-            assert (sure(cell.row).job.engine, sure(cell.row).job.refinement) == (column.engine, 0)
+            assert (sure(cell.line).engine, sure(cell.line).refinement) == (column.engine, 0)
             assert cell.reasons
             assert all(cell.reasons)
 
@@ -95,7 +89,7 @@ def test_a_row_that_ran_keeps_its_verdicts_where_it_could_not_be_timed(results: 
     rows = tuple(replace(row, timing=None, untimed=untimed if row.score else "") for row in results.rows)
     for before, after in zip(results.rows, rows, strict=True):
         said = (f"not timed: {untimed}",) if before.score else ()
-        assert reasons_of(after) == (*reasons_of(before), *said)
+        assert reasons_of(line_of(after)) == (*reasons_of(line_of(before)), *said)
     wrong = next(row for row in rows if row.grade is Grade.WRONG)
     assert str(wrong.score and wrong.score.findings[0].verdict.value) in junit(replace(results, rows=rows))
 
@@ -240,27 +234,13 @@ def test_verdict_line_with_other_steps_does_not_speak_of_frame_rates(results: Re
     assert "at the coarsest step" in said(replace(results, rows=rows))
 
 
-def test_an_engine_that_is_pit_is_found_out(results: Results) -> None:
-    """An engine whose impacts are PIT's in every scene is told to be PIT, with the largest difference."""
-    grid = build_grid(results)
-    (found,) = measure_engine_costs(grid)
-    assert (found.column.engine, len(found.equal_scores), len(found.scores), found.scenes_unlike_pit) == (
-        "toy",
-        3,
-        3,
-        [],
-    )
-    assert found.pit_difference == 0.0
-    assert "toy tuned in 3 of 3 scenes" in said(results)
-
-
 def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: str) -> None:
     """Medians are over scenes in which PIT has a velocity error at each step; PIT's falls with the step, PIC's is 0."""
     grid = build_grid(results)
-    trend = build_trend(results, grid)
+    trend = build_trend(grid)
     assert trend.parts == (1.0, 0.25)
     assert trend.scenes == ("paper/late",)
-    left_out = {name for _, names in trend.left_out for name in names}
+    left_out = {name for names in trend.left_out.values() for name in names}
     assert left_out == {"paper/missed", nasty}
     series = {entry.column.engine: entry.points for entry in trend.series}
     assert [point.median for point in series["pic"]] == [0.0, 0.0]
@@ -275,7 +255,7 @@ def test_the_trend_has_pic_once() -> None:
     results = cross_checked(
         ["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24, 1 / 96]
     )
-    assert [series.name for series in build_trend(results, build_grid(results)).series] == [
+    assert [series.name for series in build_trend(build_grid(results)).series] == [
         *("PIC", "PIT tuned", "pymunk default", "pymunk tuned")
     ]
 
@@ -306,40 +286,12 @@ def test_observed_path_has_a_point_for_each_step(results: Results) -> None:
     np.testing.assert_allclose(without.lines[0][1][-1], points[-1])
 
 
-def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> None:
-    """Settings are read from the coarsest trace and marked where they vary with the step; ratios are medians."""
-    grid = build_grid(results)
-    settings = {row[0]: row for row in rows_of(settings_section(results, grid))}
-    by_engine = {cell.text.split()[0]: row[-1].text for cell, row in settings.items()}
-    assert set(by_engine) == {"PIC", "PIT", "toy"}
-    assert by_engine["PIT"] == "dt_s = 0.0416667 (varies with the step)"
-    medians = {row[0].text: row[1].text for row in rows_of(run_time_section(grid))}
-    assert medians == {
-        "PIC tuned": formatting.ratio(1.0),
-        "PIT tuned": formatting.ratio(1.0),
-        "toy tuned": formatting.ratio(0.5),
-    }
-
-
-def test_the_run_times_say_who_came_to_the_same_bits(results: Results) -> None:
-    """Of a method all of whose timed runs ended alike in two of three scenes it is told so; of an old file, nothing."""
-    ends = iter((1, 1, 2))
-
-    def counted(row: Row) -> Row:
-        here = row.job.engine == "toy" and row.job.refinement == 0 and row.timing
-        return replace(row, timing=replace(here, ends=next(ends))) if here else row
-
-    grid = build_grid(replace(results, rows=tuple(map(counted, results.rows))))
-    told = {row[0].text: row[4].text for row in rows_of(run_time_section(grid))}
-    assert (told["toy tuned"], told["PIT tuned"]) == ("2 of 3", "-")
-
-
 def test_verdict_table_shows_every_cell(results: Results, nasty: str) -> None:
     """The terminal's table has a line for each scene, a column for each engine, and the legend of what it shows."""
     text = said(results)
     assert nasty in text
-    assert re.search(r"paper/missed .* ✓ 0 .* ✗ -1 .* ✗ -1 .*unavailable.*unsupported.*crashed", text)
-    assert "wrong: misses or invents an impact" in text
+    assert re.search(r"paper/missed .* ✓ exact .* ✗ -1 .* ✗ -1 .*unavailable.*unsupported.*crashed", text)
+    assert "wrong: an impact missed, invented or out of order" in text
 
 
 def test_nothing_run_is_still_a_report(results: Results) -> None:
@@ -354,9 +306,9 @@ def test_nothing_run_is_still_a_report(results: Results) -> None:
 def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
     """A picture of very many discs shows nothing and weighs megabytes: such a scene is not among the pictures."""
     grid = build_grid(results)
-    paper, _ = find_divergences(results, grid)
+    paper, _ = find_divergences(grid)
     assert len(paper) == 2
-    assert find_divergences(results, grid, most_discs=1) == ((), ())
+    assert find_divergences(grid, most_discs=1) == ((), ())
 
 
 @each(

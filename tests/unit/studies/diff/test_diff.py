@@ -27,7 +27,7 @@ from carom.execution.environment import Environment
 from carom.execution.job import Job, Method, Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
-from carom.report.grid import Mark
+from carom.report.mark import Mark
 from carom.report.record import records_schema
 from carom.report.records import records
 from carom.report.render.html import html

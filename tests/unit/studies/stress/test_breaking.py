@@ -48,7 +48,7 @@ class Answering(InProcessPool):
 @pytest.mark.parametrize("threshold", [3.0, 4.2e5, 9.9e11])
 def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path: Path) -> None:
     """Whatever the threshold of a method, it is between the largest size that passed and the one that failed."""
-    spot = breaking_point(attack, METHOD, Answering(threshold), scenes=tmp_path / "scenes", quick=False)
+    spot = breaking_point(attack, METHOD, Answering(threshold), quick=False).save(tmp_path)
     assert spot.ending is SpotEnding.GIVES_WAY
     assert sure(spot.stands_at) <= threshold < sure(spot.value)
     assert sure(spot.value) / sure(spot.stands_at) <= RESOLUTION
@@ -58,9 +58,9 @@ def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path:
 
 
 @pytest.mark.parametrize(("threshold", "ending"), [(math.inf, SpotEnding.STANDS), (0.5, SpotEnding.NEVER_STOOD)])
-def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, ending: SpotEnding, tmp_path: Path) -> None:
+def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, ending: SpotEnding) -> None:
     """A method that passes is shown at the absurd end, with its error there; one that never passed at the other."""
-    spot = breaking_point(attack, METHOD, Answering(threshold), scenes=tmp_path / "scenes", quick=True)
+    spot = breaking_point(attack, METHOD, Answering(threshold), quick=True).spot
     stands = ending is SpotEnding.STANDS
     assert (spot.ending, spot.value) == (ending, attack.absurd if stands else attack.harmless)
     assert spot.stands_at is None or stands
@@ -68,9 +68,9 @@ def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, endi
 
 
 @pytest.mark.usefixtures("hostile")
-def test_an_unavailable_engine_is_a_reason_and_no_number(attack: Attack, tmp_path: Path) -> None:
+def test_an_unavailable_engine_is_a_reason_and_no_number(attack: Attack) -> None:
     """An engine that is not installed has no breaking point, and its cell says why."""
-    spot = breaking_point(attack, Method("missing", "tuned"), InProcessPool(), scenes=tmp_path / "scenes", quick=True)
+    spot = breaking_point(attack, Method("missing", "tuned"), InProcessPool(), quick=True).spot
     assert (spot.ending, spot.value) == (SpotEnding.NOT_RUN, None)
     assert "unavailable: surely_not_installed is not installed" in spot.reason
 

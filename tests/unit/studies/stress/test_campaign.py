@@ -69,7 +69,7 @@ def test_a_number_can_be_had_again_from_its_file(results: StressResults, folder:
 def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Path, monkeypatch: object) -> None:
     """Taken up again, a campaign that is finished yields the same cells and runs nothing; a full one is another."""
     assert isinstance(monkeypatch, pytest.MonkeyPatch)
-    monkeypatch.setattr(campaign.TableCell, "answer", lambda *_: pytest.fail("a finished cell was run again"))
+    monkeypatch.setattr(campaign.TableCell, "run", lambda *_: pytest.fail("a finished cell was run again"))
     names = [line.name for line in results.lines]
     again = stress(names, BOTH, out=folder, resume=True, command="carom stress")
     assert again.spots == results.spots

@@ -1,0 +1,68 @@
+"""Adapter of DART (the wheel `dartpy`): a boxed LCP over velocities, three-dimensional, 64-bit floats."""
+
+from __future__ import annotations
+
+from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
+from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, MIXING
+from carom_adapters.dart.settings_code import write_code
+from carom_adapters.dart.world import DartWorld
+from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+
+#: An elastic impact loses twice the mixing, and a velocity loses that at each impact. These are the losses of velocity
+#: and energy in sixteen impacts.
+CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
+
+
+def _default(dt_s: float) -> dict[str, Setting]:
+    return {"dt_s": dt_s}
+
+
+def _tuned(dt_s: float) -> dict[str, Setting]:
+    return {
+        **_default(dt_s),
+        # Spheres against spheres in closed form.
+        "collision_detector": "DART",
+        # Bodies that overlap are not pushed apart through their velocities.
+        "split_impulse": True,
+    }
+
+
+adapter = EngineAdapter(
+    name="dart",
+    # Split impulses came with 6.20. In earlier releases profiles with them run without, and the settings read back show
+    # that.
+    engine=Engine(
+        "DART",
+        module="dartpy",
+        distribution="dartpy",
+        install="pip install 'carom[dart]'",
+        oldest="6.16",
+        newest_tried="6.20",
+    ),
+    capabilities=CAPABILITIES,
+    knobs={
+        "collision_detector": Knob(choices=DETECTORS),
+        "split_impulse": Knob(choices=(False, True)),
+    },
+    profiles={
+        "default": Profile(
+            "DART's defaults: all as shipped, but with the scene's restitution, without friction, and on "
+            "joints in the plane.",
+            _default,
+            CHAIN,
+            changed={
+                "restitution": OF_THE_SCENE,
+                "friction": OF_THE_SCENE,
+                "joint": "two slides, which hold a disc in the plane and keep it from turning",
+            },
+        ),
+        "tuned": tuned(
+            "DART's own collision detector, and overlaps that are pushed apart without a trace in the velocities",
+            _tuned,
+            CHAIN,
+        ),
+        "located": located("DART's own collision detector", _tuned, CHAIN),
+    },
+    world=DartWorld,
+    code=write_code,
+)

@@ -1,0 +1,81 @@
+"""DART's settings as a program to paste."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from carom.engines.api import Scene, Setting, factored_restitutions, require_sound, require_supported
+from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, SETTINGS
+from carom_adapters.shared.settings_code import PYTHON_END, arguments, comment, steps_of
+
+
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+    """Return the world that `DartWorld` sets up as a program.
+
+    Raises:
+        AdapterError: The scene or a setting is outside what DART can do.
+    """
+    require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
+    require_supported("DART", scene, CAPABILITIES, float(settings["dt_s"]))
+    of_disc, of_wall = factored_restitutions(scene)
+    lines = []
+    for disc in scene.discs:
+        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
+        given["velocity"] = disc.velocity_m_s
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {arguments(given)})")
+    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
+    detector = split = ""
+    if "collision_detector" in settings:
+        kind = f"dartpy.simulation.CollisionDetectorType.{settings['collision_detector']}"
+        detector = f"world.setCollisionDetector({kind})\n"
+    if "split_impulse" in settings:
+        split = f"world.getConstraintSolver().setSplitImpulseEnabled({bool(settings['split_impulse'])})\n"
+    end = PYTHON_END.format(step="world.step()", state="*body.getPositions(), *body.getVelocities(), 0.0")
+    bodies = "\n".join(lines)
+    return f"""{comment(heading)}
+import dartpy
+import numpy as np
+
+dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}
+world = dartpy.simulation.World()
+world.setGravity([{scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0])
+world.setTimeStep(dt)
+{detector}{split}discs = []
+
+
+def add_shape(body, shape, restitution):
+    node = body.createShapeNode(shape)
+    node.createCollisionAspect()
+    node.createDynamicsAspect()
+    # DART multiplies the coefficients of two bodies.
+    node.getDynamicsAspect().setRestitutionCoeff(restitution)
+    node.getDynamicsAspect().setFrictionCoeff(0.0)
+
+
+def add_disc(position, radius, mass=None, velocity=(0.0, 0.0)):  # a sphere on two slides, which does not turn
+    skeleton = dartpy.dynamics.Skeleton(f"disc {{len(discs)}}")
+    _, body = skeleton.createTranslationalJoint2DAndBodyNodePair()
+    add_shape(body, dartpy.dynamics.SphereShape(radius), {of_disc!r})
+    if mass is None:
+        skeleton.setMobile(False)
+    else:
+        body.setMass(mass)
+    world.addSkeleton(skeleton)
+    discs.append(skeleton)
+    starts.append((position, velocity))
+
+
+def add_wall(point, normal):
+    plane = dartpy.dynamics.PlaneShape(np.array([*normal, 0.0]), float(np.array(normal) @ point))
+    skeleton = dartpy.dynamics.Skeleton(f"wall {{world.getNumSkeletons()}}")
+    add_shape(skeleton.createWeldJointAndBodyNodePair()[1], plane, {of_wall!r})
+    skeleton.setMobile(False)
+    world.addSkeleton(skeleton)
+
+
+starts = []
+{bodies}
+for skeleton, (position, velocity) in zip(discs, starts):
+    skeleton.setPositions(position)
+    skeleton.setVelocities(velocity)
+{end}"""

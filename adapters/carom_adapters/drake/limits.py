@@ -1,0 +1,26 @@
+"""Limits of Drake: its settings by name, and the range of scenes."""
+
+from __future__ import annotations
+
+from carom.engines.api import Capabilities, ContactTimes
+
+#: ``point_stiffness`` (N/m) is of every body, ``target_accuracy`` and ``integration_scheme`` are of the simulator; all
+#: by Drake's own names. What a profile leaves out stays as Drake ships it.
+SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
+
+#: Lower limits of these, below which Drake fails.
+LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
+
+#: Within these an overlap, speed * sqrt(mass / stiffness), stays below a radius with the stiffness of `tuned`.
+CAPABILITIES = Capabilities(
+    gravity=True,
+    # There is no coefficient: without dissipation a contact is elastic.
+    restitution=(1.0, 1.0),
+    restitution_combine="one",
+    contact_times=ContactTimes.STEP,
+    max_speed_m_s=100.0,
+    min_radius_m=0.01,
+    min_mass_kg=1e-3,
+    max_mass_kg=1e3,
+    dimensions=3,
+)

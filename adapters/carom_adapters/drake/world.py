@@ -1,0 +1,167 @@
+"""A scene in Drake: a continuous plant of spheres on planar joints, and its simulator."""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from carom.engines.api import (
+    AdapterError,
+    Contact,
+    Observation,
+    Scene,
+    Setting,
+    StepClock,
+    oriented_contact,
+    require_sound,
+    require_supported,
+    wall_body,
+)
+from carom_adapters.drake.limits import CAPABILITIES, LEAST, SETTINGS
+
+
+def _imported() -> Any:  # its modules, by short names
+    from pydrake import geometry, math
+    from pydrake.multibody import plant, tree
+    from pydrake.systems import analysis, framework
+
+    # It warns for each half-space that deformable bodies do not support it, although there are none.
+    logging.getLogger("drake").setLevel(logging.ERROR)
+    return SimpleNamespace(geometry=geometry, math=math, plant=plant, tree=tree, analysis=analysis, framework=framework)
+
+
+class DrakeWorld:
+    """One continuous `MultibodyPlant` of spheres on planar joints, and its simulator."""
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
+        require_sound("Drake", scene, settings, SETTINGS, LEAST)
+        require_supported("Drake", scene, CAPABILITIES, float(settings["dt_s"]))
+        drake = self._drake = _imported()
+        scheme = settings.get("integration_scheme")
+        if scheme is not None and scheme not in (schemes := drake.analysis.GetIntegrationSchemes()):
+            raise AdapterError(f"Drake: integration_scheme must be one of {', '.join(schemes)}, got {scheme!r}")
+        self._asked = dict(settings)
+        self._clock = StepClock(float(settings["dt_s"]))
+        self._number: dict[Any, int] = {}
+        builder = drake.framework.DiagramBuilder()
+        # AddMultibodyPlantSceneGraph does the same and leaks 95 kB.
+        self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
+        self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
+        joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
+        for k, wall in enumerate(scene.half_planes()):
+            pose = drake.geometry.HalfSpace.MakePose([*wall.normal, 0.0], [*wall.point_m, 0.0])
+            self._shape(self._plant.world_body(), pose, drake.geometry.HalfSpace(), wall_body(k))
+        self._plant.Finalize()
+        self._diagram = builder.Build()
+        self._simulator = drake.analysis.Simulator(self._diagram)
+        if scheme is not None:
+            drake.analysis.ResetIntegratorFromFlags(self._simulator, str(scheme), self._clock.dt_s)
+        if "target_accuracy" in settings:
+            self._simulator.get_mutable_integrator().set_target_accuracy(float(settings["target_accuracy"]))
+        self._context = self._plant.GetMyMutableContextFromRoot(self._simulator.get_mutable_context())
+        self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
+        self._movable = [i for i, joint in enumerate(joints) if joint is not None]
+        for joint, disc in zip(joints, scene.discs, strict=True):
+            if joint is not None:
+                joint.set_translation(self._context, disc.position_m)
+                joint.set_translational_velocity(self._context, disc.velocity_m_s)
+        self._simulator.Initialize()
+        #: Greatest push of each contact of the last step, and the normal then.
+        self._pushed: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
+        self._watched = False
+
+    def _add_disc(self, scene: Scene, i: int) -> Any:
+        """Add a disc, and return its joint; an immovable one is part of the world and has none."""
+        drake, disc = self._drake, scene.discs[i]
+        ball = drake.geometry.Sphere(disc.radius_m)
+        if disc.immovable:
+            pose = drake.math.RigidTransform([*disc.position_m, 0.0])
+            self._shape(self._plant.world_body(), pose, ball, i)
+            return None
+        inertia = drake.tree.SpatialInertia.SolidSphereWithMass(disc.mass_kg, disc.radius_m)
+        body = self._plant.AddRigidBody(f"disc {i}", inertia)
+        self._shape(body, drake.math.RigidTransform(), ball, i)
+        world = self._plant.world_body().body_frame()
+        return self._plant.AddJoint(drake.tree.PlanarJoint(f"plane {i}", world, body.body_frame(), damping=[0, 0, 0]))
+
+    def _shape(self, body: Any, pose: Any, shape: Any, number: int) -> None:
+        drake = self._drake
+        properties = drake.geometry.ProximityProperties()
+        stiffness = self._asked.get("point_stiffness")
+        drake.geometry.AddContactMaterial(
+            dissipation=0.0,
+            point_stiffness=None if stiffness is None else float(stiffness),
+            friction=drake.plant.CoulombFriction(0.0, 0.0),
+            properties=properties,
+        )
+        added = self._plant.RegisterCollisionGeometry(body, pose, shape, f"body {number}", properties)
+        self._number[added] = number
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        """The settings, read back from Drake; the stiffness is that of a body without one of its own."""
+        integrator = self._simulator.get_integrator()
+        shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
+        return {
+            # Releases up to 1.35 ship none, and a plant finds one for its gravity and masses.
+            **({} if shipped is None else {"point_stiffness": shipped}),
+            "integration_scheme": _scheme(integrator),
+            **self._asked,
+            "target_accuracy": integrator.get_target_accuracy(),
+        }
+
+    def advance(self, steps: int) -> None:
+        """Take steps, each of them as many of the integrator's as its error control asks for."""
+        for _ in range(steps):
+            self._pushed = {}
+            self._clock.count(1)
+            self._simulator.AdvanceTo(self._clock.now_s)
+
+    def observe(self) -> Observation:
+        """Read every body, and the contacts that a monitor saw in the integrator's steps.
+
+        A contact may begin and end within a step, and has then no trace at its end. The first observation sets the
+        monitor up, so a world that is only timed has none.
+        """
+        if not self._watched:
+            self._watched = True
+            self._simulator.set_monitor(self._look)
+        position, velocity = self._position.copy(), np.zeros_like(self._position)
+        count = len(self._movable)
+        position[self._movable] = self._plant.GetPositions(self._context).reshape(count, 3)[:, :2]
+        velocity[self._movable] = self._plant.GetVelocities(self._context).reshape(count, 3)[:, :2]
+        return Observation(position, velocity, tuple(self._contacts()))
+
+    def _look(self, _root: Any) -> Any:
+        results = self._plant.get_contact_results_output_port().Eval(self._context)
+        for k in range(results.num_point_pair_contacts()):
+            info = results.point_pair_contact_info(k)
+            force, pair = float(np.linalg.norm(info.contact_force())), info.point_pair()
+            bodies = (self._number[pair.id_B], self._number[pair.id_A])
+            if force > self._pushed.get(bodies, (0.0, None))[0]:
+                nx, ny, _ = pair.nhat_BA_W  # from B to A
+                self._pushed[bodies] = (force, (float(nx), float(ny)))
+        return self._drake.framework.EventStatus.DidNothing()
+
+    def _contacts(self) -> list[Contact]:
+        at_s, found = self._clock.step_began_s, []
+        for (b, a), (_, normal) in self._pushed.items():
+            # Forces are known at some instants, but not their integral, the impulse.
+            found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
+        return found
+
+    def close(self) -> None:
+        """Release the simulator; the last reference frees its memory."""
+        self._simulator.clear_monitor()
+        del self._context, self._simulator, self._diagram, self._plant
+
+
+def _scheme(integrator: Any) -> str:
+    """Return an integrator's name among `GetIntegrationSchemes`: ``runge_kutta3`` of a `RungeKutta3Integrator`."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", type(integrator).__name__.removesuffix("Integrator")).lower()

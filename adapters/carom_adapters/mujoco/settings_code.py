@@ -1,0 +1,87 @@
+"""MuJoCo settings as a model to paste: MJCF that MuJoCo loads without Carom, with the start as its keyframe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from xml.etree import ElementTree
+
+from carom.engines.api import AdapterError, Scene, Setting, require_supported, wall_index
+from carom_adapters.mujoco.limits import CAPABILITIES, answers_in_turn, require_usable
+from carom_adapters.mujoco.model import in_order_of_bodies, mass_unit, mjcf
+from carom_adapters.shared.legs import has_legs
+from carom_adapters.shared.settings_code import comment, steps_of
+
+
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+    """Return the model of `mjcf` in a readable form, with shared attributes of geoms and pairs in its defaults."""
+    require_usable(scene, settings)
+    require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))
+    if has_legs(scene):
+        raise AdapterError("MuJoCo: a body on legs is given its velocities between steps, which a model can't say")
+    # The text is this adapter's own, and contains only numbers and words of its settings' lists.
+    model = ElementTree.fromstring(mjcf(scene, settings))  # noqa: S314 - no text of others
+    ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
+    said = [heading, f"{steps_of(scene, settings)} steps from the keyframe cover the scene."]
+    if not float(settings["stiffness"]):
+        said.append("solref is 0 and -(1 + restitution) / timestep: it goes with the timestep.")
+    if (unit := mass_unit(scene, settings)) != 1.0:
+        said.append(f"A kilogram is {unit!r} units of mass here: no motion changes by it.")
+    if answers_in_turn(scene, settings):
+        said.append("Each pair is listed, since solreffriction, which ends its slip, goes by the pair's masses.")
+    if scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free":
+        said.append(
+            "MJCF has one damping for a free joint: about its axes set dof_damping to "
+            f"{scene.damping_per_s!r} times body_inertia after loading."
+        )
+    told = comment("\n".join(said).replace("--", "- -"), "     ").lstrip()  # no comment holds two hyphens
+    return f"<!-- {told} -->\n{ElementTree.tostring(model, encoding='unicode')}\n"
+
+
+def _with_defaults(model: ElementTree.Element) -> ElementTree.Element:
+    """Move attributes that all geoms, or all pairs, share into the model's defaults."""
+    defaults = ElementTree.Element("default")
+    for tag in ("geom", "pair"):
+        several = model.findall(f".//{tag}")
+        shared = set.intersection(*(set(one.attrib.items()) for one in several)) if len(several) > 1 else set()
+        if not shared:
+            continue
+        ElementTree.SubElement(defaults, tag, {k: v for k, v in several[0].attrib.items() if (k, v) in shared})
+        for one in several:
+            one.attrib = {k: v for k, v in one.attrib.items() if (k, v) not in shared}
+    if len(defaults):
+        model.insert(1, defaults)  # after the option
+    return model
+
+
+def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str, Setting]) -> ElementTree.Element:
+    """Add the keyframe from which the model starts: coordinates and velocities of each moving body's joints."""
+    places: list[float] = []
+    speeds: list[float] = []
+    for number in in_order_of_bodies(scene):
+        if number < 0:
+            wall = scene.walls[wall_index(number)]
+            places += [0.0, 0.0] * wall.driven
+            speeds += [*wall.velocity_m_s] * wall.driven
+            continue
+        disc = scene.discs[number]
+        if disc.driven:
+            places += [*disc.position_m, *([0.0] * scene.arrays.turns)]
+            speeds += [*disc.velocity_m_s, *([disc.spin_rad_s] * scene.arrays.turns)]
+        if disc.immovable:
+            continue
+        x, y, vx, vy, turns = *disc.position_m, *disc.velocity_m_s, disc.inertia_factor < float("inf")
+        # As `_turning` and `mjcf` have the joints.
+        free = settings["joints"] == "free" and (turns or not scene.arrays.turns)
+        if free:
+            places += [x, y, 0.0, 1.0, 0.0, 0.0, 0.0]
+            speeds += [vx, vy, 0.0, 0.0, 0.0, disc.spin_rad_s]
+        elif scene.arrays.turns:
+            places += [x, y, 0.0, *([0.0] if turns else [])]
+            speeds += [vx, vy, 0.0, *([disc.spin_rad_s] if turns else [])]
+        else:
+            places += [x, y]
+            speeds += [vx, vy]
+    if places:
+        start = {"name": "start", "qpos": " ".join(map(repr, places)), "qvel": " ".join(map(repr, speeds))}
+        ElementTree.SubElement(ElementTree.SubElement(model, "keyframe"), "key", start)
+    return model

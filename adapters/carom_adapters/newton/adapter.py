@@ -1,0 +1,63 @@
+"""Adapter of Newton, which computes on Warp: three dimensions, 32-bit floats, its XPBD solver on the processor."""
+
+from __future__ import annotations
+
+from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
+from carom_adapters.newton.limits import CAPABILITIES, SPECULATIVE
+from carom_adapters.newton.settings_code import write_code
+from carom_adapters.newton.world import NewtonWorld
+from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+
+#: In a step that begins in contact, bodies move on by its whole length before they are pushed apart.
+LATE = Accuracy(late_steps=1.0)
+
+
+def _default(dt_s: float) -> dict[str, Setting]:
+    return {"dt_s": dt_s, "enable_restitution": True}
+
+
+def _tuned(dt_s: float) -> dict[str, Setting]:
+    return {"dt_s": dt_s, "enable_restitution": True, "gap": 0.0, SPECULATIVE: 1.0}
+
+
+def _overlapping(dt_s: float) -> dict[str, Setting]:
+    return {"dt_s": dt_s, "enable_restitution": True, "gap": 0.0}
+
+
+adapter = EngineAdapter(
+    name="newton",
+    engine=Engine(
+        "Newton",
+        module="newton",
+        distribution="newton",
+        install="pip install 'carom[newton]'",
+        newest_tried="1.8.0",
+    ),
+    capabilities=CAPABILITIES,
+    knobs={
+        "iterations": Knob(1, 64, log=True),
+        "rigid_contact_relaxation": Knob(0.1, 1.0),
+        "rigid_contact_restitution_iterations": Knob(1, 64, log=True),
+        "rigid_contact_con_weighting": Knob(choices=(False, True)),
+        "gap": Knob(0.0, 0.1),
+        SPECULATIVE: Knob(0.0, 1.0),
+    },
+    profiles={
+        "default": Profile(
+            "Defaults of Newton's XPBD solver with restitution on: all else as shipped, with the scene's "
+            "restitution and without friction.",
+            _default,
+            changed={
+                "restitution": OF_THE_SCENE,
+                "mu": OF_THE_SCENE,
+                "enable_restitution": "on: without it the solver ignores every restitution",
+            },
+        ),
+        "tuned": tuned(
+            "contacts are looked for as far ahead as discs move in the step, up to 1 m, and no farther", _tuned
+        ),
+        "located": located("Newton's own collision", _overlapping, LATE, ", nothing looked for ahead"),
+    },
+    world=NewtonWorld,
+    code=write_code,
+)

@@ -1,0 +1,29 @@
+"""Limits of Newton: its settings by name, and the range of scenes."""
+
+from __future__ import annotations
+
+from carom.engines.api import Capabilities, ContactTimes
+
+#: Arguments of the solver, as it keeps them; ``gap`` is of each shape, and ``speculative_contact_gap_max`` of the
+#: collision, off where it is not asked for. What a profile leaves out stays as it is shipped.
+OF_THE_SOLVER = (
+    "iterations",
+    "rigid_contact_relaxation",
+    "rigid_contact_restitution_iterations",
+    "rigid_contact_con_weighting",
+    "enable_restitution",
+)
+SPECULATIVE = "speculative_contact_gap_max"
+SETTINGS = (*OF_THE_SOLVER, "gap", SPECULATIVE)
+LEAST = {"iterations": 1, "rigid_contact_restitution_iterations": 0, "gap": 0.0, SPECULATIVE: 0.0}
+
+CAPABILITIES = Capabilities(
+    gravity=True,
+    restitution=(0.0, 1.0),
+    # In each step with contacts, bodies slower than 0.1 mm/s stop, so two may close at up to twice that. Above it a
+    # disc at rest may lose the first push of an impact, if that is as slow, and half of it of what parts.
+    restitution_threshold_m_s=2e-4,
+    contact_times=ContactTimes.STEP,
+    float_bits=32,
+    dimensions=3,
+)

@@ -1,0 +1,160 @@
+"""A scene in Newton: a model of spheres in the plane y = 0, run step by step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.engines.api import (
+    Contact,
+    Observation,
+    Scene,
+    Setting,
+    StepClock,
+    pair_of,
+    require_sound,
+    require_supported,
+    wall_body,
+)
+from carom_adapters.newton.limits import CAPABILITIES, LEAST, OF_THE_SOLVER, SETTINGS, SPECULATIVE
+
+
+class NewtonWorld:
+    """One model of spheres, whose second coordinate is 0: rotations about that axis leave it 0, to the bit."""
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
+        require_sound("Newton", scene, settings, SETTINGS, at_least=LEAST)
+        require_supported("Newton", scene, CAPABILITIES, float(settings["dt_s"]))
+        import warp
+
+        warp.config.log_level = warp.LOG_ERROR
+        import newton
+
+        self._warp, self._newton = warp, newton
+        self._clock = StepClock(float(settings["dt_s"]))
+        gx, gy = scene.gravity_m_s2
+        builder = newton.ModelBuilder(gravity=(gx, 0.0, gy))
+        self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
+        #: The discs that are bodies, and of each shape the number that `Contact` has of it.
+        self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
+        walls = scene.half_planes()
+        self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
+        # Two coefficients are averaged, and any value is accepted.
+        of_walls = 2.0 * scene.wall_restitution - scene.restitution
+        for disc in scene.discs:
+            at = warp.transform(_space(disc.position_m), warp.quat_identity())
+            shape = self._material(builder, scene.restitution, settings)
+            if disc.immovable:
+                builder.add_shape_sphere(-1, xform=at, radius=disc.radius_m, cfg=shape)
+                continue
+            inertia = np.eye(3) * (0.4 * disc.mass_kg * disc.radius_m**2)
+            body = builder.add_body(xform=at, mass=disc.mass_kg, inertia=inertia, lock_inertia=True)
+            builder.body_qd[body] = warp.spatial_vector(*_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
+            builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
+        for wall in walls:
+            # A plane is given by position and rotation, because Newton 1.8 turns the equation of one that faces down
+            # into one that faces up.
+            turn = math.atan2(*wall.normal) / 2.0
+            at = warp.transform(_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
+            shape = self._material(builder, of_walls, settings)
+            builder.add_shape_plane(None, xform=at, width=0.0, length=0.0, cfg=shape)
+        self._model = builder.finalize(device="cpu")
+        speculative = {SPECULATIVE: settings[SPECULATIVE]} if SPECULATIVE in settings else {}
+        self._pipeline = newton.CollisionPipeline(self._model, **speculative)
+        self._contacts = self._pipeline.contacts()
+        asked = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
+        self._solver = newton.solvers.SolverXPBD(self._model, **asked)
+        self._state, self._next = self._model.state(), self._model.state()
+        #: Array for the solver's pushes at each contact; made at the first observation.
+        self._forces: Any = None
+
+    @staticmethod
+    def _material(builder: Any, restitution: float, settings: Mapping[str, Setting]) -> Any:
+        shape = builder.ShapeConfig(density=0.0, restitution=restitution, mu=0.0)
+        if "gap" in settings:
+            shape.gap = float(settings["gap"])
+        return shape
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        """The settings, read back from solver and model."""
+        own = {name: getattr(self._solver, name) for name in OF_THE_SOLVER}
+        own["gap"] = float(self._model.shape_gap.numpy()[0])
+        if (ahead := self._pipeline.speculative_contact_gap_max) is not None:
+            own[SPECULATIVE] = ahead
+        return {"dt_s": self._clock.dt_s, **own}
+
+    def advance(self, steps: int) -> None:
+        """Take steps: contacts are found at the start of each, and answered where bodies overlap at its end."""
+        dt_s = self._clock.dt_s
+        for _ in range(steps):
+            self._state.clear_forces()
+            self._pipeline.collide(self._state, self._contacts, dt=dt_s)
+            self._solver.step(self._state, self._next, None, self._contacts, dt_s, observables=self._forces)
+            self._state, self._next = self._next, self._state
+        self._clock.count(steps)
+
+    def observe(self) -> Observation:
+        """Read every body, and the contacts of the last step at which the solver pushed."""
+        if self._forces is None:
+            self._forces = self._solver.observables({"contact_f"}, contacts=self._contacts)
+        position, velocity = self._still.copy(), np.zeros_like(self._still)
+        if self._moved:
+            position[self._moved] = self._state.body_q.numpy()[:, (0, 2)]
+            velocity[self._moved] = self._state.body_qd.numpy()[:, (0, 2)]
+        found = int(self._contacts.rigid_contact_count.numpy()[0])
+        lost = found > self._contacts.rigid_contact_max
+        warning = f"Newton kept {self._contacts.rigid_contact_max} of {found} contacts" if lost else ""
+        return Observation(position, velocity, () if lost else tuple(self._pushed(found)), warning)
+
+    def _pushed(self, count: int) -> Iterator[Contact]:
+        """Yield contacts, without impulses: the solver tells what it pushed positions with, and not the bounce."""
+        pushed = np.flatnonzero(self._forces.contact_f.numpy()[:count].any(axis=1))
+        normals = self._contacts.rigid_contact_normal.numpy()[pushed].tolist()
+        for (a, b), (nx, _, ny) in zip(self._bodies(self._contacts, pushed), normals, strict=True):
+            pair = pair_of(a, b)
+            turned = 1.0 if pair[0] == a else -1.0
+            yield Contact(*pair, self._clock.step_began_s, (turned * nx, turned * ny))
+
+    def _bodies(self, contacts: Any, those: NDArray[np.intp]) -> list[tuple[int, int]]:
+        """Return the two bodies of contacts, as `Contact` numbers them, in Newton's order."""
+        shapes = (contacts.rigid_contact_shape0, contacts.rigid_contact_shape1)
+        first, second = (self._number[shape.numpy()[those]].tolist() for shape in shapes)
+        return list(zip(first, second, strict=True))
+
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on."""
+        self._clock.cut(dt_s)
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs that Newton's own collision finds to overlap."""
+        contacts = self._pipeline.contacts()  # those of the last step stay as they are
+        self._pipeline.collide(self._state, contacts, dt=0.0)
+        apart_m = self._warp.zeros(contacts.rigid_contact_max, dtype=float, device="cpu")
+        self._newton.eval_rigid_contact_kinematics(self._model, self._state, contacts, out_distance=apart_m)
+        count = int(contacts.rigid_contact_count.numpy()[0])
+        overlapping = np.flatnonzero(apart_m.numpy()[:count] <= 0.0)
+        return frozenset(pair_of(a, b) for a, b in self._bodies(contacts, overlapping))
+
+    def save(self) -> object:
+        """Return poses and velocities, which are all of a state."""
+        return self._clock.now_s, self._state.body_q.numpy().copy(), self._state.body_qd.numpy().copy()
+
+    def restore(self, state: Any) -> None:
+        """Put poses and velocities back."""
+        time_s, poses, velocities = state
+        self._clock.restart(time_s)
+        self._state.body_q.assign(poses)
+        self._state.body_qd.assign(velocities)
+
+    def close(self) -> None:
+        """Do nothing: Warp frees arrays with their owners."""
+
+
+def _space(vector: tuple[float, float]) -> tuple[float, float, float]:
+    """Return a vector of the scene in space."""
+    return vector[0], 0.0, vector[1]

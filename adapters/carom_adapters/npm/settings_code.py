@@ -1,0 +1,87 @@
+"""Engines from npm as programs of node to paste: the worlds of their adapters, with a scene and settings in front.
+
+The parts of `serve.mjs`, which the engines share, that a program needs are copied into it, so it imports only its
+engine.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from carom.engines.api import Scene, Setting
+from carom.engines.protocol.adapter import ProgramAdapter
+from carom.engines.protocol.manifest import load_manifest
+from carom_adapters.shared.settings_code import comment, steps_of
+
+_IMPORTED = re.compile(r"^import \{ ([\w, ]+) \} from \"\.\./serve\.mjs\";\n", re.MULTILINE)
+_SERVED = re.compile(r"^await serve\((\w+)\);\n", re.MULTILINE)
+_EXPORTED = re.compile(r"^export (?:async )?(?:const|function|class) (\w+)", re.MULTILINE)
+
+
+class NpmAdapter(ProgramAdapter):
+    """An engine of a folder next to this file, which is written as a program, too."""
+
+    def __init__(self, manifest: Path) -> None:
+        super().__init__(load_manifest(manifest), manifest.resolve().parent)
+        self._source = manifest.resolve().with_name("engine.mjs")
+
+    def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+        """Return the world that the engine's program sets up, as a program of its own (`api.CodedAdapter`).
+
+        Raises:
+            OSError: The sources of the adapter's program can't be read.
+        """
+        return write_code(self._source.read_text(encoding="utf-8"), _shared(self._source), scene, settings, heading)
+
+
+def _shared(source: Path) -> Mapping[str, str]:
+    """Return the exports of `serve.mjs`, each with its comment, by name."""
+    pieces = (source.parents[1] / "serve.mjs").read_text(encoding="utf-8")
+    found = ((_EXPORTED.search(piece), piece) for piece in re.split(r"\n\n(?=//)", pieces.rstrip("\n")))
+    return {name[1]: piece.replace("export ", "") for name, piece in found if name}
+
+
+def write_code(
+    source: str, shared: Mapping[str, str], scene: Scene, settings: Mapping[str, Setting], heading: str
+) -> str:
+    """Return a program's source without its protocol, with all that it takes from others, and a scene."""
+    taken, served = _IMPORTED.search(source), _SERVED.search(source)
+    if taken is None or served is None:
+        raise ValueError("the program does not import from serve.mjs, or serves no world")
+    wanted = [name for name in taken[1].split(", ") if name != "serve"]
+    for name in wanted:  # and what these need, which is found as it is added
+        wanted += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in wanted]
+    helpers = "\n\n".join(piece for name, piece in shared.items() if name in wanted)
+    body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")
+    last = [found.end() for found in re.finditer(r"^import .*;\n", body, re.MULTILINE)][-1]
+    fields = json.loads(scene.model_dump_json())
+    lines = [f"  {json.dumps(name)}: {_listed(value)}," for name, value in fields.items()]
+    made = "\n".join(lines)
+    return f"""{comment(heading, "// ")}
+// A module of node: save it as .mjs where the engine is installed.
+{body[:last]}
+const settings = {json.dumps(dict(settings), indent=2)};
+const scene = {{
+{made}
+}};
+const steps = {steps_of(scene, settings)};
+
+{helpers}
+
+{body[last:].strip()}
+
+const world = new {served[1]}(scene, settings);
+for (let step = 0; step < steps; step++) world.step();
+const {{ position_m, velocity_m_s, spin_rad_s }} = world.observe();
+position_m.forEach((place, i) => console.log([...place, ...velocity_m_s[i], spin_rad_s?.[i] ?? 0].join(" ")));
+"""
+
+
+def _listed(value: object) -> str:
+    """Return a value as JSON, a line for each body of a list of them."""
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return "[\n" + "".join(f"    {json.dumps(one)},\n" for one in value) + "  ]"
+    return json.dumps(value)

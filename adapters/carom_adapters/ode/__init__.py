@@ -1,0 +1,5 @@
+"""Adapter of ODE."""
+
+from carom_adapters.ode.adapter import adapter
+
+__all__ = ["adapter"]

@@ -1,0 +1,52 @@
+"""Adapter of ODE, the Open Dynamics Engine, as Panda3D's wheel brings it: three dimensions, 32-bit floats."""
+
+from __future__ import annotations
+
+from carom.engines.api import Engine, Knob, Profile, Setting
+from carom_adapters.ode.limits import CAPABILITIES, STEPPERS
+from carom_adapters.ode.settings_code import write_code
+from carom_adapters.ode.world import OdeWorld
+from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+
+
+def _default(dt_s: float) -> dict[str, Setting]:
+    return {"dt_s": dt_s, "stepper": "step"}
+
+
+def _tuned(dt_s: float) -> dict[str, Setting]:
+    return {"dt_s": dt_s, "stepper": "step", "cfm": 0.0, "erp": 0.0}
+
+
+adapter = EngineAdapter(
+    name="ode",
+    engine=Engine(
+        "ODE of Panda3D",
+        module="panda3d.ode",
+        distribution="panda3d",
+        install="pip install 'carom[ode]'",
+        newest_tried="1.10.16",
+    ),
+    capabilities=CAPABILITIES,
+    knobs={
+        "cfm": Knob(0.0, 1e-3),
+        "erp": Knob(0.0, 1.0),
+        "quick_step_iterations": Knob(1, 200, log=True),
+        "stepper": Knob(choices=STEPPERS),
+    },
+    profiles={
+        "default": Profile(
+            "ODE's defaults: all as shipped, with the scene's restitution, without friction, and by the "
+            "stepper that solves each step exactly.",
+            _default,
+            changed={
+                "bounce": OF_THE_SCENE,
+                "mu": OF_THE_SCENE,
+                "mode": "contacts that bounce: without the flag ODE has no restitution at all",
+            },
+        ),
+        "tuned": tuned("contacts without softness, and overlaps that are not pushed apart", _tuned),
+        "located": located("ODE's own collision", _tuned),
+    },
+    world=OdeWorld,
+    code=write_code,
+)

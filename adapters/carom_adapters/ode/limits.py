@@ -1,0 +1,23 @@
+"""Limits of ODE: its settings by name, and the range of scenes."""
+
+from __future__ import annotations
+
+from carom.engines.api import Capabilities, ContactTimes
+
+#: ``cfm`` and ``erp`` are of the world, ``stepper`` is its method that takes a step, and ``quick_step_iterations`` are
+#: of the second of those. What a profile leaves out stays as it is shipped.
+SETTINGS = ("cfm", "erp", "quick_step_iterations", "stepper")
+STEPPERS = ("step", "quickStep")
+
+#: ODE divides velocities by the step, and ends the process where that overflows its 32 bits, at 2**128: a shorter step,
+#: to which a bisection comes where bodies touch at once, is taken as this one.
+LEAST_STEP_S = 2.0**-100
+
+CAPABILITIES = Capabilities(
+    gravity=True,
+    # A surface belongs to a contact, so each pair has its own coefficient.
+    restitution=(0.0, 1.0),
+    contact_times=ContactTimes.STEP,
+    float_bits=32,
+    dimensions=3,
+)

@@ -1,0 +1,189 @@
+"""A scene in ODE: spheres in a hash space, run step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from carom.engines.api import (
+    Contact,
+    Observation,
+    Scene,
+    Setting,
+    StepClock,
+    oriented_contact,
+    pair_of,
+    require_sound,
+    require_supported,
+    wall_body,
+)
+from carom_adapters.ode.limits import CAPABILITIES, LEAST_STEP_S, SETTINGS, STEPPERS
+
+
+class OdeWorld:
+    """One `OdeWorld` of spheres in a hash space, which nothing turns and nothing moves out of the plane."""
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
+        require_sound("ODE", scene, settings, SETTINGS, words={"stepper": STEPPERS})
+        require_supported("ODE", scene, CAPABILITIES, float(settings["dt_s"]))
+        from panda3d import core, ode
+
+        self._ode: Any = ode
+        self._clock = StepClock(float(settings["dt_s"]))
+        self._world, self._space, self._group = ode.OdeWorld(), ode.OdeHashSpace(), ode.OdeJointGroup()
+        self._world.setGravity(*scene.gravity_m_s2, 0.0)
+        if "cfm" in settings:
+            self._world.setCfm(float(settings["cfm"]))
+        if "erp" in settings:
+            self._world.setErp(float(settings["erp"]))
+        if "quick_step_iterations" in settings:
+            self._world.setQuickStepNumIterations(int(settings["quick_step_iterations"]))
+        self._stepper = str(settings.get("stepper", STEPPERS[0]))
+        self._step: Any = getattr(self._world, self._stepper)
+        self._surfaces = {False: self._surface(scene.restitution), True: self._surface(scene.wall_restitution)}
+        self._geoms: dict[int, Any] = {}
+        self._number: dict[int, int] = {}
+        self._bodies: list[Any] = []
+        self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
+        for i, disc in enumerate(scene.discs):
+            geom = ode.OdeSphereGeom(self._space, disc.radius_m)
+            body = None if disc.immovable else self._body(disc.mass_kg, disc.radius_m)
+            self._bodies.append(body)
+            if body is None:
+                geom.setPosition(*disc.position_m, 0.0)
+            else:
+                geom.setBody(body)
+                self._put(body, disc.position_m, disc.velocity_m_s)
+            self._known(geom, i)
+        for k, wall in enumerate(scene.half_planes()):
+            (nx, ny), (x, y) = wall.normal, wall.point_m
+            self._known(ode.OdePlaneGeom(self._space, core.LVecBase4f(nx, ny, 0.0, nx * x + ny * y)), wall_body(k))
+        #: Contacts of the last step: the joint, its bodies and the normal, from the second to the first.
+        self._met: list[tuple[Any, int, int, tuple[float, float]]] = []
+
+    def _known(self, geom: Any, number: int) -> None:
+        self._geoms[number], self._number[geom.getId().this] = geom, number
+
+    def _surface(self, restitution: float) -> Any:
+        surface = self._ode.OdeSurfaceParameters()  # without friction, and without a threshold of bouncing
+        surface.setMode(self._ode.OdeSurfaceParameters.MFContactBounce)
+        surface.setBounce(restitution)
+        return surface
+
+    def _body(self, mass_kg: float, radius_m: float) -> Any:
+        body, mass = self._ode.OdeBody(self._world), self._ode.OdeMass()
+        mass.setSphereTotal(mass_kg, radius_m)
+        body.setMass(mass)
+        return body
+
+    @staticmethod
+    def _put(body: Any, position: Any, velocity: Any) -> None:
+        body.setPosition(float(position[0]), float(position[1]), 0.0)
+        body.setLinearVel(float(velocity[0]), float(velocity[1]), 0.0)
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        """The settings, read back from ODE; the stepper is a method, and as called."""
+        return {
+            "dt_s": self._clock.dt_s,
+            "cfm": self._world.getCfm(),
+            "erp": self._world.getErp(),
+            "quick_step_iterations": self._world.getQuickStepNumIterations(),
+            "stepper": self._stepper,
+        }
+
+    def _meet(self, _: Any, first: Any, second: Any) -> None:
+        """Make a joint of each contact of two geoms, as ODE's callback does."""
+        a, b = self._number[first.getId().this], self._number[second.getId().this]
+        if all(k < 0 or self._bodies[k] is None for k in (a, b)):
+            return
+        found = self._ode.OdeUtil.collide(first, second, 1)
+        for k in range(found.getNumContacts()):
+            at, contact = found.getContactGeom(k), self._ode.OdeContact()
+            contact.setGeom(at)
+            contact.setSurface(self._surfaces[a < 0 or b < 0])
+            joint = self._ode.OdeContactJoint(self._world, self._group, contact)
+            joint.attach(first.getBody(), second.getBody())
+            joint.setFeedback()
+            nx, ny, _nz = at.getNormal()
+            self._met.append((joint, a, b, (nx, ny)))
+
+    def advance(self, steps: int) -> None:
+        """Take steps: contacts are found and answered at the start of each, and their joints let go before the next."""
+        for _ in range(steps):
+            self._let_go()
+            self._space.collide("", self._meet)
+            self._step(max(self._clock.dt_s, LEAST_STEP_S))
+        self._clock.count(steps)
+
+    def _let_go(self) -> None:
+        self._met = []
+        self._group.empty()
+
+    def observe(self) -> Observation:
+        """Read every body, and the contacts that the last step answered, at its start."""
+        position, velocity = self._still.copy(), np.zeros_like(self._still)
+        for i, body in enumerate(self._bodies):
+            if body is not None:
+                position[i], velocity[i] = _plane(body.getPosition()), _plane(body.getLinearVel())
+        return Observation(position, velocity, tuple(self._contacts()))
+
+    def _contacts(self) -> list[Contact]:
+        found = []
+        for joint, a, b, normal in self._met:
+            told = joint.getFeedback()
+            # The force on one of the two; of a joint to the world alone ODE keeps the moved body's as the first.
+            fx, fy, _ = told.getForce1()
+            impulse = abs(fx * normal[0] + fy * normal[1]) * self._clock.dt_s
+            if impulse > 0.0:  # a contact of bodies that part already pushes nothing
+                found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
+        return found
+
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on."""
+        self._clock.cut(dt_s)
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs that ODE's own collision finds to overlap."""
+        pairs = set()
+
+        def near(_: Any, first: Any, second: Any) -> None:
+            if self._ode.OdeUtil.collide(first, second, 1).getNumContacts():
+                pairs.add(pair_of(self._number[first.getId().this], self._number[second.getId().this]))
+
+        self._space.collide("", near)
+        return frozenset(pair for pair in pairs if pair[0] >= 0)
+
+    def save(self) -> object:
+        """Return positions and velocities, which are all of a state of bodies that nothing turns."""
+        states = [
+            None if body is None else (_plane(body.getPosition()), _plane(body.getLinearVel())) for body in self._bodies
+        ]
+        return (self._clock.now_s, states)
+
+    def restore(self, state: Any) -> None:
+        """Put positions and velocities back."""
+        time_s, states = state
+        self._clock.restart(time_s)
+        for body, held in zip(self._bodies, states, strict=True):
+            if body is not None:
+                self._put(body, *held)
+
+    def close(self) -> None:
+        """Release joints, bodies and world, which Panda3D does not free by itself."""
+        self._let_go()
+        for geom in self._geoms.values():
+            geom.destroy()
+        for body in self._bodies:
+            if body is not None:
+                body.destroy()
+        self._group.destroy()
+        self._space.destroy()
+        self._world.destroy()
+
+
+def _plane(vector: Any) -> tuple[float, float]:
+    x, y, _ = vector
+    return float(x), float(y)

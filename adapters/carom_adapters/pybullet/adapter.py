@@ -1,0 +1,126 @@
+"""Adapter of PyBullet (Bullet 3): impulse-based, three-dimensional, 64-bit floats; discs are spheres in one plane."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
+from carom_adapters.pybullet.limits import (
+    CAPABILITIES,
+    SHIPPED_RESTITUTION_THRESHOLD_M_S,
+    SHIPPED_SPEED_CLAMP_M_S,
+    SHIPPED_SPIN_CLAMP_RAD_S,
+)
+from carom_adapters.pybullet.settings_code import write_code
+from carom_adapters.pybullet.world import PybulletWorld
+from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+
+#: Bullet's points and normals of cylinders are a little off: a velocity along a row, by up to 2.4e-4 of the greatest
+#: (a cradle with gaps, at 240 steps a second).
+CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
+
+
+def _default(dt_s: float) -> dict[str, Setting]:
+    # 0.04 of each is shipped, which takes 3 of 10 rad/s in a second.
+    return {"dt_s": dt_s, "linearDamping": 0.0, "angularDamping": 0.0}
+
+
+def _tuned(dt_s: float) -> dict[str, Setting]:
+    return {
+        "dt_s": dt_s,
+        "linearDamping": 0.0,
+        # A multibody, the default, clamps its speed at 100 m/s, and its spin at 100 rad/s, and ignores continuous
+        # detection. With maximal coordinates spin is not damped.
+        "useMaximalCoordinates": True,
+        # Bullet adds erp * depth / dt to the bounce (0.08 is shipped).
+        "contactERP": 0.0,
+        # Contacts are solved where bodies overlap, rather than from 0.02 m away, and from the first overlap on.
+        "contactProcessingThreshold": 0.0,
+        "contactSlop": 0.0,
+        # Slower contacts than this are made inelastic (0.2 m/s is shipped).
+        "restitutionVelocityThreshold": 0.0,
+        # Shared contacts are solved in an order that does not depend on addresses.
+        "deterministicOverlappingPairs": 1,
+        # All iterations are done, even if the residual is small; otherwise shared contacts lose energy.
+        "solverResidualThreshold": 0.0,
+        "numSolverIterations": 50,
+        # For a disc that starts so fast that it moves by more than its radius in one step, which without it may pass
+        # through another. Not for all discs: one that is only made fast by an impact is then swept into walls and
+        # neighbours that it already touches, and gains energy (eightfold in Galperin's billiard at 60 steps a second).
+        # A swept sphere as large as the disc stops it before the two overlap, and the contact is then lost.
+        "ccd_radius_fraction": 0.95,
+    }
+
+
+def _no_ccd(dt_s: float) -> dict[str, Setting]:
+    return {**_tuned(dt_s), "ccd_radius_fraction": 0.0}
+
+
+def _cylinder(dt_s: float) -> dict[str, Setting]:
+    # Cylinders touch along a line, of which Bullet keeps single points, off the middle: free to turn, they tip over.
+    return {**_tuned(dt_s), "shape": "cylinder", "turn": False}
+
+
+def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
+    return {**_tuned(dt_s), "shape": "cylinder", "turn": True}
+
+
+adapter = EngineAdapter(
+    name="pybullet",
+    engine=Engine(
+        "PyBullet",
+        module="pybullet",
+        distribution="pybullet",
+        install="pip install 'carom[pybullet]'",
+        no_wheel_from=(3, 12),
+        newest_tried="3.2.7",
+    ),
+    capabilities=CAPABILITIES,
+    knobs={
+        "numSolverIterations": Knob(1, 200, log=True),
+        "solverResidualThreshold": Knob(choices=(0.0, 1e-7)),
+        "restitutionVelocityThreshold": Knob(0.0, 1.0),
+        "contactERP": Knob(0.0, 1.0),
+        "contactSlop": Knob(0.0, 1e-3),
+        "contactProcessingThreshold": Knob(0.0, 0.02),
+        "deterministicOverlappingPairs": Knob(choices=(0, 1)),
+        "useMaximalCoordinates": Knob(choices=(False, True)),
+        "ccd_radius_fraction": Knob(0.0, 0.95),
+    },
+    profiles={
+        "default": Profile(
+            "PyBullet's defaults: all as shipped (a clamp of 100 m/s and rad/s included), but undamped "
+            "and with the scene's restitution and friction.",
+            _default,
+            capabilities=replace(
+                CAPABILITIES,
+                continuous_detection=False,
+                max_speed_m_s=SHIPPED_SPEED_CLAMP_M_S,
+                max_spin_rad_s=SHIPPED_SPIN_CLAMP_RAD_S,
+                restitution_threshold_m_s=SHIPPED_RESTITUTION_THRESHOLD_M_S,
+            ),
+            changed={
+                "restitution": OF_THE_SCENE,
+                "lateralFriction": OF_THE_SCENE,
+                "linearDamping": "undamped: a scene has no air",
+                "angularDamping": "undamped: a scene has no air",
+            },
+        ),
+        "tuned": tuned("overlaps alone are solved and never pushed apart, and fast discs are swept", _tuned),
+        # A swept disc is stopped inside the other by Bullet itself, which leaves no instant to be found.
+        "located": located("Bullet's own collision detection", _no_ccd, but=" without sweeping"),
+        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
+        "cylinder": Profile(
+            "The tuned settings with cylinders for spheres, kept from tipping over by infinite moments of inertia "
+            "(Carom's own measurements).",
+            _cylinder,
+            CYLINDER_ACCURACY,
+        ),
+        "cylinder-plain": Profile(
+            "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
+            _cylinder_plain,
+        ),
+    },
+    world=PybulletWorld,
+    code=write_code,
+)

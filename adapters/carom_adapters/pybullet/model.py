@@ -1,0 +1,87 @@
+"""Shapes, moments of inertia and coefficients of a scene in Bullet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from carom.engines.api import Disc, Scene, Setting, is_fast
+from carom_adapters.pybullet.limits import BODY_SETTINGS
+
+Point = tuple[float, float]
+
+#: Moment of a cylinder as high as it is wide about an axis across its own, over mass times radius squared: 1/4 + 1/3.
+CYLINDER_TIPS = 7 / 12
+
+
+def capsule_of(a: Point, b: Point) -> tuple[float, Point, list[float]]:
+    """Return the length, the middle and the quaternion of a capsule from a to b: Bullet builds it along z."""
+    length = math.dist(a, b)
+    x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
+    half = math.sqrt(0.5)
+    return length, (a[0] / 2 + b[0] / 2, a[1] / 2 + b[1] / 2), [-y * half, x * half, 0.0, half]
+
+
+def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
+    """Return the moments of inertia of a movable disc; None for one that nothing can turn, which keeps its shape's."""
+    cylinder, free, turns = settings.get("shape") == "cylinder", bool(settings.get("turn", True)), scene.arrays.turns
+    if free and not turns:
+        return None
+    # 0 is how Bullet spells an infinite moment.
+    factor = disc.inertia_factor if turns and math.isfinite(disc.inertia_factor) else 0.0
+    # With 0 about the two other axes no impact turns a multibody; and a sphere has no use for it.
+    tips = CYLINDER_TIPS if cylinder else factor
+    scale = disc.mass_kg * disc.radius_m**2
+    return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
+
+
+def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
+    """Return the settings of every body, with a scene's damping instead of those of the settings.
+
+    With maximal coordinates Bullet's number is what a second takes of a speed. A multibody's is the rate c of
+    ``v' = -c v (1 + |v|)``, which is no linear damping.
+    """
+    dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
+    if scene.damping_per_s:
+        maximal = bool(settings.get("useMaximalCoordinates", False))
+        rate = -math.expm1(-scene.damping_per_s) if maximal else scene.damping_per_s
+        dynamics |= {"linearDamping": rate, "angularDamping": rate}
+    return dynamics
+
+
+def resistance_of(scene: Scene, disc_friction: float) -> float:
+    """Return the rolling friction of a wall, so that the torque on a disc is at most c R times the push.
+
+    Bullet takes each body's times the other's friction, in metres, and adds the two; discs have none.
+    """
+    if not scene.wall_rolling_resistance:
+        return 0.0
+    return (
+        scene.wall_rolling_resistance * max(disc.radius_m for disc in scene.discs if not disc.immovable) / disc_friction
+    )
+
+
+def structure_of(scene: Scene, settings: Mapping[str, Setting]) -> object:
+    """Return a scene without the start states of its movable discs; None for one that must be rebuilt.
+
+    Bullet stores state that cannot be reset. With three bodies or more it keeps the order in which pairs came near, and
+    solves shared contacts in that order, which changes the last bits. It also keeps contact points of cylinders and
+    planes. After a run in which a disc rolled, a contact point slightly off its line turns it in the next run.
+    """
+    plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
+    if len(scene.discs) > 2 or scene.walls or not plain:
+        return None
+    dt_s = float(settings["dt_s"])
+    discs = tuple(
+        (
+            disc.radius_m,
+            disc.mass_kg,
+            disc.inertia_factor,
+            is_fast(disc, dt_s),
+            disc.position_m if disc.immovable else None,
+        )
+        for disc in scene.discs
+    )
+    frictions = (scene.arrays.turns, scene.friction, scene.wall_friction)
+    laws = (scene.restitution, scene.wall_restitution, frictions, scene.gravity_m_s2, scene.damping_per_s)
+    return (discs, scene.walls, laws, tuple(sorted(settings.items())))

@@ -1,0 +1,121 @@
+"""Bullet's settings as a program to paste."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from carom.engines.api import Chain, Ring, Scene, Setting, Wall, is_fast
+from carom_adapters.pybullet.limits import WORLD_SETTINGS, require_usable
+from carom_adapters.pybullet.model import capsule_of, dynamics_of, moments_of, resistance_of
+from carom_adapters.shared.legs import Driven, first_velocity, legs_by_step, python_end
+from carom_adapters.shared.settings_code import arguments, comment, steps_of
+from carom_adapters.shared.walls import cut_chain, factored_walls, thickness_of
+
+#: Bullet takes each body's times the other's friction, in metres: discs have none.
+ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, metres\n"
+
+
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+    """Return the client that `PybulletWorld` sets up as a program."""
+    require_usable(scene, settings)
+    dt_s, turns = float(settings["dt_s"]), scene.arrays.turns
+    restitution, friction, of_walls = factored_walls(scene)
+    ccd_fraction = float(settings.get("ccd_radius_fraction", 0.0))
+    maximal = bool(settings.get("useMaximalCoordinates", False))
+    world = {"fixedTimeStep": dt_s} | {name: settings[name] for name in WORLD_SETTINGS if name in settings}
+    dynamics = dynamics_of(scene, settings)
+    lines = []
+    starts: list[Driven] = []  # in the order of the program's
+    for disc in scene.discs:
+        given: dict[str, object] = {}
+        if disc.driven:
+            given = {"velocity": first_velocity(disc), "spin": disc.spin_rad_s, "driven": True}
+        if not disc.immovable:
+            given = {"mass": disc.mass_kg, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
+            if (moments := moments_of(scene, settings, disc)) is not None:
+                given["inertia"] = moments
+            if ccd_fraction > 0 and is_fast(disc, dt_s):  # moves by more than its radius in a step
+                given["swept_radius"] = ccd_fraction * disc.radius_m
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
+        starts += [disc] if disc.driven or not disc.immovable else []
+    for wall, material in zip(scene.walls, of_walls, strict=True):
+        made = _lines_of_wall(scene, wall, material, resistance_of(scene, friction))
+        lines += made
+        starts += [wall] * len(made) if wall.driven else []
+    if turns and maximal:
+        lines.append(
+            "pybullet.stepSimulation()  # a changed inertia counts from the next step on: all are at rest in this one"
+        )
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        lines.append(f"pybullet.setGravity({scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0)")
+    resists = scene.wall_rolling_resistance > 0.0
+    shape = "CYLINDER" if settings.get("shape", "sphere") == "cylinder" else "SPHERE"
+    state = "*place(body), *pybullet.getBaseVelocity(body)[0][:2], pybullet.getBaseVelocity(body)[1][2]"
+    told = "pybullet.resetBaseVelocity(starts[k][0], [*velocity, 0.0], [0.0, 0.0, starts[k][4]])"
+    end = python_end(scene, "pybullet.stepSimulation()", state, legs_by_step(starts, dt_s), told)
+    bodies = "\n".join(lines)
+    return f"""{comment(heading)}
+import pybullet
+
+dt, steps = {dt_s!r}, {steps_of(scene, settings)}
+pybullet.connect(pybullet.DIRECT)  # GUI shows a window
+pybullet.setPhysicsEngineParameter({arguments(world)})
+discs, starts = [], []
+
+
+def add(mass, shape, position, restitution, friction, turn=(0, 0, 0, 1), driven=False):
+    # With maximal coordinates a body without a mass does not move.
+    maximal = {maximal} and not driven
+    body = pybullet.createMultiBody(mass, shape, -1, [*position, 0.0], turn, useMaximalCoordinates=maximal)
+    # Bullet multiplies the two coefficients of a pair.
+    pybullet.changeDynamics(body, -1, restitution=restitution, lateralFriction=friction)
+    pybullet.changeDynamics(body, -1, {arguments(dynamics)})
+    return body
+
+
+def add_disc(position, radius, mass=0.0, velocity=(0.0, 0.0), spin=0.0, inertia=None, swept_radius=None, driven=False):
+    shape = pybullet.createCollisionShape(pybullet.GEOM_{shape}, radius=radius, height=2 * radius)
+    body = add(mass, shape, position, restitution={restitution!r}, friction={friction!r}, driven=driven)
+    if inertia is not None:
+        pybullet.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=inertia)
+    if swept_radius is not None:  # continuous detection
+        pybullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept_radius)
+    discs.append(body)
+    if mass or driven:
+        starts.append((body, position, (0, 0, 0, 1), velocity, spin))
+
+
+def add_wall(shape, place, restitution, friction, turn=(0, 0, 0, 1), velocity=None{", rolling=0.0" * resists}):
+    body = add(0.0, shape, place, restitution, friction, turn, velocity is not None)
+{ROLLING * resists}    if velocity is not None:
+        starts.append((body, place, turn, velocity, 0.0))
+
+
+def place(body):
+    return pybullet.getBasePositionAndOrientation(body)[0][:2]
+
+
+{bodies}
+for body, position, turn, velocity, spin in starts:
+    pybullet.resetBasePositionAndOrientation(body, [*position, 0.0], turn)
+    pybullet.resetBaseVelocity(body, [*velocity, 0.0], [0.0, 0.0, spin])
+{end}"""
+
+
+def _lines_of_wall(scene: Scene, wall: Wall | Chain | Ring, material: tuple[float, float], rolling: float) -> list[str]:
+    """Return a line for each body of a wall."""
+    driven = f", velocity={first_velocity(wall)!r}" if wall.driven else ""
+    own = f"restitution={material[0]!r}, friction={material[1]!r}"
+    own += f", rolling={rolling!r}" if rolling else ""
+
+    def line(kind: str, shape: dict[str, object], place: tuple[float, float], turn: str = "") -> str:
+        made = f"pybullet.createCollisionShape(pybullet.GEOM_{kind}, {arguments(shape)})"
+        return f"add_wall({made}, {place!r}, {own}{turn}{driven})"
+
+    if isinstance(wall, Wall):
+        return [line("PLANE", {"planeNormal": [*wall.normal, 0.0]}, wall.point_m)]
+    radius = thickness_of(scene, wall)
+    if isinstance(wall, Ring):
+        return [line("SPHERE", {"radius": radius}, wall.centre_m)]
+    capsules = (capsule_of(a, b) for a, b in cut_chain(wall))
+    return [line("CAPSULE", {"radius": radius, "height": h}, at, f", turn={turn!r}") for h, at, turn in capsules]

@@ -1,0 +1,5 @@
+"""Adapter of pymunk."""
+
+from carom_adapters.pymunk.adapter import adapter
+
+__all__ = ["adapter"]

@@ -1,0 +1,215 @@
+"""Reads a pickled `pymunk.Space` as a scene. The unpickler accepts only plain types and types of pymunk."""
+
+from __future__ import annotations
+
+import io
+import math
+import pickle
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from carom.engines.api import AdapterError, Disc, Imported, Scene, Wall, one_coefficient, wall_towards
+
+if TYPE_CHECKING:
+    import pymunk
+
+Point = tuple[float, float]
+
+#: Types in a space, by module and name. Reading runs no code of a type except pymunk's own `__setstate__`.
+_ADMITTED = {
+    ("pymunk.space", "Space"),
+    ("pymunk.body", "Body"),
+    ("pymunk.vec2d", "Vec2d"),
+    ("pymunk.shape_filter", "ShapeFilter"),
+    ("pymunk.transform", "Transform"),
+    ("pymunk.bb", "BB"),
+    *(("pymunk.shapes", name) for name in ("Circle", "Segment", "Poly")),
+    *(
+        ("pymunk.constraints", name)
+        for name in (
+            "PinJoint",
+            "SlideJoint",
+            "PivotJoint",
+            "GrooveJoint",
+            "DampedSpring",
+            "DampedRotarySpring",
+            "RotaryLimitJoint",
+            "RatchetJoint",
+            "GearJoint",
+            "SimpleMotor",
+        )
+    ),
+    # Objects in the two oldest protocols, and containers without an opcode of their own there.
+    ("copyreg", "_reconstructor"),
+    *(("builtins", name) for name in ("object", "tuple", "list", "dict", "set", "frozenset")),
+}
+
+
+class _Unpickler(pickle.Unpickler):
+    def find_class(self, module: str, name: str) -> Any:
+        # Protocols below 3 use the names of Python 2, which the unpickler would translate.
+        known = {"__builtin__": "builtins", "copy_reg": "copyreg"}.get(module, module)
+        if (known, name) not in _ADMITTED:
+            raise AdapterError(
+                f"the file asks for {module}.{name}, which is neither pymunk's nor a plain type: it is not read further"
+            )
+        return super().find_class(known, name)
+
+
+def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
+    """Read the discs and walls of a pickled space, and list everything in it that scenes do not support.
+
+    Raises:
+        AdapterError: The file is not a pickle of a space, or contains a type that is not accepted.
+        SceneError: The supported part is not a valid scene: it has no disc, or bodies overlap.
+    """
+    import pymunk
+
+    try:
+        space = _Unpickler(io.BytesIO(content)).load()
+    except AdapterError:
+        raise
+    except Exception as error:  # invalid bytes can cause any exception in the unpickler and in pymunk
+        raise AdapterError(f"it is no pickle of a pymunk.Space: {type(error).__name__}: {error}") from error
+    if not isinstance(space, pymunk.Space):
+        raise AdapterError(f"it holds a {type(space).__name__}, where a pymunk.Space must be")
+    return _Reading(space).scene(name, duration_s)
+
+
+class _Reading:
+    """Reads a space: first discs, since the side of a wall depends on their positions."""
+
+    def __init__(self, space: pymunk.Space) -> None:
+        self.space = space
+        self.dropped: list[str] = []
+        self.discs: list[tuple[pymunk.Circle, Disc]] = []
+        self.walls: list[tuple[pymunk.Shape, Wall]] = []
+
+    def scene(self, name: str, duration_s: float) -> Imported:
+        import pymunk
+
+        for k, shape in enumerate(self.space.shapes):
+            if isinstance(shape, pymunk.Circle) and self._stays(shape, k):
+                self._read_circle(shape, k)
+        for k, shape in enumerate(self.space.shapes):
+            if not isinstance(shape, pymunk.Circle) and self._stays(shape, k):
+                self._read_wall(shape, k)
+        self._drop_rest()
+        return Imported(
+            Scene(
+                name=name,
+                discs=[disc for _, disc in self.discs],
+                walls=[wall for _, wall in self.walls],
+                gravity_m_s2=tuple(self.space.gravity),
+                duration_s=duration_s,
+                **self._coefficients("restitution", "elasticity", 1.0),
+                **self._coefficients("friction", "friction", math.inf),
+            ),
+            tuple(self.dropped),
+        )
+
+    def _stays(self, shape: pymunk.Shape, k: int) -> bool:
+        """Whether scenes support the body of a shape. If not, report the shape as dropped."""
+        body, what = shape.body, f"shape {k}, a {type(shape).__name__}"
+        if body is None or shape.sensor:
+            self.dropped.append(f"{what}: {'it has no body' if body is None else 'a sensor, which pushes nothing'}")
+        elif body.body_type == body.KINEMATIC and (body.velocity.length > 0 or body.angular_velocity != 0):
+            self.dropped.append(f"{what}: its kinematic body moves by itself")
+        elif body.body_type == body.DYNAMIC and len(body.shapes) > 1:
+            self.dropped.append(f"{what}: its body has {len(body.shapes)} shapes")
+        else:
+            return True
+        return False
+
+    def _read_circle(self, shape: pymunk.Circle, k: int) -> None:
+        body = shape.body
+        assert body is not None  # noqa: S101 - `_stays` has looked
+        place = tuple(body.local_to_world(shape.offset))
+        if body.body_type != body.DYNAMIC:
+            self.discs.append((shape, Disc(position_m=place, radius_m=shape.radius, mass_kg=math.inf)))
+            return
+        if shape.offset != body.center_of_gravity:
+            self.dropped.append(f"shape {k}, a Circle: it is off the centre of gravity of its body")
+            return
+        factor = body.moment / (body.mass * shape.radius**2)
+        if 1.0 < factor < math.inf:
+            self.dropped.append(f"of shape {k}, a Circle: its moment of inertia, {factor:g} m r^2, is cut to m r^2")
+            factor = 1.0
+        spin = body.angular_velocity
+        if math.isinf(factor) and spin != 0.0:
+            self.dropped.append(f"of shape {k}, a Circle: its spin, which an infinite moment of inertia would keep")
+            spin = 0.0
+        disc = Disc(
+            position_m=place,
+            velocity_m_s=tuple(body.velocity),
+            radius_m=shape.radius,
+            mass_kg=body.mass,
+            spin_rad_s=spin,
+            inertia_factor=factor,
+        )
+        self.discs.append((shape, disc))
+
+    def _read_wall(self, shape: pymunk.Shape, k: int) -> None:
+        body, what = shape.body, f"shape {k}, a {type(shape).__name__}"
+        assert body is not None  # noqa: S101 - `_stays` has looked
+        if body.body_type == body.DYNAMIC:
+            self.dropped.append(f"{what}: it moves, and scenes have no movable body but discs")
+            return
+        wall = wall_towards([disc for _, disc in self.discs], _faces(shape))
+        if wall is None:
+            self.dropped.append(f"{what}: a disc is inside it or behind each of its faces, and a wall is a half-plane")
+            return
+        self.walls.append((shape, wall))
+        self.dropped.append(f"of {what}: its ends; it is the face towards the discs, without end")
+
+    def _coefficients(self, name: str, attribute: str, most: float) -> dict[str, float]:
+        """Return the coefficients of pairs of discs and of discs with walls: products, in pymunk."""
+        of_discs = [float(getattr(shape, attribute)) for shape, _ in self.discs]
+        of_walls = [float(getattr(shape, attribute)) for shape, _ in self.walls]
+        pairs = [a * b for k, a in enumerate(of_discs) for b in of_discs[k + 1 :]]
+        walled = [a * b for a in of_discs for b in of_walls]
+        pair = one_coefficient(f"{name} of pairs of discs", pairs or [a * a for a in of_discs], most, self.dropped)
+        walls = one_coefficient(f"{name} of discs with walls", walled or [pair], most, self.dropped)
+        return {name: pair, f"wall_{name}": walls}
+
+    def _drop_rest(self) -> None:
+        space = self.space
+        for constraint in space.constraints:
+            self.dropped.append(f"a {type(constraint).__name__}")
+        if space.damping != 1.0:
+            self.dropped.append(f"the damping of the space, {space.damping:g}")
+        for k, (shape, _) in enumerate(self.discs):
+            self.dropped += [f"of disc {k}: {told}" for told in _own(shape)]
+
+
+def _own(shape: pymunk.Circle) -> Iterator[str]:
+    """Yield what else a disc has that a scene has no place for."""
+    body, passing = shape.body, type(shape.filter)()
+    if shape.filter != passing:
+        yield f"its filter, {shape.filter}"
+    if shape.surface_velocity != (0.0, 0.0):
+        yield "its surface velocity"
+    if body is not None and (body.force.length > 0 or body.torque != 0):
+        yield "the force on it"
+
+
+def _faces(shape: pymunk.Shape) -> Iterator[tuple[Point, Point]]:
+    """Yield a point and the outward normal of each face of a segment or a polygon, in the world."""
+    import pymunk
+
+    body = shape.body
+    if body is None:
+        return
+    if isinstance(shape, pymunk.Segment):
+        corners = [body.local_to_world(shape.a), body.local_to_world(shape.b)]
+    elif isinstance(shape, pymunk.Poly):
+        corners = [body.local_to_world(corner) for corner in shape.get_vertices()]  # counterclockwise
+    else:
+        return
+    radius = float(shape.radius)
+    for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
+        along = b - a
+        if along.length == 0.0:
+            continue
+        nx, ny = along.y / along.length, -along.x / along.length
+        yield (a.x + radius * nx, a.y + radius * ny), (nx, ny)

@@ -1,0 +1,98 @@
+"""Walls of a scene as pymunk shapes: deep polygons for half-planes, segments for chains, circles for rings."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from carom.engines.api import AdapterError, Chain, Ring, Scene, Wall, reach
+from carom_adapters.shared.walls import points_of, thickness_of
+
+Point = tuple[float, float]
+
+
+def _half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
+    """Return the corners of a rectangle that acts on the discs of the scene like the half-plane.
+
+    Chipmunk has no half-plane. Fast discs pass through a thin segment, and the normal of a thick segment depends on the
+    overlap. The face of a polygon has one normal, exact to rounding, and any depth.
+    """
+    (px, py), (nx, ny) = wall.point_m, wall.normal
+    along = (px - centre[0]) * ny - (py - centre[1]) * nx
+    gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
+    foot_x, foot_y = px - along * ny, py + along * nx
+    # Twice as wide and deep as any disc can reach, so that an overlapping disc is always nearest to the face. At least
+    # as large as the coordinates, since the direction of the face is the difference of two rounded corners.
+    size = max(2.0 * (radius + gap), abs(foot_x), abs(foot_y))
+    return [
+        (foot_x + (a * ny - b * nx) * size, foot_y - (a * nx + b * ny) * size)
+        for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))
+    ]
+
+
+class _Segment(NamedTuple):
+    """An edge of a chain, or a piece of an edge, from a to b, with the points before a and after b."""
+
+    a: Point
+    b: Point
+    before: Point
+    after: Point
+
+
+def _segments(chain: Chain) -> list[_Segment]:
+    """Return the straight segments of a chain. At an open end the neighbour is the end itself, as pymunk requires."""
+    points = points_of(chain)
+    last = len(points) - 1
+    return [
+        _Segment(
+            points[k],
+            points[(k + 1) % len(points)],
+            points[k - 1] if k > 0 or chain.closed else points[k],
+            points[(k + 2) % len(points)] if k + 2 <= last or chain.closed else points[k + 1],
+        )
+        for k in range(last + chain.closed)
+    ]
+
+
+class Post(NamedTuple):
+    """A circle that discs hit from outside."""
+
+    centre: Point
+    radius: float
+
+
+#: Shape of a wall: the corners of a polygon, segments with their radius, or a circle.
+WallShape = list[Point] | tuple[list[_Segment], float] | Post
+
+
+def _shape_of(scene: Scene, wall: Chain | Ring) -> WallShape:
+    if isinstance(wall, Ring):
+        return Post(wall.centre_m, thickness_of(scene, wall))
+    return _segments(wall), wall.half_width_m
+
+
+def shapes_of_walls(scene: Scene, dt_s: float) -> list[WallShape]:
+    """Return the shapes of the scene's walls, in order.
+
+    Raises:
+        AdapterError: A half-plane would be so long that its rounding is as large as a disc.
+    """
+    centre, radius = reach(scene, dt_s)
+    shapes: list[WallShape] = [
+        _half_plane(wall, centre, radius) if isinstance(wall, Wall) else _shape_of(scene, wall) for wall in scene.walls
+    ]
+    # The position of a face has the rounding of its farthest corner.
+    corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]
+    farthest = max((abs(value) for corner in corners for value in corner), default=0.0)
+    smallest = min(disc.radius_m for disc in scene.discs)
+    if not farthest * 2.0**-52 < smallest:  # NaN fails this too
+        raise AdapterError(
+            f"pymunk: a disc may get {farthest:.3g} m far, and a wall of that length is rounded by more than the "
+            f"smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
+        )
+    return shapes
+
+
+def surface_velocity(wall: Wall) -> tuple[float, float]:
+    """Return the `surface_velocity` of a conveyor wall. A positive speed runs to the left of the normal."""
+    nx, ny = wall.normal
+    return (-wall.surface_speed_m_s * ny, wall.surface_speed_m_s * nx)

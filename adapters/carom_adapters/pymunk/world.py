@@ -1,0 +1,227 @@
+"""A scene in pymunk: one space with bodies, joints and shapes, run step by step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.engines.api import (
+    Contact,
+    Observation,
+    Scene,
+    Setting,
+    StepClock,
+    Wall,
+    oriented_contact,
+    pair_of,
+    wall_body,
+)
+from carom_adapters.pymunk.limits import NEIGHBORS, SPACE_SETTINGS, check_inputs
+from carom_adapters.pymunk.walls import Post, shapes_of_walls, surface_velocity
+from carom_adapters.shared.engine_adapter import positions_and_velocities
+from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.walls import factored_walls
+
+if TYPE_CHECKING:
+    import pymunk
+    from pymunk import Vec2d
+
+    #: Normal of an arbiter, and its impulses along and across it, newton-seconds. The latter is None if no disc spins.
+    ArbiterImpulse = tuple[Vec2d, float, float | None]
+
+Pair = tuple[int, int]
+
+
+class PymunkWorld:
+    """One `pymunk.Space` with the bodies of a scene."""
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
+        import pymunk
+
+        dt_s = check_inputs(scene, settings)
+        self._clock = StepClock(dt_s)
+        self._arbiters: list[tuple[pymunk.Shape, pymunk.Shape]] | None = None
+        self._space = pymunk.Space()
+        self._space.gravity = scene.gravity_m_s2
+        for name in SPACE_SETTINGS:
+            if name in settings:
+                setattr(self._space, name, settings[name])
+        if scene.damping_per_s:
+            self._space.damping = math.exp(-scene.damping_per_s)  # the fraction of a speed that is left after a second
+        self._turns = scene.arrays.turns
+        self._neighbors = bool(settings.get(NEIGHBORS, 0))
+        disc_elasticity, disc_friction, wall_materials = factored_walls(scene)
+        self._bodies: list[pymunk.Body] = []
+        self._movable: list[pymunk.Body] = []
+        self._driven: list[pymunk.Body] = []
+        self._legs = Legs[pymunk.Body]()
+        self._number: dict[pymunk.Shape, int] = {}
+        for i, disc in enumerate(scene.discs):
+            if disc.immovable:
+                body = self._immovable_body(disc, disc.spin_rad_s)
+            else:
+                # A disc that does not turn, or that nothing can turn, has an infinite moment.
+                factor = disc.inertia_factor if self._turns else math.inf
+                body = pymunk.Body(disc.mass_kg, factor * disc.mass_kg * disc.radius_m**2)
+                body.velocity = disc.velocity_m_s
+                body.angular_velocity = disc.spin_rad_s
+                self._movable.append(body)
+            body.position = disc.position_m
+            self._space.add(body)
+            if scene.table_deceleration_m_s2 and not disc.immovable:
+                self._space.add(_table_joint(self._space, body, scene.table_deceleration_m_s2))
+            self._add_shape(pymunk.Circle(body, disc.radius_m), disc_elasticity, disc_friction, i)
+            self._bodies.append(body)
+        for k, (wall_shape, material) in enumerate(zip(shapes_of_walls(scene, dt_s), wall_materials, strict=True)):
+            body = self._immovable_body(wall := scene.walls[k])
+            self._space.add(body)
+            if isinstance(wall_shape, list):
+                face = pymunk.Poly(body, wall_shape)
+                if isinstance(wall, Wall) and wall.surface_speed_m_s:
+                    face.surface_velocity = surface_velocity(wall)
+                self._add_shape(face, *material, wall_body(k))
+                continue
+            if isinstance(wall_shape, Post):
+                self._add_shape(pymunk.Circle(body, wall_shape.radius, wall_shape.centre), *material, wall_body(k))
+                continue
+            for segment in wall_shape[0]:
+                shape = pymunk.Segment(body, segment.a, segment.b, wall_shape[1])
+                if self._neighbors:
+                    shape.set_neighbors(segment.before, segment.after)
+                self._add_shape(shape, *material, wall_body(k))
+
+    def _immovable_body(self, disc_or_wall: Driven, spin: float = 0.0) -> pymunk.Body:
+        """Return a body that no impact moves: static, or kinematic for a driven disc or wall."""
+        import pymunk
+
+        if not disc_or_wall.driven:
+            return pymunk.Body(body_type=pymunk.Body.STATIC)
+        body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+        body.velocity, body.angular_velocity = first_velocity(disc_or_wall), spin
+        self._driven.append(body)
+        self._legs.add(body, disc_or_wall)
+        return body
+
+    def _add_shape(self, shape: pymunk.Shape, elasticity: float, friction: float, number: int) -> None:
+        shape.elasticity, shape.friction = elasticity, friction
+        self._space.add(shape)
+        self._number[shape] = number
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        """The settings of the space, read back."""
+        # The space has no time step before its first step.
+        read: dict[str, Setting] = {"dt_s": self._space.current_time_step or self._clock.dt_s}
+        return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS} | {NEIGHBORS: int(self._neighbors)}
+
+    def advance(self, steps: int) -> None:
+        """Call `Space.step` this many times. Between steps, driven bodies get the velocities of their legs."""
+        step, dt_s = self._space.step, self._clock.dt_s
+        for count in self._legs.step_counts(steps):
+            for body, velocity in self._legs.start_due(self._clock.now_s):
+                body.velocity = velocity
+            for _ in range(count):
+                step(dt_s)
+            self._clock.count(count)
+        self._arbiters = None
+
+    def observe(self) -> Observation:
+        """Read the bodies and the arbiters of the last step. No callback is used, which would slow the step down.
+
+        Chipmunk moves the bodies and then tests for contacts, so those of step k (from 0) are at ``(k + 1) dt_s``.
+        """
+        impulses: dict[Pair, list[ArbiterImpulse]] = {}
+        for body in self._movable:
+            body.each_arbiter(self._collect_impulse, impulses)
+        contacts = [self._build_contact(pair, pair_impulses) for pair, pair_impulses in impulses.items()]
+        return Observation(
+            *positions_and_velocities((*body.position, *body.velocity) for body in self._bodies),
+            tuple(contacts),
+            spin_rad_s=np.array([body.angular_velocity for body in self._bodies]) if self._turns else None,
+        )
+
+    def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
+        """Add the impulse of an arbiter. Its first body is the one whose arbiters are being read."""
+        normal = arbiter.normal
+        total = -arbiter.total_impulse
+        impulse = total.dot(normal)
+        if impulse <= 0:  # Chipmunk keeps a contact while the shapes overlap, even when they already separate
+            return
+        own, other = arbiter.shapes
+        first, second = self._number[own], self._number[other]
+        if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
+            return  # already added from the other body
+        tangential = total.dot(normal.perpendicular()) if self._turns else None
+        impulses.setdefault((first, second), []).append((normal, impulse, tangential))
+
+    def _build_contact(self, pair: Pair, impulses: list[ArbiterImpulse]) -> Contact:
+        """Return the contact of a pair, with the sum of its impulses: several segments of a chain may act at once."""
+        if len(impulses) > 1:
+            along = sum((impulse * normal for normal, impulse, _ in impulses[1:]), impulses[0][1] * impulses[0][0])
+            across = [
+                tangential * normal.perpendicular() for normal, _, tangential in impulses if tangential is not None
+            ]
+            normal = along.normalized()
+            total = sum(across, along)
+            impulses = [(normal, total.dot(normal), total.dot(normal.perpendicular()) if across else None)]
+        ((normal, impulse, tangential),) = impulses
+        return oriented_contact(*pair, self._clock.now_s, (normal.x, normal.y), impulse, tangential)
+
+    def cut(self, dt_s: float) -> None:
+        """Set the length of the following steps.
+
+        Chipmunk starts a lasting contact with its last impulse times the ratio of the two steps, without limit. Shapes
+        in contact are removed and added again, which resets that impulse.
+        """
+        self._clock.cut(dt_s)
+        touching = {shape for pair in self._in_contact() for shape in pair}
+        # The segments of a chain have the same number, and keep the order in which they were created.
+        shapes = sorted((shape for shape in self._number if shape in touching), key=self._number.__getitem__)
+        if shapes:
+            self._space.remove(*shapes)
+            self._space.add(*shapes)
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs with an arbiter after the last step. Chipmunk tests for contacts at the end of a step."""
+        return frozenset(pair_of(self._number[a], self._number[b]) for a, b in self._in_contact())
+
+    def _in_contact(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
+        if self._arbiters is None:
+            shapes: list[tuple[pymunk.Shape, pymunk.Shape]] = []
+            for body in self._movable:
+                body.each_arbiter(lambda arbiter: shapes.append(arbiter.shapes))
+            self._arbiters = shapes
+        return self._arbiters
+
+    def save(self) -> object:
+        """Return positions, velocities and spins. With tuned settings, nothing else in a space has an effect."""
+        moving = [*self._movable, *self._driven]
+        bodies = [(body, body.position, body.velocity, body.angular_velocity) for body in moving]
+        return (self._clock.now_s, bodies, self._legs.started)
+
+    def restore(self, state: Any) -> None:
+        """Restore positions, velocities and spins."""
+        time_s, bodies, self._legs.started = state
+        self._clock.restart(time_s)
+        put = object.__setattr__  # pymunk's own only checks types, and doubles the time
+        for body, position, velocity, spin in bodies:
+            put(body, "position", position)
+            put(body, "velocity", velocity)
+            if self._turns:
+                put(body, "angular_velocity", spin)
+
+    def close(self) -> None:
+        """Drop all references to the space, which frees its memory."""
+        del self._space, self._bodies, self._movable, self._driven, self._legs, self._number
+
+
+def _table_joint(space: pymunk.Space, body: pymunk.Body, deceleration_m_s2: float) -> pymunk.PivotJoint:
+    """Return a joint that brakes a body like a table: its force is limited to mass times deceleration."""
+    import pymunk
+
+    joint = pymunk.PivotJoint(space.static_body, body, body.position, (0.0, 0.0))
+    joint.max_bias, joint.max_force = 0.0, deceleration_m_s2 * body.mass
+    return joint

@@ -1,0 +1,114 @@
+"""Adapter of Rapier (the wheel `rapier3d`): impulse-based, three-dimensional, 32-bit floats."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from carom.engines.api import Accuracy, Engine, Knob, Profile, Scene, Setting
+from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
+from carom_adapters.rapier.settings_code import write_code
+from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
+from carom_adapters.shared.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
+
+#: `normalized_prediction_distance` as shipped, times a `length_unit` of 1 m.
+SHIPPED_MARGIN_M = 0.02
+
+#: Rapier applies the bounce after bodies have moved with the velocities of an inelastic impact, so the path of an
+#: elastic pair turns in the middle of the step.
+TURNS_LATE = 0.5
+
+
+def _default(dt_s: float) -> dict[str, Setting]:
+    # As shipped, a body at 8 cm/s is put to rest after half a second: that is damping.
+    return {"dt_s": dt_s, "can_sleep": False}
+
+
+def _tuned(dt_s: float) -> dict[str, Setting]:
+    return {
+        **_default(dt_s),
+        # As shipped, contacts are solved from 2 cm away on, along the line of centres there.
+        "normalized_prediction_distance": 0.0,
+        # Bodies that overlap are not pushed apart.
+        "contact_natural_frequency": 0.0,
+        "static_contact_natural_frequency": 0.0,
+        # As shipped, faster bodies are slowed down to 400 m/s.
+        "normalized_max_linear_velocity": CAPABILITIES.max_speed_m_s,
+    }
+
+
+def _swept(dt_s: float) -> dict[str, Setting]:
+    # Farther than any body moves in a step; Rapier searches only as far as two bodies approach in one.
+    return {**_tuned(dt_s), "soft_ccd_prediction": 1e3}
+
+
+def _located(dt_s: float) -> dict[str, Setting]:
+    return {
+        **_tuned(dt_s),
+        # So a step depends only on positions and velocities, and can be undone.
+        "contact_recycling": False,
+        "warmstart_coefficient": 0.0,
+        # A power of two, so that it rounds nothing, and no more than the rounding of 32-bit floats.
+        "first_part": 2.0**-24,
+    }
+
+
+def _world(scene: Scene, settings: Mapping[str, Setting]) -> RapierWorld:
+    return (RapierCuttableWorld if "first_part" in settings else RapierWorld)(scene, settings)
+
+
+adapter = EngineAdapter(
+    name="rapier",
+    engine=Engine(
+        "Rapier",
+        module="rapier3d",
+        distribution="rapier3d",
+        install="pip install 'carom[rapier]'",
+        newest_tried="0.36",
+    ),
+    capabilities=CAPABILITIES,
+    knobs={
+        "num_solver_iterations": Knob(1, 64, log=True),
+        "normalized_prediction_distance": Knob(choices=(0.0, 1e-4, 1e-3, 0.02)),
+        "contact_natural_frequency": Knob(choices=(0.0, 1.0, 10.0, 30.0, 60.0)),
+        "static_contact_natural_frequency": Knob(choices=(0.0, 1.0, 10.0, 30.0, 60.0)),
+        "soft_ccd_prediction": Knob(choices=(0.0, 0.5, 1e3)),
+        "contact_recycling": Knob(choices=(False, True)),
+        "warmstart_coefficient": Knob(0.0, 1.0),
+    },
+    profiles={
+        "default": Profile(
+            "Rapier's defaults: all as shipped (contacts are solved from 2 cm away on, speeds clamped to 400 "
+            "m/s), but awake and with the scene's restitution.",
+            _default,
+            # A contact that no step begins near is found in an overlap, as in `tuned`.
+            Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
+            capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
+            changed={
+                "restitution": OF_THE_SCENE,
+                "friction": OF_THE_SCENE,
+                "can_sleep": "awake, since sleeping is damping",
+                "enabled_rotations": NOT_TURNED,
+                "enabled_translations": "held in the plane",
+            },
+        ),
+        "tuned": tuned(
+            "contacts are solved when bodies overlap, and overlaps are never pushed apart",
+            _tuned,
+            Accuracy(late_steps=TURNS_LATE),
+        ),
+        "swept": Profile(
+            "The tuned settings with Rapier's soft continuous detection: contacts ahead are solved at the start of the "
+            "step in which bodies would meet.",
+            _swept,
+            capabilities=replace(CAPABILITIES, continuous_detection=True),
+        ),
+        "located": located(
+            "Rapier's own narrow phase",
+            _located,
+            then=", and taken in two parts: bodies that touch bounce in the first and fly in the second",
+        ),
+    },
+    world=_world,
+    code=write_code,
+)

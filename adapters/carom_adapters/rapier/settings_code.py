@@ -1,0 +1,99 @@
+"""Rapier's settings as a program to paste."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from carom.engines.api import AdapterError, Chain, Ring, Scene, Setting, Wall, require_sound, require_supported
+from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
+from carom_adapters.shared.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
+from carom_adapters.shared.settings_code import arguments, assignments, comment, steps_of
+from carom_adapters.shared.walls import cut_chain, thickness_of
+
+
+def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+    """Return the world that `RapierWorld` sets up as a program.
+
+    Raises:
+        AdapterError: The scene or a setting is outside what Rapier can do, or the steps are taken in two parts.
+    """
+    require_sound("Rapier", scene, settings, (*PARAMETERS, *OTHER_SETTINGS), LEAST, MOST)
+    require_supported("Rapier", scene, CAPABILITIES, float(settings["dt_s"]))
+    if "first_part" in settings:
+        raise AdapterError("Rapier: steps that are taken in two parts (first_part) are Carom's, and can't be pasted")
+    lines = []
+    driven: list[Driven] = [disc for disc in scene.discs if disc.driven]
+    for disc in scene.discs:
+        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
+        if disc.driven or not disc.immovable:
+            given["velocity"] = first_velocity(disc)
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
+    for wall, material in zip(scene.walls, scene.arrays.materials, strict=True):
+        wins = "MIN" if material.restitution < scene.restitution else "MAX"
+        moves = f", velocity={first_velocity(wall)!r}" if wall.driven else ""
+        told, shapes = f"{material.restitution!r}, {wins!r}{moves}", _shapes_of(scene, wall)
+        lines += [f"add_wall(rapier3d.Collider.{shape}, {told})" for shape in shapes]
+        driven += [wall] * len(shapes) if wall.driven else []
+    soft = "".join(
+        f"softness = parameters.{of}  # a copy\nsoftness.natural_frequency = {settings[name]!r}\n"
+        f"parameters.{of} = softness\n"
+        for name, of in SOFTNESSES.items()
+        if name in settings
+    )
+    swept = ""
+    if "soft_ccd_prediction" in settings:
+        swept = f"    body = body.soft_ccd_prediction({settings['soft_ccd_prediction']!r})  # continuous detection\n"
+    state = "*body.translation.to_tuple()[:2], *body.linvel.to_tuple()[:2], 0.0"
+    legs = legs_by_step(driven, float(settings["dt_s"]))
+    end = python_end(scene, "world.step()", state, legs, "world.rigid_bodies[driven[k]].linvel = (*velocity, 0.0)")
+    kept = "    if {}velocity is not None:\n        driven.append({})\n" if has_legs(scene) else ""
+    kept_disc, kept_wall = kept.format("mass is None and ", "handles[-1]"), kept.format("", "body")
+    bodies = "\n".join(lines)
+    return f"""{comment(heading)}
+import rapier3d
+
+dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}
+world = rapier3d.PhysicsWorld(gravity=({scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0))
+parameters = world.integration_parameters
+parameters.dt = dt
+{assignments("parameters", settings, PARAMETERS)}{soft}handles = []
+{"driven = []" + chr(10) if kept else ""}
+
+def held(velocity):  # a body that no impact moves: it is at rest or driven
+    if velocity is None:
+        return rapier3d.RigidBody.fixed()
+    return rapier3d.RigidBody.kinematic_velocity_based().linvel((*velocity, 0.0))
+
+
+def add_disc(position, radius, mass=None, velocity=None):  # a ball that stays in the plane and does not turn
+    body = held(velocity) if mass is None else rapier3d.RigidBody.dynamic().linvel((*velocity, 0.0))
+    body = body.translation((*position, 0.0))
+    body = body.can_sleep({bool(settings["can_sleep"])}).enabled_rotations((False, False, False))
+    body = body.enabled_translations((True, True, False))
+{swept}    ball = rapier3d.Collider.ball(radius).restitution({scene.restitution!r}).friction(0.0)
+    handles.append(world.add_body(body))
+{kept_disc}    world.add_collider(ball if mass is None else ball.mass(mass), handles[-1])
+
+
+def add_wall(shape, restitution, wins, velocity=None):
+    # As shipped two coefficients are averaged; another rule wins over that.
+    shape = shape.friction(0.0).restitution(restitution)
+    shape = shape.restitution_combine_rule(getattr(rapier3d.CoefficientCombineRule, wins))
+    body = world.add_body(held(velocity))
+{kept_wall}    world.add_collider(shape, body)
+
+
+{bodies}
+discs = [world.rigid_bodies[handle] for handle in handles]
+{end}"""
+
+
+def _shapes_of(scene: Scene, wall: Wall | Chain | Ring) -> list[str]:
+    """Return the calls that make the colliders of a wall."""
+    if isinstance(wall, Wall):
+        return [f"halfspace({(*wall.normal, 0.0)!r}).translation({(*wall.point_m, 0.0)!r})"]
+    radius = thickness_of(scene, wall)
+    if isinstance(wall, Ring):
+        return [f"ball({radius!r}).translation({(*wall.centre_m, 0.0)!r})"]
+    ends = ((*a, 0.0, *b, 0.0) for a, b in cut_chain(wall))
+    return [f"capsule_from_endpoints({one[:3]!r}, {one[3:]!r}, {radius!r})" for one in ends]

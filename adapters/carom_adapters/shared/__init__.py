@@ -1,0 +1,1 @@
+"""Modules that the adapters of several engines share."""

@@ -1,0 +1,85 @@
+"""Base of the adapters of Python packages: an adapter that wraps a world class, and helpers to declare profiles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.engines.api import Accuracy, Capabilities, Engine, Imported, Knob, Profile, Scene, Setting
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from carom.engines.api import World
+
+Settings = Mapping[str, Setting]
+
+#: Reason in `Profile.changed` of a `default` profile, which lists all settings that differ from the engine's defaults.
+OF_THE_SCENE = "the scene's"
+#: Reason for a disc that is kept from turning. The friction of such a circle is 0, so that nothing could turn it.
+NOT_TURNED = "kept from turning where nothing spins or rubs, which alters roundings alone"
+
+#: Declared accuracy of a method without an error of its own.
+SOUND = Accuracy()
+
+
+@dataclass(frozen=True)
+class EngineAdapter:
+    """An engine that is a Python package.
+
+    Attributes:
+        name: Name for ``--engine``.
+        engine: The engine.
+        capabilities: Its capabilities.
+        knobs: Settings that may be searched, with their ranges, by name.
+        profiles: Its profiles, by name.
+        world: Builds a world from a scene and settings. It raises AdapterError if the engine does not support them.
+        code: Writes the same world as code of the engine (`carom.engines.api.CodedAdapter`); None if not supported.
+        read: Reads a file of the engine as a scene (`carom.engines.api.ReadingAdapter`); None if not supported.
+    """
+
+    name: str
+    engine: Engine
+    capabilities: Capabilities
+    knobs: Mapping[str, Knob]
+    profiles: Mapping[str, Profile]
+    world: Callable[[Scene, Settings], World]
+    code: Callable[[Scene, Settings, str], str] | None = None
+    read: Callable[[bytes, str, float], Imported] | None = None
+
+    def prepare(self, scene: Scene, settings: Settings) -> World:
+        """Build a world.
+
+        Raises:
+            AdapterError: The engine does not support the scene or a setting.
+        """
+        return self.world(scene, settings)
+
+
+def positions_and_velocities(
+    found: Iterable[Iterable[float]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the arrays of an `Observation` from x, y and both components of the velocity of each body.
+
+    All are flattened into one array first, since NumPy takes twice as long for an array of small sequences.
+    """
+    rows = np.array([*chain.from_iterable(found)], dtype=np.float64).reshape(-1, 4)
+    return rows[:, :2], rows[:, 2:]
+
+
+def tuned(means: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND) -> Profile:
+    """Return the profile `tuned`; `means` describes the effect of its settings."""
+    said = f"The most exact fixed-step settings known, from Carom's own measurements: {means}."
+    return Profile(said, settings, accuracy)
+
+
+def located(
+    finder: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND, but: str = "", then: str = ""
+) -> Profile:
+    """Return the profile `located`; `but` describes its difference from `tuned`, and `then` the use of its steps."""
+    said = f"The tuned settings{but}, each step cut at the instant from which on {finder} finds an overlap"
+    return Profile(f"{said} (Carom's own bisection){then}.", settings, accuracy, located=True)

@@ -1,0 +1,101 @@
+"""Driven bodies whose velocity changes at given instants. Engines get each new velocity at the next step boundary.
+
+A user of an engine can do the same between steps. A body keeps its old velocity for part of a step, which shifts its
+position from then on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Generic, TypeVar
+
+from carom.engines.api import Chain, Disc, Ring, Scene, Wall
+from carom_adapters.shared.settings_code import PYTHON_END
+
+Driven = Disc | Wall | Chain | Ring
+Body = TypeVar("Body")
+Vector = tuple[float, float]
+
+#: A leg that begins at a step boundary applies to the next step. This tolerance covers 2^13 roundings of 2^-53 each: of
+#: the instant, the step, and each sum of times, one for each piece of a cut step.
+_REACHED = 1.0 + 2.0**-40
+
+
+def first_velocity(of: Driven) -> Vector:
+    """Return the velocity of a driven disc or wall at the start."""
+    return of.drive.velocity_at(0.0)
+
+
+class Legs(Generic[Body]):
+    """Changes of velocity of driven bodies during a run, in the order of their instants."""
+
+    def __init__(self) -> None:
+        self._changes: list[tuple[float, Body, Vector]] = []
+        #: Number of changes already made. A world that restores an earlier state also restores this number.
+        self.started = 0
+
+    def add(self, body: Body, of: Driven) -> None:
+        """Add the legs of a driven disc or wall, with the body of the engine that represents it."""
+        self._changes += [(leg.begin_s, body, leg.velocity) for leg in of.drive.legs[1:]]
+        self._changes.sort(key=lambda one: one[0])
+
+    def step_counts(self, steps: int) -> Iterable[int]:
+        """Return the numbers of steps to take between checks for legs: one each while legs remain, then all others."""
+        return self._steps_to_legs(steps) if self.started < len(self._changes) else (steps,)
+
+    def _steps_to_legs(self, steps: int) -> Iterator[int]:
+        taken = 0
+        while taken < steps:
+            count = 1 if self.started < len(self._changes) else steps - taken
+            yield count
+            taken += count
+
+    def start_due(self, now_s: float) -> Sequence[tuple[Body, Vector]]:
+        """Start the legs that are due at a time; return their bodies with the new velocities."""
+        first = self.started
+        if first == len(self._changes):
+            return ()
+        while self.started < len(self._changes) and self._changes[self.started][0] <= now_s * _REACHED:
+            self.started += 1
+        return [(body, velocity) for _, body, velocity in self._changes[first : self.started]]
+
+
+def has_legs(scene: Scene) -> bool:
+    """Whether a scene has a driven body whose velocity changes."""
+    return any(body.legs for body in (*scene.discs, *scene.walls))
+
+
+def legs_by_step(bodies: Sequence[Driven], dt_s: float) -> dict[int, list[tuple[int, Vector]]]:
+    """Return the changes of velocity before each step, as pairs of body index and velocity. Steps count from 0."""
+    changes: dict[int, list[tuple[int, Vector]]] = {}
+    for number, body in enumerate(bodies):
+        for leg in body.drive.legs[1:]:
+            step = max(int(leg.begin_s / dt_s) - 1, 0)
+            while not leg.begin_s <= step * dt_s * _REACHED:
+                step += 1
+            changes.setdefault(step, []).append((number, leg.velocity))
+    return dict(sorted(changes.items()))
+
+
+def python_end(
+    scene: Scene, step: str, state: str, legs: dict[int, list[tuple[int, Vector]]], set_velocity: str
+) -> str:
+    """Return the last lines of a Python program, which run all steps and set the velocities of driven bodies.
+
+    Args:
+        scene: The scene.
+        step: Code that takes a step.
+        state: Code for the state to print of a disc, `body`.
+        legs: Result of `legs_by_step` for the bodies in the program's list `driven`.
+        set_velocity: Code that sets the `velocity` of a driven body, `driven[k]`.
+    """
+    end = PYTHON_END.format(step=step, state=state)
+    if not has_legs(scene):
+        return end
+    loop = (
+        f"legs = {legs!r}  # which of them is given which velocity before which step\n"
+        "for number in range(steps):\n"
+        "    for k, velocity in legs.get(number, ()):\n"
+        f"        {set_velocity}\n"
+    )
+    return end.replace("for _ in range(steps):\n", loop)

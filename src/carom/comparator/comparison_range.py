@@ -1,0 +1,254 @@
+"""First stage of a comparison: the range in which a run can be compared with its reference.
+
+The range ends at the horizon, where a disc starts to rest, slide or roll, or where it is crushed. Infinitely many
+bounces lead to rest or to a crush; the range ends where a method's step can no longer show them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.horizon import RELIABLE_ERROR
+from carom.comparator.impact_matching import Alignment, ComparisonRange, Pair, group_by_pair, match_impacts
+from carom.comparator.scales import Scales, compute_scales
+from carom.comparator.stepwise.law import Law
+from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.comparator.thresholds import THRESHOLDS
+from carom.errors import InputError
+from carom.model.step_windows import LocalTruth
+from carom.model.trace import Outcome, Trace, free_flights, wall_index
+
+
+@dataclass(frozen=True)
+class ComparedRun:
+    """Traces that are compared, and the range in which they are.
+
+    The result of each stage of a comparison extends that of the stage before.
+
+    Attributes:
+        pit: PIT at the same step; None where it was not given.
+        compared: The range in which the run is compared with the reference.
+        pit_range: The range in which it is compared with PIT; None where PIT was not given.
+        truth: The run's steps compared with PIC from its own states; None where states were not checked.
+        before_tie_s: End of the range before the first instant that has no unique answer; None where there is no such
+            instant in the range, or no impact before it.
+    """
+
+    reference: Trace
+    observed: Trace
+    pit: Trace | None
+    scales: Scales
+    compared: ComparisonRange
+    pit_range: ComparisonRange | None
+    truth: LocalTruth | None
+    before_tie_s: float | None
+
+    @classmethod
+    def of(cls, before: ComparedRun, **more: Any) -> Self:
+        """Return the result of a stage: that of the stage before, and more."""
+        return cls(**{field.name: getattr(before, field.name) for field in fields(before)}, **more)
+
+    @property
+    def has_nothing_compared(self) -> bool:
+        """Whether there is a horizon and no impact of the reference before it."""
+        return not self.compared.is_whole_run and not self.compared.impacts
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether the run ended before the scene did, whatever outcome it reports."""
+        completed = self.observed.outcome is Outcome.COMPLETED
+        return not completed or self.observed.end_time_s < self.scales.time_s * (1.0 - THRESHOLDS.rounding)
+
+    @property
+    def has_other_ending(self) -> bool:
+        """Whether the run ended differently from the reference; after rest a run must complete the scene."""
+        expected = Outcome.COMPLETED if self.reference.contact_s < math.inf else self.reference.outcome
+        return self.observed.outcome is not expected or (expected is Outcome.COMPLETED and self.is_cut_short)
+
+    @property
+    def rounding(self) -> float:
+        """Rounding error in the floats that the method declares."""
+        return THRESHOLDS.rounding_of(self.observed.float_bits)
+
+    @property
+    def rounding_s(self) -> float:
+        """Rounding error of a time, seconds."""
+        return THRESHOLDS.time_rounding_of(self.observed.float_bits, self.scales.time_s, self.observed.dt_s)
+
+    @property
+    def place_rounding(self) -> float:
+        """Rounding error of a position over all steps of the run, relative to its own extent."""
+        steps = self.scales.time_s / self.observed.dt_s if self.observed.dt_s else 0.0
+        return THRESHOLDS.place_rounding_of(self.observed.float_bits, steps)
+
+
+def find_range(reference: Trace, observed: Trace, pit: Trace | None, horizon: float | None) -> ComparedRun:
+    """Find the range in which a run can be compared with its reference.
+
+    Args:
+        reference: The reference.
+        observed: The run.
+        pit: PIT at the same step, where given.
+        horizon: As in `carom.compare`.
+
+    Raises:
+        InputError: The horizon is negative or not a number.
+    """
+    compared = clip_before_rest(reference, comparison_range(reference, horizon), observed.dt_s, pit)
+    truth, tie_s = observed.local_truth, None
+    if reference.outcome is Outcome.CRUSHED and truth is not None:  # after that no state is possible
+        truth = truth.before(compared.until_s)
+    if reference.ambiguous:
+        times = reference.impacts["time_s"]
+        # Impacts within the reliable error of the instant do not count as before it.
+        tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
+        if not (tie_s < compared.until_s and np.any(times < tie_s)):
+            tie_s = None
+    scales = compute_scales(reference.scene, reference)
+    pit_range = None if pit is None else comparison_range(pit, compared.until_s)
+    return ComparedRun(reference, observed, pit, scales, compared, pit_range, truth, tie_s)
+
+
+def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange:
+    """Return the range of a reference within a horizon, given as in `carom.compare`.
+
+    Raises:
+        InputError: It is negative or not a number.
+    """
+    times, count = reference.impacts["time_s"], len(reference.impacts)
+    if horizon is not None and (isinstance(horizon, bool) or not horizon >= 0):
+        raise InputError(f"horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
+    if horizon is None or horizon >= (count if isinstance(horizon, int) else reference.scene.duration_s):
+        return ComparisonRange(count, math.inf)
+    if isinstance(horizon, int):  # the range ends just before the first unreliable impact
+        return ComparisonRange(horizon, float(np.nextafter(times[horizon], -math.inf)))
+    return ComparisonRange(int(np.searchsorted(times, horizon, side="right")), float(horizon))
+
+
+def clip_before_rest(
+    reference: Trace, compared: ComparisonRange, dt_s: float, pit: Trace | None = None
+) -> ComparisonRange:
+    """Return the part of a range before a disc starts to rest, slide or roll, as far as steps of a size can show it.
+
+    The last impacts before that, often infinitely many, close at no more than a disc falls in a step or two: a method
+    that checks once per step rests already. PIT, where given, loses these bounces some hops earlier, and no step shows
+    more than PIT's.
+    """
+    impacts, times = reference.impacts, reference.impacts["time_s"]
+    if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
+        return compared
+    if reference.outcome is Outcome.CRUSHED:
+        until_s = _find_crush_limit(reference, dt_s, pit)
+    else:
+        change = impacts["velocity_first_before"] - impacts["velocity_second_before"]
+        closing = np.sum(change * impacts["normal"], axis=1)
+        weak = closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
+        bounces = _find_last_bounces(reference)
+        if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # which is not rest
+            weak &= np.isin(np.arange(len(impacts)), [row for rows in bounces.values() for row in rows])
+        ends_s = [reference.contact_s, *np.nextafter(times[weak][:1], -math.inf).tolist()]
+        if pit is not None and bounces:
+            alignment = match_impacts(reference, pit)
+            ends_s += [_pit_follows_until(reference, pair, bounces[pair][0], pit, alignment) for pair in bounces]
+        until_s = min(ends_s)
+    count = int(np.searchsorted(times, until_s, side="right"))
+    return compared if compared.until_s <= until_s else ComparisonRange(min(count, compared.impacts), until_s)
+
+
+def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
+    """Return when steps can no longer separate the impacts of a disc on two walls that crush it.
+
+    They come ever faster, so that from some instant on each follows the one before it within two steps: a look finds
+    one of them at most, late. PIT, where it is given, loses or gains one earlier.
+    """
+    impacts, times = reference.impacts, reference.impacts["time_s"]
+    disc = int(impacts["first"][-1])
+    rows = np.flatnonzero((impacts["first"] == disc) | (impacts["second"] == disc))
+    apart = np.flatnonzero(np.diff(times[rows]) > 2.0 * dt_s)
+    begin = int(apart[-1]) + 1 if len(apart) else 0
+    until_s = float(np.nextafter(times[rows[begin]], -math.inf))
+    if pit is None:
+        return until_s
+    alignment = match_impacts(reference, pit)
+    unmatched = [*impacts[list(alignment.missed)], *pit.impacts[list(alignment.spurious)]]
+    lost_s = [float(impact["time_s"]) for impact in unmatched if disc in (impact["first"], impact["second"])]
+    return min(until_s, min(lost_s, default=math.inf) - dt_s)
+
+
+def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
+    """Return, by pair, the final impacts of discs that gravity brings back to a fixed body, lower each time."""
+    scene, impacts = reference.scene, reference.impacts
+    found = {}
+    for disc in np.flatnonzero(scene.arrays.movable).tolist():
+        rows = np.flatnonzero((impacts["first"] == disc) | (impacts["second"] == disc))
+        if not len(rows):
+            continue
+        pair = (int(impacts["first"][rows[-1]]), int(impacts["second"][rows[-1]]))
+        other = pair[1] if pair[0] == disc else pair[0]
+        fixed = other < 0 or scene.discs[other].immovable
+        loses = float(scene.arrays.restitution_of(np.array([other]))[0]) < 1.0
+        along = float(impacts["normal"][rows[-1]] @ np.array(scene.gravity_m_s2))
+        if fixed and loses and (along if pair[0] == disc else -along) > 0.0:
+            others = np.flatnonzero((impacts["first"][rows] != pair[0]) | (impacts["second"][rows] != pair[1]))
+            found[pair] = rows[others[-1] + 1 if len(others) else 0 :].tolist()
+    return found
+
+
+def _pit_follows_until(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
+    """Return the last frame at which PIT still has the final bounces of a pair; infinite where it has them all.
+
+    PIT finds each bounce late, so the following hops are slightly shorter or longer. Because hops get ever shorter, PIT
+    is at some time ahead by a whole hop, which is a spurious impact, or finds the disc so deep that it falls back
+    before it is out.
+    """
+    expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
+    expected = group_by_pair(reference.impacts)[pair]
+    found = group_by_pair(pit.impacts).get(pair, [])
+    stuck = _falls_back(pit, found)
+    begin_s, reference_of = float(expected_s[first_row]), {o: r for r, o in alignment.matched}
+    for nth, k in enumerate(found):
+        if found_s[k] <= begin_s:
+            continue
+        if k in alignment.spurious:
+            return float(found_s[k]) - pit.dt_s
+        if stuck[nth] and nth + 1 < len(expected):
+            # The impact itself counts where PIT has not lost or gained another before it.
+            is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
+            is_before_next = found_s[k] < expected_s[expected[nth + 1]]
+            return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)
+    return math.inf
+
+
+def _falls_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
+    """Return after which of some impacts of one pair gravity closes the pair before it has separated.
+
+    They overlap by `depth` when the impact is found, and part at `parting`: they come out of each other only if
+    ``parting^2 > 2 pull depth``.
+    """
+    scene, law = trace.scene, Law(trace.scene)
+    wanted, radius = {k: nth for nth, k in enumerate(impacts)}, scene.arrays.radius_m
+    back, place = np.zeros(len(impacts), dtype=np.bool_), np.array([disc.position_m for disc in scene.discs])
+    pulled = np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
+    for flight in free_flights(trace):
+        if flight.impact == len(trace.impacts):
+            break
+        place[flight.disc] = flight.at(flight.end_s)
+        if (nth := wanted.get(flight.impact)) is None:
+            continue
+        impact = trace.impacts[flight.impact]
+        first, second, normal = int(impact["first"]), int(impact["second"]), impact["normal"]
+        if second >= 0:
+            pull = (pulled[first] - pulled[second]) @ normal
+            depth = radius[first] + radius[second] - math.hypot(*(place[second] - place[first]))
+        else:
+            pull = pulled[first] @ normal
+            x, y = place[first].tolist()
+            depth = radius[first] - law.side_of(wall_index(second), x, y, flight.end_s)[0]
+        parting = (impact["velocity_second_after"] - impact["velocity_first_after"]) @ normal
+        back[nth] = parting**2 <= 2.0 * pull * max(depth, 0.0)
+    return back

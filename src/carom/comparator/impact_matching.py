@@ -1,0 +1,199 @@
+"""Matching of the impacts of two traces: matched, missed and spurious impacts.
+
+Each pair of bodies is aligned on its own and in order (an alignment never crosses). The alignment has as many matches
+as possible and, among those, the least total time difference. An observed impact can match a reference impact only
+within that impact's *window*: between the neighbouring reference impacts of its bodies. Outside the window the bodies
+are on other paths in the reference. A frame-sampled method stamps an impact up to two steps late: one step to notice
+it, and one more where the stamp is the end of the step. So the window is longer by two steps at either end.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.trace import Trace
+
+#: A stamp is late by one step to notice an overlap, and one more where the engine stamps the end of its step.
+LATEST_STAMP_STEPS = 2
+
+Pair = tuple[int, int]
+
+
+class ComparisonRange(NamedTuple):
+    """The part of a run that is compared with its reference: up to the horizon, or all of it.
+
+    Attributes:
+        impacts: Number of the reference's impacts within it.
+        until_s: End of the range, seconds; infinite where the whole run is compared.
+    """
+
+    impacts: int
+    until_s: float
+
+    @property
+    def is_whole_run(self) -> bool:
+        """Whether the whole run is compared."""
+        return not math.isfinite(self.until_s)
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """Matching of the impacts of a reference with those of an observed trace.
+
+    Attributes:
+        matched: Index pairs ``(reference, observed)`` in order of reference time.
+        missed: Reference impacts that were not observed.
+        spurious: Observed impacts that the reference does not have.
+        undecided: Reference impacts not observed, but so close to the end of the run that a method at this step may
+            not have been able to report them yet.
+        is_whole_run: Whether the whole run was aligned, and no part of it.
+    """
+
+    matched: tuple[tuple[int, int], ...]
+    missed: tuple[int, ...]
+    spurious: tuple[int, ...]
+    undecided: tuple[int, ...]
+    is_whole_run: bool
+
+
+def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange | None = None) -> Alignment:
+    """Align the impacts of two traces of one scene, and return the part of the alignment within a range, if given."""
+    slack = LATEST_STAMP_STEPS * observed.dt_s
+    windows = _windows(reference, slack)
+    timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing
+    observed_by_pair = {pair: [o for o in found if timed[o]] for pair, found in group_by_pair(observed.impacts).items()}
+    times = (reference.impacts["time_s"], observed.impacts["time_s"])
+    matched: list[tuple[int, int]] = []
+    for pair, expected in group_by_pair(reference.impacts).items():
+        matched += _align_pair(expected, observed_by_pair.get(pair, []), *times, windows)
+    matched.sort()
+    hit, used = {r for r, _ in matched}, {o for _, o in matched}
+    unmatched = [r for r in range(len(reference.impacts)) if r not in hit]
+    # A run is as long as the scene; an impact in its last steps may have no later step in which it could be reported.
+    last_reportable = observed.end_time_s - slack
+    late = {
+        r
+        for r in unmatched
+        if reference.impacts["time_s"][r] > last_reportable and not _has_passed(reference.impacts[r], observed)
+    }
+    compared = compared or ComparisonRange(len(reference.impacts), math.inf)
+    count, whole = compared.impacts, compared.is_whole_run
+    spurious = (o for o in range(len(observed.impacts)) if o not in used)
+    return Alignment(
+        matched=tuple((r, o) for r, o in matched if r < count),
+        missed=tuple(r for r in unmatched if r not in late and r < count),
+        spurious=tuple(o for o in spurious if whole or times[1][o] <= compared.until_s),
+        undecided=tuple(r for r in unmatched if r in late and r < count),
+        is_whole_run=whole,
+    )
+
+
+def _has_passed(impact: np.void, observed: Trace) -> bool:
+    """Whether the two bodies of an unobserved impact separate in the observed final state.
+
+    Then they have passed through each other, and no later step would have found them: that is a miss. A wall is a
+    half-plane, which nothing passes through.
+    """
+    first, second = int(impact["first"]), int(impact["second"])
+    if second < 0 or impact["time_s"] > observed.end_time_s:
+        return False
+    separation = observed.final_position_m[second] - observed.final_position_m[first]
+    relative_velocity = observed.final_velocity_m_s[second] - observed.final_velocity_m_s[first]
+    return bool(separation @ relative_velocity >= 0.0)
+
+
+def group_by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
+    """Group the indices of impacts by pair of bodies, in order."""
+    indices: dict[Pair, list[int]] = defaultdict(list)
+    for k, (first, second) in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
+        indices[first, second].append(k)
+    return indices
+
+
+def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
+    """Return the earliest and latest time at which each reference impact may be observed."""
+    impacts = reference.impacts
+    rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
+    # An immovable disc or a wall that stands still through an impact has no path that the impact could end.
+    moved = impacts["velocity_second_before"] != impacts["velocity_second_after"]
+    times: dict[int, list[float]] = defaultdict(list)
+    bodies: list[list[int]] = []
+    for k, (time, first, second) in enumerate(rows):
+        involved = [first, second] if second >= 0 and moved[k].any() else [first]
+        bodies.append(involved)
+        for body in involved:
+            times[body].append(time)
+    windows = []
+    for (time, _, _), involved in zip(rows, bodies, strict=True):
+        earliest, latest = -math.inf, math.inf
+        for body in involved:
+            own_times = times[body]
+            before, after = bisect_left(own_times, time), bisect_right(own_times, time)
+            earliest = max(earliest, own_times[before - 1] if before > 0 else -math.inf)
+            latest = min(latest, own_times[after] if after < len(own_times) else math.inf)
+        windows.append((earliest - slack, latest + slack))
+    return windows
+
+
+def _align_pair(
+    expected: list[int],
+    found: list[int],
+    reference_time: NDArray[np.float64],
+    observed_time: NDArray[np.float64],
+    windows: list[tuple[float, float]],
+) -> list[tuple[int, int]]:
+    """Align one pair's impacts in order by dynamic programming; the cost is (unmatched, total time difference).
+
+    ``cost(r, c)`` is the cost of the impacts from r and from c on. Windows begin and end in the order of the impacts.
+    So a row is computed only for the columns in its window. Earlier columns can no longer be matched, later ones not
+    yet.
+    """
+    rows, columns = len(expected), len(found)
+    times = observed_time[found]
+    low = np.searchsorted(times, [windows[r][0] for r in expected], side="left").tolist()
+    high = np.searchsorted(times, [windows[r][1] for r in expected], side="right").tolist()
+    if rows == columns and all(low[k] <= k < high[k] for k in range(rows)):
+        return list(zip(expected, found, strict=True))  # only this alignment leaves none unmatched
+    table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
+    stamps: list[float] = times.tolist()
+
+    def cost(r: int, c: int) -> tuple[int, float]:
+        skipped = 0
+        while r < rows:
+            if c < low[r]:
+                c, skipped = low[r], skipped + low[r] - c
+            if c < high[r]:
+                least = table[r][c - low[r]]
+                return (skipped + least[0], least[1])
+            r, skipped = r + 1, skipped + 1
+        return (skipped + columns - c, 0.0)
+
+    for r in range(rows - 1, -1, -1):
+        row: list[tuple[int, float]] = [(0, 0.0)] * (high[r] - low[r])
+        match, time_s = cost(r + 1, high[r]), float(reference_time[expected[r]])
+        ahead = (match[0] + 1, match[1])  # from the first column after the window on, this impact is missed
+        for c in range(high[r] - 1, low[r] - 1, -1):
+            missed = cost(r + 1, c)
+            best = min((missed[0] + 1, missed[1]), (ahead[0] + 1, ahead[1]))
+            best = min(best, (match[0], match[1] + abs(stamps[c] - time_s)))
+            row[c - low[r]] = ahead = best
+            match = missed
+        table[r] = row
+    matched, r, c = [], 0, 0
+    while r < rows and c < columns:
+        here, missed, spurious = cost(r, c), cost(r + 1, c), cost(r, c + 1)
+        if here == (missed[0] + 1, missed[1]):
+            r += 1
+        elif here == (spurious[0] + 1, spurious[1]):
+            c += 1
+        else:
+            matched.append((expected[r], found[c]))
+            r, c = r + 1, c + 1
+    return matched

@@ -1,0 +1,343 @@
+"""Consistency of a run: whether its reported impacts and its own states agree.
+
+What is asked, and what of it sampling and gravity explain, stands in `docs/theory/scoring.md`, section 5. It is asked
+of every run, beyond any horizon, without any reference.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.scales import Scales, compute_own_scales, largest
+from carom.comparator.slowing import Slowing
+from carom.comparator.thresholds import THRESHOLDS
+from carom.model.scene import Wall
+from carom.model.trace import Trace, rim_speeds, velocities, wall_index
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """The largest deviation of one kind, and where it was seen.
+
+    Attributes:
+        size: Over the scene's speed or length.
+        disc: The disc.
+        since_s: The impact, or the start, from which it is counted, seconds.
+    """
+
+    size: float = 0.0
+    disc: int = 0
+    since_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """Deviations of a run from what its own impacts and states imply; 0 where nothing can be checked.
+
+    Attributes:
+        velocity: Largest change of a velocity between impacts, or after the last, over the scene's speed.
+        spin: The same of a spin times its radius, over the scene's speed of rims; 0 if no disc spins.
+        position: Largest distance of a disc from where its own velocities lead, over the scene's length.
+        excess: The largest of these beyond what bodies close in a step at the impacts before and after it.
+        stamp_s: How far the stamp of an impact lies outside the step that reported it, or outside the run, seconds.
+        across: Largest part across its normal of the change of velocity at an impact, over the scene's speed; the whole
+            of the change where it is not towards the normal.
+        normal_rad: Angle between that normal and the change, radians.
+        normal_length: What the length of a normal differs from 1 by.
+        momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
+        angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
+            radius and the scene's speed of rims; 0 if no disc spins.
+        angular_excess: The largest of these beyond what bodies close in on each other in a step explains.
+        arm: At the impact of `angular`, what turned the disc over what friction would have turned it by at full radius;
+            NaN where nothing rubbed there.
+        strayed: Largest distance of `position`, over what rounding of the disc's own places is in proportion to.
+        strayed_excess: The same of `excess`.
+        unchecked: How many free flights could not be followed, for several contacts of a disc in one step.
+    """
+
+    velocity: Deviation
+    spin: Deviation
+    position: Deviation
+    excess: Deviation
+    stamp_s: float
+    across: float
+    normal_rad: float
+    normal_length: float
+    momentum: float
+    angular: float
+    angular_excess: float
+    arm: float
+    strayed: float
+    strayed_excess: float
+    unchecked: int
+
+
+def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
+    """Measure how far a run's impacts and states contradict each other, up to a time, over its scales.
+
+    What happens later than `until_s` does not count: where a disc comes to rest, free flight has ended.
+    """
+    disc, since_s, turned, spun, moved, allowed = np.concatenate(list(_flights(trace, until_s)), axis=1)
+    reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
+
+    def worst(sizes: Array) -> Deviation:
+        known = np.where(np.isnan(sizes), 0.0, sizes)  # flights that could not be followed are counted separately
+        at = int(np.argmax(known))
+        return Deviation(float(known[at]), int(disc[at]), float(since_s[at])) if known[at] > 0.0 else Deviation()
+
+    across, normal_rad = _normals(trace, scales)
+    angular, excess, arm = _angular(trace) if trace.spins is not None else (0.0, 0.0, math.nan)
+    return Consistency(
+        velocity=worst(turned / scales.speed_m_s),
+        spin=worst(spun / scales.rim_m_s),
+        position=worst(moved / scales.length_m),
+        excess=worst((moved - allowed) / scales.length_m),
+        stamp_s=_stamps(trace),
+        across=across,
+        normal_rad=normal_rad,
+        normal_length=float(np.max(np.abs(np.hypot(*trace.impacts["normal"].T) - 1.0), initial=0.0)),
+        momentum=_momentum(trace) / scales.speed_m_s,
+        angular=angular / scales.rim_m_s,
+        angular_excess=excess / scales.rim_m_s,
+        arm=arm,
+        strayed=worst(moved / reach).size,
+        strayed_excess=worst((moved - allowed) / reach).size,
+        unchecked=int(np.isnan(turned).sum()),
+    )
+
+
+def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
+    """Yield the free flights of each disc, from impact to impact, and on to the end, shape ``(6, k)``.
+
+    Rows are the disc, the begin, the deviations of its velocity, its rim's speed and its position at the end (NaN where
+    it could not be followed), and how far a contact at either end may have moved it.
+    """
+    impacts, count = trace.impacts, len(trace.impacts)
+    bodies = np.concatenate([impacts["first"], impacts["second"]])
+    order = np.lexsort((np.tile(np.arange(count), 2), bodies))
+    first_of = np.searchsorted(bodies[order], np.arange(len(trace.scene.discs) + 1))
+    turning = _turning_times(trace)
+    begun = turning - trace.dt_s if trace.state_before is None else trace.state_before["time_s"]
+    before, after = velocities(impacts, "before"), velocities(impacts, "after")
+    closing = np.hypot(*(before[1] - before[0]).T)
+    arrivals, departures = before.reshape(-1, 2), after.reshape(-1, 2)
+    places = _turning_places(trace, turning).reshape(-1, 2)
+    rims_arriving, rims_leaving = rim_speeds(trace, "before").ravel(), rim_speeds(trace, "after").ravel()
+    start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
+    rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
+    for number, disc in enumerate(trace.scene.discs):
+        if disc.legs:  # its path turns without impacts
+            continue
+        rows = order[first_of[number] : first_of[number + 1]]
+        own = rows % max(count, 1)
+        time = np.concatenate([[0.0], turning[own], [trace.end_time_s]])
+        leaving = np.concatenate([[disc.velocity_m_s], departures[rows]])
+        arriving = np.concatenate([arrivals[rows], [trace.final_velocity_m_s[number]]])
+        place = np.concatenate([[disc.position_m], places[rows], [trace.final_position_m[number]]])
+        lasted = np.diff(time)
+        kept, flown_s = _slowed(slowing, lasted, np.hypot(*leaving.T))
+        change = arriving - leaving * kept[:, None]
+        spun = np.abs(
+            np.concatenate([rims_arriving[rows], rims_end[[number]]])
+            - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]]) * kept
+        )
+        moved = _off_path(place, leaving * flown_s[:, None])
+        allowed = trace.dt_s * np.concatenate([[0.0], closing[own], [0.0]])
+        gx, gy = (0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2
+        pull = math.hypot(gx, gy)
+        if pull > 0.0:
+            along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
+            # Velocities are those of step boundaries, so gravity acts from one boundary to another, and no longer than
+            # from the step that reported the one contact to the step that ended the next.
+            most = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begun[own]]))
+            beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most), 0.0)
+            turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
+        else:
+            turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
+            # A straight step deviates from the path of a slowed disc by up to half of the step's loss.
+            distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept), 0.0)
+        followed = np.isfinite(lasted) & (time[1:] <= until_s)
+        deviations = (np.where(followed, of, math.nan) for of in (turned, spun, distance))
+        yield np.stack([np.full(len(lasted), number), time[:-1], *deviations, allowed[:-1] + allowed[1:]])
+
+
+def _slowed(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:
+    """Return the part of speeds left after some seconds, and the time that unslowed discs would take as far."""
+    if not slowing:
+        return np.ones_like(lasted), lasted
+    flights = list(zip(lasted.tolist(), speed.tolist(), strict=True))
+    kept, flown = (np.array([of(*flight) for flight in flights]) for of in (slowing.kept, slowing.flown))
+    return kept, flown
+
+
+def _turning_times(trace: Trace) -> Array:
+    """Return effective times of impacts, NaN where not known; the reported times where the method has no others."""
+    times: Array = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
+    return times
+
+
+def _turning_places(trace: Trace, turning: Array) -> Array:
+    """Return positions of the bodies of impacts when their paths turned, shape ``(2, m, 2)``; NaN where not known."""
+    state = trace.state_before
+    if state is None:
+        return np.full((2, len(trace.impacts), 2), math.nan)
+    waited, before = np.broadcast_to(turning - state["time_s"], (2, len(turning))), velocities(trace.impacts, "before")
+    slowing = Slowing.of(trace.scene)
+    if slowing:  # the velocity at the turn is known: relative to it the flight is in the past
+        speed = np.hypot(before[..., 0], before[..., 1])
+        waited = np.array([-_slowed(slowing, -lasted, fast)[1] for lasted, fast in zip(waited, speed, strict=True)])
+        if slowing.table_m_s2:  # the origin of a disc that has stopped is not known
+            waited = np.where(speed > 0.0, waited, math.nan)
+    flown = before * waited[..., None]
+    places: Array = np.stack([state["position_first"], state["position_second"]]) + flown
+    return places
+
+
+def _off_path(place: Array, flown: Array) -> Array:
+    """Return the distance of each known position of a disc from that predicted by the last one, shape ``(k, 2)``.
+
+    Args:
+        place: Where the disc was at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN where
+            that is not known.
+        flown: What it moved by between them by its own velocities, shape ``(k, 2)``; NaN where that is not known.
+    """
+    unknown = np.asarray(np.isnan(flown).any(axis=1))
+    gaps = np.concatenate([[0], np.cumsum(unknown)])
+    path = np.concatenate([np.zeros((1, 2)), np.cumsum(np.where(unknown[:, None], 0.0, flown), axis=0)])
+    known = ~np.asarray(np.isnan(place).any(axis=1))
+    anchor = np.maximum.accumulate(np.where(known, np.arange(len(place)), 0))[:-1]
+    here = np.arange(1, len(place))
+    off: Array = place[here] - (place[anchor] + (path[here] - path[anchor]))
+    # A distance that has overflowed is infinite, not NaN.
+    off = np.where(known[here, None] & np.isnan(off), math.inf, off)
+    return np.where((gaps[here] == gaps[anchor])[:, None], off, math.nan)
+
+
+def _stamps(trace: Trace) -> float:
+    """Return how far a stamp is outside the step that reported its contact, or outside the run, seconds."""
+    stamp = trace.impacts["time_s"]
+    outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
+    if trace.state_before is not None:
+        waited = stamp - trace.state_before["time_s"]
+        outside = np.maximum(outside, np.maximum(-waited, waited - trace.dt_s))
+    return largest(outside[outside > 0.0].tolist(), default=0.0)
+
+
+def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
+    """Return the largest change of velocity across the normal, over the speed, and the angle between the two.
+
+    A half-plane's normal is known. Of a finite wall, as between discs it is along what the impact changes of their
+    relative velocity, except for what friction adds across it (its coefficient times the part along it, at most) and
+    gravity where it acts on one alone.
+    Where several contacts of one step share a disc, nobody knows which of them changed what.
+    """
+    impacts, movable = trace.impacts, trace.scene.arrays.movable
+    first, second = velocities(impacts, "after") - velocities(impacts, "before")
+    change = second - first
+    size, friction = np.hypot(*change.T), trace.scene.arrays.friction_of(impacts["second"])
+    for k in np.flatnonzero(impacts["second"] < 0).tolist():
+        if isinstance(wall := trace.scene.walls[wall_index(int(impacts["second"][k]))], Wall):
+            change[k], friction[k] = -size[k] * np.array(wall.normal), 0.0
+    normal = _unit_normals(trace)
+    along, across = np.sum(change * normal, axis=1), _cross(change, normal)
+    alone = (impacts["second"] >= 0) & (movable[impacts["first"]] != movable[np.maximum(impacts["second"], 0)])
+    pulled = np.where(alone, _pulled(trace, impacts["normal"]), 0.0)
+    off = np.where(along > 0.0, np.maximum(across - friction * along - pulled, 0.0), size)
+    off = np.where(np.isfinite(_turning_times(trace)), off, 0.0)
+    if not len(off):
+        return 0.0, 0.0
+    at = int(np.argmax(off))
+    return float(off[at]) / scales.speed_m_s, math.atan2(float(across[at]), float(along[at]))
+
+
+def _unit_normals(trace: Trace) -> Array:
+    length = np.hypot(*trace.impacts["normal"].T)
+    normal: Array = trace.impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
+    return normal
+
+
+def _pulled(trace: Trace, normal: Array) -> Array:
+    """Return what gravity may add across normals while contacts last, metres a second."""
+    return _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal) * _lasted(trace)
+
+
+def _momentum(trace: Trace) -> float:
+    """Return the largest velocity change of two discs' centre of mass at an impact, metres a second.
+
+    What gravity adds to it while the contact lasts is no fault, and what nobody can tell apart is not asked for.
+    """
+    impacts = trace.impacts
+    mass = trace.scene.arrays.mass_kg
+    first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
+    asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_turning_times(trace))
+    changes = velocities(impacts, "after") - velocities(impacts, "before")
+    with np.errstate(invalid="ignore"):  # immovable discs are excluded
+        share = 1.0 / (1.0 + second / first)  # mass of the first over the mass of both
+        centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
+    off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _lasted(trace)
+    return largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)
+
+
+def _angular(trace: Trace) -> tuple[float, float, float]:
+    """Return the largest change of angular momentum about a contact, its part beyond sampling, and the arm.
+
+    An impulse at the contact has no moment about it: what friction takes of a disc's velocity across the normal, it
+    takes of ``k R w``, k the inertia factor, and of the second body the opposite. In metres a second, over the mass and
+    the radius. Bodies that are found in contact overlap by as much as they close in a step, so that an arm may be that
+    much shorter, but not longer; of a contact of several steps the normal turns, and with it the direction. So much
+    sampling explains, as it does of places. What gravity adds across the normal while the contact lasts is no fault,
+    and what nobody can tell apart is not asked for; nor of walls that resist rolling, which do change it.
+    """
+    impacts, start = trace.impacts, trace.scene.arrays
+    before, after = velocities(impacts, "before"), velocities(impacts, "after")
+    change, spun = after - before, rim_speeds(trace, "after") - rim_speeds(trace, "before")
+    normal = _unit_normals(trace)
+    tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    closing = np.hypot(*(before[1] - before[0]).T)
+    pulled = _pulled(trace, normal)
+    known, lasted = np.isfinite(_turning_times(trace)), _lasted(trace)
+    if trace.scene.wall_rolling_resistance:
+        known &= impacts["second"] >= 0
+    # One that acts in a single step turns within it, so that this is at most three steps.
+    lasting = (impacts["second"] >= 0) & (lasted > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
+    worst, most, arm = 0.0, 0.0, math.nan
+    for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
+        body = np.maximum(impacts[side], 0)
+        inertia, radius = start.inertia[body], start.radius_m[body]
+        taken = sign * np.sum(change[k] * tangent, axis=1)
+        with np.errstate(invalid="ignore"):  # discs that can't turn are excluded
+            turned = inertia * spun[k]
+        asked = known & (impacts[side] >= 0) & start.movable[body] & np.isfinite(inertia)
+        off = np.where(asked, np.maximum(np.abs(turned - taken) - pulled, 0.0), 0.0)
+        shorter = (turned * taken >= 0.0) & (np.abs(turned) <= np.abs(taken))
+        explained = np.where(shorter, np.abs(taken) * closing * trace.dt_s / radius, 0.0)
+        explained += np.where(lasting, np.hypot(*change[k].T) * closing * lasted / radius, 0.0)
+        beyond = np.maximum(off - explained, 0.0)
+        if len(off):
+            at = int(np.argmax(off))
+            if off[at] > worst:
+                worst, arm = float(off[at]), float(turned[at] / taken[at]) + 0.0 if taken[at] else math.nan
+            most = max(most, float(np.max(beyond)))
+    return worst, most, arm
+
+
+def _lasted(trace: Trace) -> Array:
+    """Return how long each contact may have lasted: twice from its first step's start to the turn, and a step."""
+    lasted = np.full(len(trace.impacts), trace.dt_s)
+    if trace.state_before is not None:
+        waited = _turning_times(trace) - trace.state_before["time_s"]
+        lasted += np.where(waited > 0.0, 2.0 * waited, 0.0)
+    return lasted
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return the magnitude of the cross product of two rows of vectors, shape ``(m,)``."""
+    size: Array = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return size

@@ -1,0 +1,292 @@
+"""Scores of contact: runs in which discs slide, roll and rest, compared with Coulomb's law in closed form.
+
+The observed states are compared with the reference's at the same instants. PIT has no contact and lets discs bounce at
+its frames; its errors are the cost of sampling. Three further errors do not count against a run. An integrator that
+moves a disc a step at one speed has a position error of ``dt / 2`` times the change of that speed. Its velocities
+differ by what gravity and friction change in a step, ``g dt (1 + f)``. An impact may be late by a step.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.align import AlignedRun
+from carom.comparator.grades import Grade, worst_grade
+from carom.comparator.measure.contact_intervals import (
+    LAST,
+    ContactQuality,
+    Ends,
+    find_contact_intervals,
+    measure_contact_quality,
+    measure_late_ends,
+)
+from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.comparator.thresholds import THRESHOLDS
+from carom.model.scene import Scene
+from carom.model.step_windows import States
+from carom.model.trace import Outcome, Trace, free_flights, wall_index
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.solve import pit_run
+
+Array = NDArray[np.float64]
+
+
+class ContactErrors(NamedTuple):
+    """The largest differences from the reference in contact: of places (m), of velocities and of rims (m/s)."""
+
+    place_m: float
+    velocity_m_s: float
+    rim_m_s: float
+
+
+@dataclass(frozen=True)
+class ContactScore:
+    """Errors and grade of a run in contact.
+
+    Attributes:
+        begin_s: When contact begins, by the reference.
+        end_s: Up to when it is compared: the end, or an instant that has no unique answer.
+        looks: Number of states that were compared.
+        own: The run's errors.
+        pit: Those of PIT at the same step; None for a run without steps.
+        allowed: Errors that sampling and an integrator's step explain.
+        beyond_m: The position error without ``dt / 2`` times the change of velocity since the first state, which is
+            the error of an integrator that moves a disc a step at one speed.
+        momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius: friction, whatever it
+            is, has no part in it. NaN where a disc meets others, or several walls.
+        rest_m_s: How fast discs still are on average at the end that rest there; NaN where none does.
+        frozen: Whether a disc stands still at the end that moves there.
+        kept: How discs are kept on their walls.
+        late: How late bounces and slips end.
+        late_allowed: How late, or early, sampling lets them end. By hops that no step shows a method is early by
+            ``dt / (1 - e)`` at most; and looks are some steps apart.
+        grade: The grade of the stretch.
+    """
+
+    begin_s: float
+    end_s: float
+    looks: int
+    own: ContactErrors
+    pit: ContactErrors | None
+    allowed: ContactErrors
+    beyond_m: float
+    momentum_m_s: float
+    rest_m_s: float
+    frozen: bool
+    kept: ContactQuality
+    late: Ends
+    late_allowed: Ends
+    grade: Grade
+
+    @property
+    def ends_in_time(self) -> bool:
+        """Whether bounces and slips end in time, as far as sampling can show."""
+        return not any(abs(late) > most for late, most in zip(self.late, self.late_allowed, strict=True))
+
+
+def score_contact(run: AlignedRun) -> ContactScore | None:
+    """Score a run where the reference is in contact; None where it is not, or states were not kept."""
+    reference, observed, scales = run.reference, run.observed, run.scales
+    looks, begin_s = observed.looks, reference.contact_s
+    if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
+        return None
+    ties = [float(reference.impacts["time_s"][row]) for row in reference.ambiguous]
+    end_s = min([reference.end_time_s, *(np.nextafter(tie, -math.inf) for tie in ties)])
+    until = looks.time_s <= end_s
+    inside = looks.time_s[until] >= begin_s
+    struck_s, dt_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s], observed.dt_s
+    for time_s in struck_s.tolist():  # whether a state is before or after one is a matter of rounding, or lateness
+        inside &= np.abs(looks.time_s[until] - time_s - 0.5 * dt_s) > dt_s
+    if not inside.any():
+        return None
+    whole = motion_at(reference, looks.time_s[until])
+    truth, slow = _only(whole, inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
+
+    def measure_states(states: States) -> tuple[ContactErrors, float, bool, ContactQuality, Ends]:
+        in_contact = _only(states, inside)
+        quality = measure_contact_quality(reference, truth, in_contact, dt_s)
+        late = measure_late_ends(reference, whole, states, dt_s, end_s)
+        return _errors(reference, truth, in_contact), *_at_the_end(truth, in_contact, slow), quality, late
+
+    own, rest_m_s, frozen, quality, late = measure_states(_only(looks, until))
+    seen = _only(_only(looks, until), inside)
+    pit, allowed, late_allowed, fast = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0), 0.0
+    place = run.place_rounding * scales.reach_m
+    if dt_s:
+        hopping = _states_of_pit(reference.scene, dt_s, tuple(whole.time_s.tolist()))
+        pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
+        allowed = _allowed(reference.scene, truth, dt_s, pit, len(struck_s))
+        late_allowed = _late_allowed(reference, pit_late, looks.time_s, dt_s)
+        # PIT never rests: it hops the higher the more its wall gives back.
+        fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
+        # No more than a hundredth of a step's way; what never moves is not rounded step by step.
+        way = dt_s * _longest(truth.velocity_m_s)
+        place = min(place, THRESHOLDS.close * way if way else run.rounding * scales.reach_m)
+    moves = rest_m_s > fast or quality.hop_m_s > fast
+    wrong = moves or frozen or not all(math.isfinite(error) for error in own)
+    exact = ContactErrors(place, run.rounding * scales.speed_m_s, run.rounding * scales.rim_m_s)
+    score = ContactScore(
+        begin_s=begin_s,
+        end_s=end_s,
+        looks=len(truth.time_s),
+        own=own,
+        pit=pit,
+        allowed=allowed,
+        beyond_m=_beyond_an_integrator(truth, seen, dt_s),
+        momentum_m_s=_momentum_error(reference, seen),
+        rest_m_s=rest_m_s,
+        frozen=frozen,
+        kept=quality,
+        late=late,
+        late_allowed=late_allowed,
+        grade=Grade.WRONG if wrong else _grade(own, exact, allowed),
+    )
+    in_time = score.ends_in_time or not dt_s
+    return score if in_time else replace(score, grade=worst_grade(score.grade, Grade.INACCURATE))
+
+
+def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
+    """Return how late or early sampling lets bounces and slips end, in addition to PIT's own.
+
+    A hop that counts by a rounding lasts as many steps as it takes to rise and fall again; looks are some steps apart.
+    """
+    materials = reference.scene.arrays.materials
+    own = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
+    # Where all is given back, no hops close on rest.
+    lost = max((dt_s / (1.0 - e) for e in own if e < 1.0), default=0.0)
+    apart_s = 2.0 * float(np.max(np.diff(looks_s, prepend=0.0))) + 2.0 * RESTING_STEPS * dt_s
+    return Ends(apart_s + float(np.fmax(lost, abs(pit.bounces_s))), apart_s + float(np.fmax(lost, abs(pit.slips_s))))
+
+
+def _beyond_an_integrator(truth: States, seen: States, dt_s: float) -> float:
+    """Return the position error without half a step of an integrator's, for the sign that leaves less."""
+    half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
+    off = seen.position_m - truth.position_m
+    return min(_longest(off - sign * half) for sign in (1.0, -1.0))
+
+
+def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int) -> ContactErrors:
+    """Return the errors that sampling and an integrator's step explain, with some impacts in contact."""
+    arrays = scene.arrays
+    speed = _longest(truth.velocity_m_s)
+    fall = math.hypot(*scene.gravity_m_s2) * dt_s
+    # A coefficient above 1 ends a slip within the step, and then friction is no more than what it takes.
+    rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
+    rims = (rubs + fall * min(1.0, scene.wall_rolling_resistance)) / float(np.min(arrays.inertia))
+    place = (speed + fall) * dt_s * (1 + impacts)
+    return ContactErrors(max(pit.place_m, place), pit.velocity_m_s + fall + rubs, pit.rim_m_s + max(rubs, rims))
+
+
+def motion_at(trace: Trace, times_s: Array) -> States:
+    """Return the states of a trace at ascending times within it, by its impacts and modes."""
+    count = len(trace.scene.discs)
+    place, velocity = np.zeros((2, len(times_s), count, 2))
+    for flight in free_flights(trace):
+        since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact, what it leads to
+        for row in np.flatnonzero(since).tolist():
+            passed = float(times_s[row]) - flight.begin_s
+            place[row, flight.disc] = flight.at(float(times_s[row]))
+            velocity[row, flight.disc] = flight.velocity_m_s + flight.pull_m_s2 * passed
+    return States(times_s, place, velocity, _spins_at(trace, times_s))
+
+
+def _spins_at(trace: Trace, times_s: Array) -> Array:
+    """Return the spins of the discs of a trace at ascending times, radians a second, shape ``(k, n)``."""
+    found, rates = np.tile(trace.scene.arrays.spins, (len(times_s), 1)), np.zeros(len(trace.scene.discs))
+    modes = [] if trace.modes is None else list(trace.modes[::-1])
+
+    def change(time_s: float, disc: int, spin: float) -> None:
+        later = times_s >= time_s
+        found[later, disc] = spin + rates[disc] * (times_s[later] - time_s)
+
+    for k in range(len(trace.impacts) + 1):
+        while modes and modes[-1]["impacts"] <= k:
+            mode = modes.pop()
+            rates[mode["disc"]] = mode["spin_rate"]
+            change(mode["time_s"], mode["disc"], mode["spin"])
+        if trace.spins is not None and k < len(trace.impacts):
+            for side in ("first", "second"):
+                if (disc := trace.impacts[side][k]) >= 0:
+                    change(trace.impacts["time_s"][k], disc, trace.spins[f"{side}_after"][k])
+    return found
+
+
+def _longest(vectors: Array) -> float:
+    """Return the length of the longest of some vectors, shape ``(k, n, 2)``."""
+    return float(np.max(np.hypot(vectors[..., 0], vectors[..., 1])))
+
+
+def _only(states: States, rows: NDArray[np.bool_]) -> States:
+    spins = None if states.spin_rad_s is None else states.spin_rad_s[rows]
+    return States(states.time_s[rows], states.position_m[rows], states.velocity_m_s[rows], spins)
+
+
+def _errors(reference: Trace, truth: States, seen: States) -> ContactErrors:
+    spins = np.zeros(truth.position_m.shape[:2]) if seen.spin_rad_s is None else seen.spin_rad_s
+    true_spins = np.zeros_like(spins) if truth.spin_rad_s is None else truth.spin_rad_s
+    rims = reference.scene.arrays.radius_m * (spins - true_spins)
+    return ContactErrors(
+        _longest(seen.position_m - truth.position_m),
+        _longest(seen.velocity_m_s - truth.velocity_m_s),
+        float(np.max(np.abs(rims))) if reference.scene.arrays.turns else 0.0,
+    )
+
+
+@lru_cache(maxsize=32)
+def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
+    """Return the states of PIT at some ascending times, which are its frames, after the check for overlap."""
+    run = pit_run(scene, FrameClock(step_s=dt_s))
+    places, velocities, spins = [], [], []
+    for time_s in times_s:
+        run.advance_frames(round(time_s / dt_s) + 1 - run.frames)
+        at_s = run.time_s  # of the frame that follows, a fall further
+        places.append(run.positions())
+        velocities.append(run.velocities())
+        spins.append(np.zeros(len(scene.discs)) if (turned := run.spins()) is None else turned)
+        back = at_s - time_s
+        fall = np.where(scene.arrays.movable[:, None], np.array(scene.gravity_m_s2), 0.0)
+        velocities[-1] = velocities[-1] - fall * back
+        places[-1] = places[-1] - velocities[-1] * back - 0.5 * fall * back * back
+    return States(np.array(times_s), np.array(places), np.array(velocities), np.array(spins))
+
+
+def _at_the_end(truth: States, seen: States, slow: float) -> tuple[float, bool]:
+    """Return the mean final speed of discs that should rest, and whether one stands still that should move."""
+    true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-LAST:], 2, 0)) for s in (truth, seen))
+    rests = (true_speed == 0.0).all(axis=0)
+    moves = (true_speed > 2.0 * slow).all(axis=0)
+    mean = speed.mean(axis=0)
+    rest = float(mean[rests].max()) if rests.any() and len(speed) == LAST else math.nan
+    frozen = bool(np.any(mean[moves] <= THRESHOLDS.close * true_speed[:, moves].mean(axis=0)))
+    return rest, frozen
+
+
+def _momentum_error(reference: Trace, seen: States) -> float:
+    """Return the largest change of angular momentum about the wall that gravity does not explain."""
+    scene, modes = reference.scene, reference.modes
+    walls = scene.arrays.walls
+    if len(scene.discs) > 1 or len(walls) > 1 or modes is None or not isinstance(walls[0], tuple):
+        return math.nan
+    resists = scene.wall_rolling_resistance > 0.0  # and changes it
+    if resists or seen.spin_rad_s is None or math.isinf(k := float(scene.arrays.inertia[0])):
+        return math.nan
+    nx, ny = walls[0][2:]
+    along, (gx, gy) = np.array([ny, -nx]), scene.gravity_m_s2
+    ratio = k * float(scene.arrays.radius_m[0])
+    begun = float(modes[0]["velocity"] @ along) - ratio * float(modes[0]["spin"])
+    expected = begun + (gx * ny - gy * nx) * (seen.time_s - float(modes[0]["time_s"]))
+    return float(np.max(np.abs(seen.velocity_m_s[:, 0] @ along - ratio * seen.spin_rad_s[:, 0] - expected)))
+
+
+def _grade(own: ContactErrors, exact: ContactErrors, allowed: ContactErrors) -> Grade:
+    def within(part: float) -> bool:
+        return all(o <= part * a + e for o, a, e in zip(own, allowed, exact, strict=True))
+
+    parts = {Grade.EXACT: 0.0, Grade.CLOSE: THRESHOLDS.close, Grade.SAMPLED: 1.0}
+    return next((grade for grade, part in parts.items() if within(part)), Grade.INACCURATE)

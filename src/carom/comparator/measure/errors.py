@@ -1,0 +1,304 @@
+"""Errors of matched impacts and of final states, scaled by the scene's own length, speed and time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.finite import finite_impacts
+from carom.comparator.impact_matching import Alignment
+from carom.comparator.scales import OwnScales, Scales, compute_own_scales, largest
+from carom.comparator.thresholds import THRESHOLDS
+from carom.core.rough_impact import ContactFrictions, RoughBodies
+from carom.model.scene import Need
+from carom.model.trace import Trace, kinetic_energy, rim_speeds, velocities
+
+Array = NDArray[np.float64]
+
+#: Needs of scenes in which energy is not conserved.
+_NOT_CONSERVED = frozenset(
+    {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.DRIVEN_DISCS, Need.DRIVEN_WALLS}
+)
+
+#: A body slower than this part of the scene's speed is at rest to rounding, and has no direction.
+AT_REST = 1e-12
+
+
+@dataclass(frozen=True)
+class ImpactError:
+    """Errors of one matched impact, observed minus reference.
+
+    A velocity that is not known (see `unknown_velocities`) has no error.
+
+    Attributes:
+        reference: Index in the reference's impacts.
+        observed: Index in the observed impacts.
+        reported_time_s: Error of the time that the method reports, seconds.
+        effective_time_s: Error of the instant at which the path turned, seconds; NaN where that is not known.
+        along_normal: Velocity error along the reference's normal, the worse of the two bodies, over the scene's speed.
+        across_normal: The same across it.
+        velocity: Length of the velocity error, the worse of the two bodies, over the scene's speed.
+        spin: Error of the spin times the radius, the worse of the two bodies, over the scene's speed of rims; NaN where
+            nothing turns.
+        direction_rad: Angle between observed and reference velocity after, the worse of the two bodies; a body that
+            rests in either has none.
+        normal_rad: Angle between observed and reference normal.
+        restitution: Effective coefficient of restitution along the observed normal; NaN where nothing approached.
+        restitution_error: The same less the reference's, which is along the reference's normal.
+    """
+
+    reference: int
+    observed: int
+    reported_time_s: float
+    effective_time_s: float
+    along_normal: float
+    across_normal: float
+    velocity: float
+    spin: float
+    direction_rad: float
+    normal_rad: float
+    restitution: float
+    restitution_error: float
+
+    @property
+    def time_s(self) -> float:
+        """Error of the effective time where it is known, else of the reported time."""
+        return self.reported_time_s if math.isnan(self.effective_time_s) else self.effective_time_s
+
+
+def _metric(name: str) -> float:
+    """Declare a metric with its name in tables; its unit is in the name of its field."""
+    metric: float = field(metadata={"name": name})
+    return metric
+
+
+@dataclass(frozen=True)
+class Errors:
+    """The largest error of each kind of one trace against another; NaN where there is none.
+
+    A metric is a field here, filled below and named in `docs/theory/scoring.md`: tables and JSON lines have all of
+    them. The first eight are the largest in magnitude of those of the impacts (see `ImpactError`), with their signs.
+    Final states are not measured beyond a horizon, nor where the two runs end at different times. Spins are not
+    measured where nothing turns.
+
+    Attributes:
+        energy: Final kinetic energy, with its sign, over the energy at the start or, if that is larger, over the work
+            of driven bodies in the reference; 0 where there is neither.
+        momentum: Length of the error of the final momentum of the movable discs, over their mass and the speed.
+        final_position: Distance of a disc from its final position, over the scene's length.
+        final_velocity: Final velocity of a disc, over the scene's speed.
+        final_spin: Final spin of a disc times its radius, over the scene's speed of rims.
+    """
+
+    time_s: float = _metric("time error")
+    reported_time_s: float = _metric("reported time")
+    velocity: float = _metric("velocity error")
+    spin: float = _metric("spin error")
+    along_normal: float = _metric("along the normal")
+    across_normal: float = _metric("across it")
+    restitution: float = _metric("restitution error")
+    direction_rad: float = _metric("direction error")
+    energy: float = _metric("energy error")
+    momentum: float = _metric("momentum error")
+    final_position: float = _metric("final position")
+    final_velocity: float = _metric("final velocity")
+    final_spin: float = _metric("final spin")
+
+
+_OF_IMPACTS = ("time_s", "reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Errors of a trace against a reference.
+
+    The error of a number that is itself NaN or infinite is infinite.
+
+    Attributes:
+        ends: Errors of each disc's final position (metres), velocity and rim (metres a second), shape ``(3, n)``; NaN
+            where they are not measured.
+    """
+
+    reference: Trace
+    alignment: Alignment
+    errors: tuple[ImpactError, ...]
+    largest: Errors
+    ends: Array
+
+    @cached_property
+    def own(self) -> OwnScales:
+        """Scales of rounding for each impact of the reference, and for each disc's final state."""
+        return compute_own_scales(self.reference)
+
+
+def measure(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Measured:
+    """Measure every error of an aligned trace; of final states, where the whole run was aligned."""
+    # Final states can be compared where both runs end at the same time, to rounding.
+    end_difference_s = abs(observed.end_time_s - reference.end_time_s)
+    ends_together = alignment.is_whole_run and not end_difference_s > THRESHOLDS.rounding * scales.time_s
+    momentum, ends = math.nan, np.full((3, len(reference.scene.discs)), math.nan)
+    if ends_together:
+        momentum, ends = _momentum_error(reference, observed, scales), _end_errors(reference, observed)
+    # Elastic, smooth impacts conserve energy, even where the reference's final state is not reliable.
+    is_energy_known = ends_together or not reference.scene.needs & _NOT_CONSERVED
+    errors = tuple(_impact_errors(reference, observed, alignment, scales))
+    return Measured(
+        reference=reference,
+        alignment=alignment,
+        errors=errors,
+        largest=Errors(
+            **{name: largest(getattr(error, name) for error in errors) for name in _OF_IMPACTS},
+            restitution=largest(e.restitution_error for e in errors if not math.isnan(e.restitution_error)),
+            energy=_energy_error(reference, observed, scales) if is_energy_known else 0.0,
+            momentum=momentum,
+            final_position=float(np.max(ends[0])) / scales.length_m,
+            final_velocity=float(np.max(ends[1])) / scales.speed_m_s,
+            final_spin=float(np.max(ends[2])) / scales.rim_m_s,
+        ),
+        ends=ends,
+    )
+
+
+def larger_error(difference: Array) -> Array:
+    """Return the length of the larger error of two bodies; shape ``(2, m, 2)`` to ``(m,)``."""
+    lengths: Array = np.hypot(difference[..., 0], difference[..., 1]).max(axis=0)  # keeps NaN
+    return lengths
+
+
+def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
+    """Compute effective coefficients of restitution along the normal; NaN where bodies did not approach.
+
+    Args:
+        before: Velocities of both bodies before, shape ``(2, m, 2)``.
+        after: The same after.
+        normal: From first to second, shape ``(m, 2)``.
+    """
+    approach = ((before[1] - before[0]) * normal).sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(approach < 0.0, -((after[1] - after[0]) * normal).sum(axis=1) / approach, math.nan)
+
+
+def impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBodies], ContactFrictions]:
+    """Return the first and the second bodies of each impact just before it, and their friction.
+
+    Args:
+        trace: The trace.
+        rims: Speeds of their rims, shape ``(2, m)``.
+    """
+    start, second, velocity = trace.scene.arrays, trace.impacts["second"], velocities(trace.impacts, "before")
+    wall, discs = second < 0, (trace.impacts["first"], np.maximum(second, 0))
+    masses = (start.mass_kg[discs[0]], np.where(wall, math.inf, start.mass_kg[discs[1]]))
+    one, two = (RoughBodies(velocity[k], rims[k], masses[k], start.inertia[discs[k]]) for k in (0, 1))
+    sticking = np.where(wall, start.wall_tangential_restitution, start.tangential_restitution)
+    return (one, two), ContactFrictions(start.friction_of(second), sticking)
+
+
+def _infinite_if_nan(error: float) -> float:
+    """Return the error, or infinity where it is NaN: a number that is NaN is worse than any other."""
+    return math.inf if math.isnan(error) else error
+
+
+def _end_errors(reference: Trace, observed: Trace) -> Array:
+    """Return errors of each disc's final position, velocity and rim, shape ``(3, n)``; rims are NaN if none spins."""
+    place = np.hypot(*(observed.final_position_m - reference.final_position_m).T)
+    velocity = np.hypot(*(observed.final_velocity_m_s - reference.final_velocity_m_s).T)
+    rim = np.full(len(place), math.nan)
+    if reference.final_spin_rad_s is not None and observed.final_spin_rad_s is not None:
+        rim = reference.scene.arrays.radius_m * np.abs(observed.final_spin_rad_s - reference.final_spin_rad_s)
+        rim = np.where(np.isnan(rim), math.inf, rim)
+    return np.stack([*(np.where(np.isnan(error), math.inf, error) for error in (place, velocity)), rim])
+
+
+def _energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
+    if scales.energy_j == 0.0:
+        return 0.0
+    found, expected = (
+        kinetic_energy(reference.scene, trace.final_velocity_m_s, trace.final_spin_rad_s)
+        for trace in (observed, reference)
+    )
+    return _infinite_if_nan((found - expected) / scales.energy_j)
+
+
+def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
+    start = reference.scene.arrays
+    mass = np.where(start.movable, start.mass_kg, 0.0)
+    if not mass.any():
+        return 0.0
+    difference = mass @ (observed.final_velocity_m_s - reference.final_velocity_m_s)
+    return _infinite_if_nan(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
+
+
+def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Iterator[ImpactError]:
+    if not alignment.matched:
+        return
+    r, o = np.array(alignment.matched, dtype=np.intp).T
+    expected, found, known = reference.impacts[r], observed.impacts[o], ~unknown_velocities(observed)[:, o]
+    effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
+    normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
+    difference = np.where(known[:, :, None], after - true_after, 0.0)
+    across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    restitution = compute_restitutions(velocities(found, "before"), after, found["normal"])
+    restitution[~known.all(axis=0)] = math.nan
+    parts = (_largest_part(difference, normal), _largest_part(difference, across), larger_error(difference))
+    columns = (
+        found["time_s"] - expected["time_s"],
+        effective - expected["time_s"],
+        *(np.where(np.isnan(part), math.inf, part) / scales.speed_m_s for part in parts),
+        _spin_errors(reference, observed, r, o, known) / scales.rim_m_s,
+        np.where(known, _angles(after, true_after, AT_REST * scales.speed_m_s), 0.0).max(axis=0),
+        _angles(found["normal"], normal, 0.0),
+        restitution,
+        restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
+    )
+    is_finite = finite_impacts(observed)[o]
+    errors = np.where(is_finite, columns, math.inf).T.tolist()
+    for k, (reference_index, observed_index) in enumerate(alignment.matched):
+        yield ImpactError(reference_index, observed_index, *errors[k])
+
+
+def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
+    """Return which velocities after an impact are not known: shape ``(2, m)``, the first bodies first.
+
+    A disc may have several contacts in one step, and the method may not report the effect of each. Then the state at
+    the end of the step belongs to the last contact, and the velocities after the others are not known.
+    """
+    found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
+    if trace.effective_time_s is None or trace.state_before is None:
+        return found
+    shared = np.isnan(trace.effective_time_s) & np.isnan(trace.state_before["position_first"]).all(axis=1)
+    begun, later = trace.state_before["time_s"], set[tuple[int, float]]()
+    for k in np.flatnonzero(shared)[::-1].tolist():
+        for side, name in enumerate(("first", "second")):
+            step = (int(trace.impacts[name][k]), float(begun[k]))
+            found[side, k] = step in later and step[0] >= 0
+            later.add(step)
+    return found
+
+
+def _spin_errors(
+    reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp], known: NDArray[np.bool_]
+) -> Array:
+    """Return the largest error of a rim's speed after each matched impact, shape ``(m,)``; NaN if no disc spins."""
+    if reference.spins is None or observed.spins is None:
+        return np.full(len(r), math.nan)
+    differences = np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r])
+    errors: Array = np.where(known, differences, 0.0).max(axis=0)
+    return np.where(np.isnan(errors), math.inf, errors)
+
+
+def _largest_part(difference: Array, direction: Array) -> Array:
+    """Return the largest velocity difference of either body along a direction, shape ``(2, m, 2)`` to ``(m,)``."""
+    parts: Array = np.abs(np.matmul(difference.transpose(1, 0, 2), direction[:, :, None])).max(axis=(1, 2))
+    return parts
+
+
+def _angles(a: Array, b: Array, negligible: float) -> Array:
+    """Return angles between vectors, radians; 0 where one is at most `negligible` long and has no direction."""
+    turned = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=-1))
+    shorter = np.minimum(np.hypot(a[..., 0], a[..., 1]), np.hypot(b[..., 0], b[..., 1]))
+    return np.where(shorter <= negligible, 0.0, np.abs(turned))

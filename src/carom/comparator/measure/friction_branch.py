@@ -1,0 +1,60 @@
+"""Wrong branches of friction: impacts that stick where they should slide, or slide where they should stick.
+
+Each impact is checked with its own velocities before, its own normal and its own normal impulse. So neither the time at
+which it was found nor the size of that impulse matters. The law of friction has two candidate tangential impulses and
+takes the smaller one (`core/impact.h`). An impact whose tangential impulse is nearer to the other one took the wrong
+branch. Where both are equal, between stick and slide, neither is wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.comparator.finite import finite_impacts
+from carom.comparator.measure.errors import impact_bodies
+from carom.comparator.scales import Scales
+from carom.core.rough_impact import branches
+from carom.model.trace import Trace, rim_speeds, velocities
+
+
+@dataclass(frozen=True)
+class WrongBranches:
+    """Impacts that took the wrong branch of friction, by index.
+
+    Attributes:
+        slid: Those whose bodies slid past each other, where friction can hold them.
+        stuck: Those whose bodies held each other, where friction can't.
+    """
+
+    slid: tuple[int, ...] = ()
+    stuck: tuple[int, ...] = ()
+
+
+def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
+    """Find the impacts that took the wrong branch of friction by more than rounding, over the scene's speed.
+
+    Impacts of a disc that has several contacts in one step are excluded: their effects can't be separated.
+    """
+    impacts = trace.impacts
+    if not trace.scene.arrays.rubs or not len(impacts):
+        return WrongBranches()
+    wall, before, after = impacts["second"] < 0, velocities(impacts, "before"), velocities(impacts, "after")
+    (one, two), contacts = impact_bodies(trace, rim_speeds(trace, "before"))
+    normal = impacts["normal"] / np.hypot(*impacts["normal"].T)[:, None]
+    tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    lightness = 1.0 / one.mass + 1.0 / two.mass
+    changed = (before[0] - before[1]) - (after[0] - after[1])
+    pushed, rubbed = (np.sum(changed * along, axis=1) / lightness for along in (normal, tangent))
+    both = branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)
+    holds = np.abs(both.sticking) < np.abs(both.sliding)
+    other = np.where(holds, both.sliding, both.sticking)
+    # As changes of velocity, over the scene's speed.
+    least = rounding * scales.rim_m_s / lightness
+    wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least)
+    known = ~wall if trace.scene.wall_rolling_resistance else np.ones(len(impacts), dtype=np.bool_)
+    if trace.effective_time_s is not None:
+        known &= np.isfinite(trace.effective_time_s)
+    wrong &= known & finite_impacts(trace)
+    return WrongBranches(*(tuple(np.flatnonzero(wrong & side).tolist()) for side in (holds, ~holds)))

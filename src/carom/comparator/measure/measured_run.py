@@ -1,0 +1,126 @@
+"""Third stage of a comparison: everything that verdicts and the grade are derived from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.align import AlignedRun
+from carom.comparator.finite import find_non_finite
+from carom.comparator.measure.consistency import Consistency, measure_consistency
+from carom.comparator.measure.contact import ContactScore, score_contact
+from carom.comparator.measure.errors import ImpactError, Measured, measure, unknown_velocities
+from carom.comparator.measure.friction_branch import WrongBranches, find_wrong_branches
+from carom.comparator.measure.local import LocalErrors, measure_local_errors
+from carom.comparator.measure.reports import ReportComparison, compare_reports_with_states
+from carom.comparator.measure.sampling_cost import (
+    SamplingCost,
+    measure_changes,
+    measure_impact_errors,
+    measure_sampling_cost,
+)
+from carom.comparator.measure.simultaneous_impacts import ConventionMatch, match_outcome
+from carom.comparator.measure.steps import LocalScore, score_steps
+from carom.comparator.thresholds import THRESHOLDS
+from carom.model.trace import Outcome
+
+
+@dataclass(frozen=True)
+class MeasuredRun(AlignedRun):
+    """Everything that verdicts and the grade are derived from.
+
+    Attributes:
+        measured: Errors of the run against the reference.
+        impact_errors: Errors of velocity and spin at each impact of the reference, shape ``(2, m)``; see
+            `measure_impact_errors`.
+        changes: Changes of velocity and spin at each impact of the reference, shape ``(2, m)``.
+        not_told_apart: Indices of the run's impacts after which a velocity is not known; see `unknown_velocities`.
+        sampling: Errors of PIT at the same step against the reference; None where PIT was not given.
+        measured_against_pit: Errors of the run against that PIT; None where PIT was not given.
+        sampling_cost: Errors of PIT at worst over the phases of the step; None where PIT was not given.
+        local: Errors of each impact of the run against the analytic answer from the run's own state before it.
+        convention: The admissible outcome that the run took, where the reference has no unique one.
+        consistency: None where the run has a number that is NaN or infinite.
+        contact: Score in contact; None where there is none, or states were not kept.
+        branches: The impacts that took the wrong branch of friction.
+        non_finite: The first number that is NaN or infinite, as a clause; empty where there is none.
+        local_truth: Each step against PIC from the run's own state; None where states were not checked.
+        reports: Comparison of reported impacts with states; None where states were not checked.
+    """
+
+    measured: Measured
+    impact_errors: NDArray[np.float64]
+    changes: NDArray[np.float64]
+    not_told_apart: tuple[int, ...]
+    sampling: Measured | None
+    measured_against_pit: Measured | None
+    sampling_cost: SamplingCost | None
+    local: LocalErrors
+    convention: ConventionMatch | None
+    consistency: Consistency | None
+    contact: ContactScore | None
+    branches: WrongBranches
+    non_finite: str
+    local_truth: LocalScore | None
+    reports: ReportComparison | None
+
+    def is_rounding(self, error: ImpactError, measured: Measured) -> bool:
+        """Whether the errors of an impact's velocities and spins are within the rounding of what led to it."""
+        own, at, scales = measured.own, error.reference, self.scales
+        return (
+            error.velocity * scales.speed_m_s <= self.rounding * own.speed_m_s[at]
+            and not error.spin * scales.rim_m_s > self.rounding * own.rim_m_s[at]
+        )
+
+    def end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
+        """Return the rounding errors of final positions, velocities and rims, in the rows of `Measured.ends`.
+
+        The rounding of a position grows with each step in narrow floats. *Exact* allows at most a hundredth of a step's
+        travel.
+        """
+        own = measured.own
+        place = self.place_rounding * own.reach_m
+        if exactly and self.observed.dt_s:
+            step_m = own.final_speed_m_s * self.observed.dt_s
+            # The position of a disc that never moves is not rounded at each step.
+            most = np.where(own.final_speed_m_s > 0.0, THRESHOLDS.close * step_m, self.rounding * own.reach_m)
+            place = np.minimum(place, most)
+        return np.stack([place, self.rounding * own.final_speed_m_s, self.rounding * own.final_rim_m_s])
+
+
+def measure_run(aligned: AlignedRun) -> MeasuredRun:
+    """Measure the errors of a run: against the reference, against its own states, and step by step."""
+    reference, observed, pit, scales = aligned.reference, aligned.observed, aligned.pit, aligned.scales
+    measured = measure(reference, observed, aligned.alignment, scales)
+    sampled = against_pit = cost = None
+    if pit is not None and aligned.pit_alignment is not None and aligned.against_pit is not None:
+        sampled = measure(reference, pit, aligned.pit_alignment, scales)
+        against_pit = measure(pit, observed, aligned.against_pit, scales)
+        cost = measure_sampling_cost(aligned, pit, sampled, measured)
+    non_finite, truth, until_s, possible = find_non_finite(observed), aligned.truth, aligned.compared.until_s, observed
+    if reference.outcome is Outcome.CRUSHED:  # after that no state is possible
+        reported_s = observed.impacts["time_s"]
+        turned_s = reported_s if observed.effective_time_s is None else observed.effective_time_s
+        turned_s = np.where(reported_s > reference.end_time_s, math.nan, turned_s)
+        possible = replace(observed, effective_time_s=turned_s)
+    return MeasuredRun.of(
+        aligned,
+        measured=measured,
+        impact_errors=measure_impact_errors(measured, scales, aligned.compared.impacts),
+        changes=measure_changes(reference, scales),
+        not_told_apart=tuple(np.flatnonzero(unknown_velocities(observed).any(axis=0)).tolist()),
+        sampling=sampled,
+        measured_against_pit=against_pit,
+        sampling_cost=cost,
+        local=measure_local_errors(observed, scales),
+        convention=match_outcome(reference, observed, pit, scales),
+        consistency=None if non_finite else measure_consistency(possible, scales, reference.contact_s),
+        contact=None if non_finite else score_contact(aligned),
+        branches=find_wrong_branches(observed, scales, aligned.rounding),
+        non_finite=non_finite,
+        local_truth=None if truth is None else score_steps(truth, scales, observed.float_bits, until_s),
+        reports=None if truth is None else compare_reports_with_states(observed, truth, until_s),
+    )

@@ -1,0 +1,118 @@
+"""Comparison of the impacts that a run reports with those that its states show."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.step_windows import LocalTruth
+from carom.model.trace import Trace, body_name
+from carom.support.formatting import instant
+
+#: Largest distance in steps of a report from its window. Engines report a contact up to two steps before or after it
+#: acts, most at a step's boundary; half a step more makes the limit independent of rounding.
+_AWAY_STEPS = 2.5
+
+#: Two bodies, the lower number first.
+_Bodies = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class ReportComparison:
+    """Differences of the reports and the states of a run.
+
+    Attributes:
+        unshown: Impacts that are reported and that no state shows.
+        unreported: Impacts that states show, each alone in its window, and that are not reported.
+        first_unshown: Time and bodies of the first, empty where there is none.
+        first_unreported: The same.
+    """
+
+    unshown: int
+    unreported: int
+    first_unshown: str
+    first_unreported: str
+
+    @property
+    def agree(self) -> bool:
+        """Whether the run reports what its states show."""
+        return not self.unshown and not self.unreported
+
+
+def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
+    """Compare the reports of a trace with its states, up to a time.
+
+    A report is shown by a window with its pair in its step, or in the two around it. A window of one impact shows one
+    report, and must have one unless the impact is missed or the window open. Other windows, and steps in which the pair
+    rests and is pushed, show any number of reports and need none.
+    """
+    windows = truth.windows[truth.meetings["window"]]
+    alone = ~windows["entangled"] & (windows["due"] > 0)
+    asked = alone & ~windows["open"] & ~truth.meetings["missed"] & (windows["end_s"] <= until_s)
+    away_s = _AWAY_STEPS * trace.dt_s
+    earliest, latest = windows["begin_s"] - away_s, windows["end_s"] + away_s
+    rows: dict[_Bodies, list[int]] = defaultdict(list)
+    for row, bodies in enumerate(_bodies(truth.meetings)):
+        rows[bodies].append(row)
+    reports: dict[_Bodies, list[float]] = {bodies: [] for bodies in rows}
+    for time_s, bodies in zip(trace.impacts["time_s"].tolist(), _bodies(trace.impacts), strict=True):
+        if time_s <= until_s:
+            reports.setdefault(bodies, []).append(time_s)
+    held: dict[_Bodies, list[tuple[float, float]]] = defaultdict(list)
+    if truth.rests is not None:
+        for row, bodies in zip(truth.rests.tolist(), _bodies(truth.rests), strict=True):
+            held[bodies].append(row[2:])
+    unshown: list[tuple[float, _Bodies]] = []
+    unreported: list[tuple[float, _Bodies]] = []
+    for bodies, times in reports.items():
+        own = [(float(earliest[row]), float(latest[row]), row) for row in rows.get(bodies, ())]
+        crowded = [span for span in own if not alone[span[2]]]
+        lonely = [span for span in own if alone[span[2]]]
+        # What no crowded window can show must find one of its own; what must be reported may be by any report. Where
+        # each can be matched by itself, both can at once (Mendelsohn and Dulmage, 1958).
+        bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
+        bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]
+        left, _ = _match(bound, lonely)
+        unshown += [(time_s, bodies) for time_s in left]
+        _, open_spans = _match(sorted(times), [span for span in lonely if asked[span[2]]])
+        unreported += [(float(windows["begin_s"][row]), bodies) for _, _, row in open_spans]
+    return ReportComparison(len(unshown), len(unreported), _format_first(unshown), _format_first(unreported))
+
+
+def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: float) -> bool:
+    """Whether a time is in one of some sorted, disjoint spans, or at most `away_s` away from one."""
+    after = bisect_right(spans, time_s + away_s, key=lambda span: span[0])
+    return after > 0 and time_s <= spans[after - 1][1] + away_s
+
+
+def _match(
+    times: Sequence[float], spans: Sequence[tuple[float, float, int]]
+) -> tuple[list[float], list[tuple[float, float, int]]]:
+    """Match each time with one span, the one that ends first, and return the unmatched times and spans."""
+    left, free = [], list(spans)
+    for time_s in times:
+        taken = min((span for span in free if span[0] <= time_s <= span[1]), key=lambda span: span[1], default=None)
+        if taken is None:
+            left.append(time_s)
+        else:
+            free.remove(taken)
+    return left, free
+
+
+def _format_first(found: Sequence[tuple[float, _Bodies]]) -> str:
+    if not found:
+        return ""
+    time_s, bodies = min(found)
+    first, second = sorted(bodies, key=lambda body: (body < 0, body))  # a wall comes last
+    return f"at {instant(time_s)} between {body_name(first)} and {body_name(second)}"
+
+
+def _bodies(rows: NDArray[np.void]) -> list[_Bodies]:
+    pairs = zip(rows["first"].tolist(), rows["second"].tolist(), strict=True)
+    return [(min(pair), max(pair)) for pair in pairs]

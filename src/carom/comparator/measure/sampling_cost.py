@@ -1,0 +1,204 @@
+"""The cost of sampling: the largest errors of PIT over the phases of a step.
+
+The phase at which an impact falls is chance: PIT may find it at once, or a step late, or not at all. So a run is
+compared with PIT at `THRESHOLDS.phases` phases of the same step, for each of which the scene is shifted along its own
+motion. It is also compared at the phases at which PIT is as late as the run itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.align import AlignedRun
+from carom.comparator.finite import find_non_finite
+from carom.comparator.impact_matching import ComparisonRange, match_impacts
+from carom.comparator.measure.errors import Measured, larger_error, measure
+from carom.comparator.scales import Scales, compute_scales, largest
+from carom.comparator.shift import even_phases, shifted_scenes
+from carom.comparator.thresholds import THRESHOLDS
+from carom.errors import InputError
+from carom.model.scene import Scene
+from carom.model.trace import Trace, rim_speeds, velocities
+from carom.solvers.pic import solve_pic
+from carom.solvers.pit.solve import solve_pit
+
+Array = NDArray[np.float64]
+
+#: Number of cached costs of scenes and steps. Every engine is compared with the same ones: all scenes of the catalogue
+#: at three steps each. Costs at a run's own phases are rarely used again and have a smaller cache of their own.
+KEPT = 1024
+OWN_KEPT = 256
+
+
+@dataclass(frozen=True)
+class SamplingCost:
+    """Errors of PIT at a step: at one phase of it, or the largest over its phases.
+
+    Arrays hold the error at each reliable impact of the reference, shape ``(2, m)``: of velocities after, over the
+    scene's speed, and of spins times radii, over its speed of rims; 0 if no disc spins.
+
+    Attributes:
+        dt_s: The step, seconds.
+        errors: The errors; that of a missed impact is all that it changes. Over several phases it is the largest error
+            up to each impact, because errors propagate from impact to impact.
+        found: The largest over the phases at which that impact and all before it are found; 0 where no phase finds
+            them.
+        found_off_s: The largest error of the impact's time at these phases, seconds, shape ``(m,)``.
+        energy: Error of the final kinetic energy, over that at the start. Over several phases, this and the following
+            are the largest of the scene's own phase and those at which no impact is missed or spurious.
+        final_position: Largest distance of a disc from its final one, over the scene's length; 0 where not measured.
+        final_velocity: Largest error of a final velocity, over the scene's speed; 0 where not measured.
+        final_spin: Largest error of a final spin times its radius, over the scene's speed of rims; 0 where not
+            measured.
+        late_s: Largest error of a time, seconds, over all phases; infinite where an impact is missed or spurious.
+        phases: Number of phases at which PIT was run.
+        close_phases: Number of these at which all of its impacts are close.
+    """
+
+    dt_s: float
+    errors: Array
+    found: Array
+    found_off_s: Array
+    energy: float
+    final_position: float
+    final_velocity: float
+    final_spin: float
+    late_s: float
+    phases: int = 1
+    close_phases: int = 0
+
+    @classmethod
+    def of(cls, dt_s: float, errors: Array, measured: Measured) -> SamplingCost:
+        """Return the cost of one phase, from the errors of PIT at it."""
+        worst, alignment = measured.largest, measured.alignment
+        ends = (worst.final_position, worst.final_velocity, worst.final_spin)
+        whole = not (alignment.missed or alignment.spurious or alignment.undecided)
+        late_s = largest((abs(error.time_s) for error in measured.errors), default=0.0) if whole else math.inf
+        first_missed, off_s = min(alignment.missed, default=errors.shape[1]), np.zeros(errors.shape[1])
+        for error in measured.errors:
+            off_s[error.reference] = abs(error.time_s)
+        is_found = np.arange(len(off_s)) < first_missed
+        found, found_off_s = np.where(is_found, errors, 0.0), np.where(is_found, off_s, 0.0)
+        place, velocity, spin = (0.0 if math.isnan(error) else error for error in ends)
+        return cls(dt_s, errors, found, found_off_s, abs(worst.energy), place, velocity, spin, late_s)
+
+    @classmethod
+    def worst(cls, costs: Sequence[SamplingCost]) -> SamplingCost:
+        """Return the largest cost over some phases, the first of which is the scene's own."""
+        errors, found, off_s = (
+            np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
+            for name in ("errors", "found", "found_off_s")
+        )
+        ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
+        names = ("energy", "final_position", "final_velocity", "final_spin")
+        energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
+        # At most a small part of a step, and of the cost up to each impact.
+        part, rounding = THRESHOLDS.close, THRESHOLDS.rounding
+        close = sum(
+            cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs
+        )
+        late_s = largest(cost.late_s for cost in costs)
+        return cls(costs[0].dt_s, errors, found, off_s, energy, place, velocity, spin, late_s, len(costs), close)
+
+
+def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, own: Measured) -> SamplingCost:
+    """Measure the cost of sampling at the step of a run of PIT.
+
+    Args:
+        aligned: The compared traces.
+        pit: PIT's run.
+        measured: The errors of PIT's run: one phase.
+        own: The errors of the run that is compared with PIT. Where they are larger than at even phases, PIT is also run
+            at the phases of its own lateness.
+    """
+    reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
+    costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
+    if not (pit.dt_s and impacts):
+        return SamplingCost.worst(costs)
+    costs += _costs_at_even_phases(reference.scene, pit.dt_s, impacts, cut)
+    cost = SamplingCost.worst(costs)
+    if phases := _find_own_phases(own, cost, THRESHOLDS.ratio_known_of(aligned.observed.float_bits)):
+        costs += _costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
+        # The number of close phases counts even phases only.
+        cost = replace(SamplingCost.worst(costs), phases=cost.phases, close_phases=cost.close_phases)
+    return cost
+
+
+def _find_own_phases(own: Measured, cost: SamplingCost, known: float) -> tuple[float, ...]:
+    """Return the phases, 0 to 1, at which PIT is as late as a run whose errors exceed a cost.
+
+    They are a single phase where a run checks for overlap once per step.
+    """
+    phases = dict[float, None]()
+    for error in own.errors:
+        at = error.reference
+        velocity, spin = cost.found[:, at]
+        is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[at]
+        if is_worse and error.time_s > 0.0:
+            steps = (float(own.reference.impacts["time_s"][at]) + error.time_s) / cost.dt_s
+            # A frame exactly a step late follows a frame that finds the impact at once; just before, it does not.
+            just_before = (steps - 0.1 * known) % 1.0
+            # Phases that differ only by rounding are the same.
+            phases[round(just_before, 11)] = None
+    return tuple(phases)[: THRESHOLDS.phases]
+
+
+def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> Array:
+    """Return the errors at the first impacts of a reference, shape ``(2, m)``: all that one changes where it is missed.
+
+    They are 0 where an impact is undecided.
+    """
+    found, missed = np.zeros((2, impacts)), list(measured.alignment.missed)
+    for error in measured.errors:
+        found[:, error.reference] = error.velocity, 0.0 if math.isnan(error.spin) else error.spin
+    found[:, missed] = measure_changes(measured.reference, scales)[:, missed]
+    return found
+
+
+def measure_changes(reference: Trace, scales: Scales) -> Array:
+    """Return the change of velocity and spin at each impact of a reference, of the more changed body, ``(2, m)``."""
+    velocity = larger_error(velocities(reference.impacts, "after") - velocities(reference.impacts, "before"))
+    spin = np.max(np.abs(rim_speeds(reference, "after") - rim_speeds(reference, "before")), axis=0)
+    return np.stack([velocity / scales.speed_m_s, spin / scales.rim_m_s])
+
+
+@lru_cache(maxsize=KEPT)
+def _costs_at_even_phases(scene: Scene, dt_s: float, reliable_impacts: int, cut: bool) -> tuple[SamplingCost, ...]:
+    """Return the cost at each even phase after the first, which is the scene's own."""
+    return _costs_at_phases.__wrapped__(scene, dt_s, reliable_impacts, cut, even_phases(THRESHOLDS.phases)[1:])
+
+
+@lru_cache(maxsize=OWN_KEPT)
+def _costs_at_phases(
+    scene: Scene, dt_s: float, reliable_impacts: int, cut: bool, phases: tuple[float, ...]
+) -> tuple[SamplingCost, ...]:
+    """Return the cost at each of some phases, as far as the same impacts happen there.
+
+    With `cut`, the scene has more than `reliable_impacts` impacts, beyond a horizon, and final states are not known.
+    """
+    reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
+    scales, costs = compute_scales(scene, reference), list[SamplingCost]()
+    bodies = reference.impacts[["first", "second"]][:reliable_impacts]
+    for moved in shifted_scenes(reference, dt_s, phases):
+        try:
+            truth = solve_pic(moved, max_impacts=reliable_impacts + 1)
+            pit = solve_pit(moved, frame_rate_hz=1.0 / dt_s)
+        except InputError:
+            continue
+        count = min(len(truth.impacts), reliable_impacts)
+        same = truth.impacts[["first", "second"]][:count] == bodies[:count]
+        agreed = count if same.all() else int(np.argmin(same))
+        if not agreed or find_non_finite(truth) or find_non_finite(pit):
+            continue
+        whole = not cut and agreed == reliable_impacts == len(truth.impacts)
+        until_s = math.inf if whole else float(truth.impacts["time_s"][agreed - 1])
+        found = measure(truth, pit, match_impacts(truth, pit, ComparisonRange(agreed, until_s)), scales)
+        errors = measure_impact_errors(found, scales, agreed)
+        costs.append(SamplingCost.of(dt_s, np.pad(errors, ((0, 0), (0, reliable_impacts - agreed))), found))
+    return tuple(costs)

@@ -1,0 +1,325 @@
+"""Simultaneous impacts that share a disc: the admissible outcomes, and the one that a trace took.
+
+Where several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique
+answer. Admissible is what some order of impacts, one pair at a time, leads to, until no contact approaches; and, where
+there is one, the answer of all impulses at once: each contact that pushes separates at e times its approach, none that
+does not push ends slower than that (D. Baraff, Analytical methods for dynamic simulation of non-penetrating rigid
+bodies, SIGGRAPH 1989).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.impact_matching import LATEST_STAMP_STEPS
+from carom.comparator.scales import Scales
+from carom.core import primitives
+from carom.core.rough_impact import ContactFriction
+from carom.model.scene import Scene, Wall
+from carom.model.trace import Trace, Vector, body_name, free_flights, rim_speeds, wall_body, wall_index
+
+#: Largest difference of two contacts of one instant in time (over the duration), place (over the scene's extent) and
+#: velocity (over the scene's speed): rounding, as everywhere else in the comparison.
+SAME = 1e-12
+
+#: Largest number of states that are followed: a list of thousands of outcomes would not help a reader.
+MOST_STATES = 4096
+
+#: Largest number of impacts that are listed; an inelastic collapse has infinitely many.
+MOST_TOLD = 12
+
+#: Largest number of contacts of which all subsets are tried as the ones that push.
+MOST_AT_ONCE = 8
+
+#: Velocity and speed of the rim, ``(x, y, R w)``, one row per disc.
+Motions = NDArray[np.float64]
+
+
+class TouchingBodies(NamedTuple):
+    """Two bodies that touch at the instant.
+
+    Attributes:
+        first: A disc.
+        second: A disc, or a wall, which is negative.
+        normal: Unit vector from first to second.
+        wall_m_s: Velocity of the wall at the instant, metres a second; 0 of a disc, which the motions tell.
+    """
+
+    first: int
+    second: int
+    normal: Vector
+    wall_m_s: Vector = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class AdmissibleOutcome:
+    """One admissible outcome of a shared instant.
+
+    Attributes:
+        how: The order of impacts that leads there, in words.
+        motion_m_s: Velocity and speed of the rim after, ``(x, y, R w)``, one row a disc of the group, shape ``(k, 3)``.
+    """
+
+    how: str
+    motion_m_s: Motions
+
+
+@dataclass(frozen=True)
+class Group:
+    """The discs and contacts of one shared instant.
+
+    Attributes:
+        time_s: The instant.
+        discs: Numbers of the discs, ascending.
+        contacts: What touches.
+        motion_m_s: Velocity and speed of the rim before, one row a disc, shape ``(k, 3)``.
+    """
+
+    time_s: float
+    discs: tuple[int, ...]
+    contacts: tuple[TouchingBodies, ...]
+    motion_m_s: Motions
+
+
+@dataclass(frozen=True)
+class ConventionMatch:
+    """The admissible outcome that a trace took.
+
+    Attributes:
+        group: The shared instant.
+        outcomes: The admissible outcomes; empty where there are too many to list.
+        nearest: Index of the nearest outcome; None where there is none.
+        distance: Largest difference of a velocity from it, over the scene's speed, or of a rim's speed, over that of
+            rims, where that is more.
+        matches: Whether that is no more than rounding, or no more than PIT's at the same step.
+    """
+
+    group: Group
+    outcomes: tuple[AdmissibleOutcome, ...]
+    nearest: int | None
+    distance: float
+    matches: bool
+
+
+def first_group(reference: Trace) -> Group | None:
+    """Return the first shared instant of a reference, None where there is none."""
+    if not reference.ambiguous:
+        return None
+    scene, impacts = reference.scene, reference.impacts
+    index = reference.ambiguous[0]
+    time_s = float(impacts["time_s"][index])
+    begin = int(np.searchsorted(impacts["time_s"], time_s - SAME * scene.duration_s))
+    # Places at the instant, and velocities of the flights that lead there: those that nothing before ends.
+    at_s, every = float(impacts["time_s"][begin]), reversed(list(free_flights(reference)))
+    flights = {flight.disc: flight for flight in every if flight.impact >= begin and flight.end_s >= at_s}
+    position = np.array([flights[disc].at(time_s) for disc in range(len(scene.discs))])
+    extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
+    contacts = list(_touching(scene, position, time_s, SAME * extent))
+    discs = {int(impacts["first"][index]), max(int(impacts["second"][index]), int(impacts["first"][index]))}
+    while True:  # bodies that are reached through movable discs are part of it
+        linked = {
+            body
+            for first, second, *_ in contacts
+            for body in (first, second)
+            if body >= 0 and any(b in discs and not scene.discs[b].immovable for b in (first, second) if b >= 0)
+        }
+        if linked <= discs:
+            break
+        discs |= linked
+    own = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
+    rim = scene.arrays.surface_speed_m_s.copy()
+    bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
+    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last one stays
+    ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
+    motion = [(*flight.velocity_at(time_s), r * flight.damping.kept(time_s - flight.begin_s)) for flight, r in ended]
+    return Group(time_s, tuple(sorted(discs)), own, np.array(motion))
+
+
+def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
+    """Return every admissible outcome of a shared instant, without repetition; empty where there are too many.
+
+    Args:
+        scene: The scene.
+        group: The instant.
+        speed_m_s: The scene's speed, of which a part of `SAME` is rounding.
+    """
+    row = {disc: k for k, disc in enumerate(group.discs)}
+    tolerance = SAME * speed_m_s
+    # Far wider than rounding and far narrower than any difference that could matter; and what closes more slowly than
+    # this has come to rest, as after infinitely many impacts.
+    cell = 1e3 * tolerance
+    found: list[AdmissibleOutcome] = []
+    seen: set[bytes] = set()
+    stack: list[tuple[Motions, tuple[str, ...]]] = [(group.motion_m_s.copy(), ())]
+    while stack:
+        motion, path = stack.pop()
+        key = (np.round(motion / cell) + 0.0).tobytes()  # both zeros are the same
+        if key in seen:
+            continue
+        seen.add(key)
+        if len(seen) > MOST_STATES:
+            return ()
+        active = [c for c in group.contacts if _closing(c, motion, row) > cell]
+        if not active:
+            told = ", then ".join(path[:MOST_TOLD]) or "no impact"
+            found.append(AdmissibleOutcome(told + ", and so on" * (len(path) > MOST_TOLD), motion))
+        for contact in reversed(active):  # last first, so that the stack gives the lower body numbers first
+            struck = contact.second if contact.second >= 0 else body_name(contact.second)
+            stack.append((_struck(scene, contact, motion, row), (*path, f"{contact.first} on {struck}")))
+    at_once = _at_once(scene, group, row, tolerance)
+    if at_once is not None and all(np.max(np.abs(at_once - o.motion_m_s)) > cell for o in found):
+        found.append(AdmissibleOutcome("all at once", at_once))
+    return tuple(found)
+
+
+def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
+    """Return the admissible outcome that a trace took at its first shared instant; None where all is unique."""
+    group = first_group(reference)
+    if group is None:
+        return None
+    outcomes = admissible_outcomes(reference.scene, group, scales.speed_m_s)
+    if not outcomes:
+        return ConventionMatch(group, (), None, math.nan, matches=False)
+    nearest, distance = _nearest(observed, group, outcomes, scales)
+    # Sampling turns normals, so the difference of PIT at the same step is allowed.
+    allowed = 0.0 if sampling is None else _nearest(sampling, group, outcomes, scales)[1]
+    return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= allowed + 1e3 * SAME)
+
+
+def _nearest(trace: Trace, group: Group, outcomes: Sequence[AdmissibleOutcome], scales: Scales) -> tuple[int, float]:
+    found = _motions_after(trace, group)
+    distances = []
+    for outcome in outcomes:
+        x, y, rim = (found - outcome.motion_m_s).T
+        distances.append(float(np.max([np.hypot(x, y) / scales.speed_m_s, np.abs(rim) / scales.rim_m_s])))
+    best = int(np.argmin(distances))
+    return best, distances[best]
+
+
+def _motions_after(trace: Trace, group: Group) -> Motions:
+    """Return the motions of the group's discs after its impacts at this instant and within the next steps."""
+    motion = group.motion_m_s.copy()
+    row = {disc: k for k, disc in enumerate(group.discs)}
+    slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
+    for impact, rims in zip(trace.impacts, rim_speeds(trace, "after").T, strict=True):
+        sides = {name: int(impact[name]) for name in ("first", "second") if impact[name] >= 0}
+        if abs(float(impact["time_s"]) - group.time_s) <= slack and all(body in row for body in sides.values()):
+            for (name, body), rim in zip(sides.items(), rims, strict=False):  # a wall is the second body
+                motion[row[body]] = (*impact[f"velocity_{name}_after"], rim)
+    return motion
+
+
+def _touching(
+    scene: Scene, position: NDArray[np.float64], time_s: float, tolerance_m: float
+) -> Iterator[TouchingBodies]:
+    radius = scene.arrays.radius_m
+    for i in range(len(radius)):
+        offset = position[i + 1 :] - position[i]
+        distance = np.hypot(*offset.T)
+        for k in np.flatnonzero(distance - (radius[i] + radius[i + 1 :]) <= tolerance_m):
+            normal = offset[k] / distance[k]
+            yield TouchingBodies(i, i + 1 + int(k), (float(normal[0]), float(normal[1])))
+        for number, wall in enumerate(scene.walls):
+            leg = wall.drive.leg_at(time_s)
+            seen = position[i] - leg.moved_at(time_s)
+            if isinstance(wall, Wall):
+                gap = float((seen - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
+                if gap <= tolerance_m:
+                    yield TouchingBodies(i, wall_body(number), (-wall.normal[0], -wall.normal[1]), leg.velocity)
+                continue
+            x, y = seen.tolist()
+            for foot in wall.outline.feet_within(x, y, wall.half_width_m + float(radius[i]) + tolerance_m):
+                distance = math.hypot(foot.x - x, foot.y - y)
+                normal = ((foot.x - x) / distance, (foot.y - y) / distance)
+                yield TouchingBodies(i, wall_body(number), normal, leg.velocity)
+
+
+def _closing(contact: TouchingBodies, motion: Motions, row: dict[int, int]) -> float:
+    first, second, normal, wall = contact
+    other = motion[row[second], :2] if second >= 0 else np.array(wall)
+    return float((motion[row[first], :2] - other) @ np.array(normal))
+
+
+def _inverse_masses(scene: Scene, contact: TouchingBodies) -> tuple[float, float]:
+    first, second, *_ = contact
+    return 1.0 / scene.discs[first].mass_kg, 1.0 / scene.discs[second].mass_kg if second >= 0 else 0.0
+
+
+def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[int, int]) -> Motions:
+    """Return the motions after an impact of two bodies, by the law of impact with friction."""
+    first, second, normal, wall_m_s = contact
+    is_wall, start, after = second < 0, scene.arrays, motion.copy()
+    weights = dict(zip((first, second), _inverse_masses(scene, contact), strict=True))
+    if sum(weights.values()) == 0.0:
+        return motion
+    surface = start.materials[wall_index(second)] if is_wall else scene
+    sides = [(first, -1.0)] if is_wall else [(first, -1.0), (second, 1.0)]
+    pressed = (1.0 + surface.restitution) * _closing(contact, motion, row) / sum(weights.values())
+    for body, sign in sides:
+        after[row[body], :2] += sign * (pressed * weights[body] * np.array(normal))
+    law = ContactFriction(
+        surface.friction, start.wall_tangential_restitution if is_wall else start.tangential_restitution
+    )
+    resists = scene.wall_rolling_resistance if is_wall else 0.0
+    if not (law.friction or resists):
+        return after
+    tangent = np.array([-normal[1], normal[0]])
+    slip = sum(motion[row[body], 2] - sign * float(motion[row[body], :2] @ tangent) for body, sign in sides)
+    if is_wall:
+        slip -= float(np.array(wall_m_s) @ tangent)
+        slip += start.belt_of_wall(wall_index(second))
+    inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
+    turned = rubbed = primitives.tangential_impulse(*law, slip, inverse_effective_mass, pressed)
+    if resists:  # of a wall: per unit of the disc's mass
+        rim, weight = motion[row[first], 2], weights[first]
+        friction, rolling, _ = primitives.frictional_impulses(
+            *law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weight
+        )
+        rubbed, turned = friction / weight, (friction + rolling) / weight
+    for body, sign in sides:
+        after[row[body], :2] += sign * rubbed * weights[body] * tangent
+        after[row[body], 2] -= turned * weights[body] / start.inertia[body]
+    return after
+
+
+def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
+    """Solve for all impulses at once by trying which contacts push; None without an answer, or for too many contacts.
+
+    With friction the answer of all impulses at once is not unique (Baraff 1989), and none is listed.
+    """
+    if scene.arrays.rubs:
+        return None
+    contacts = [c for c in group.contacts if sum(_inverse_masses(scene, c)) > 0.0]
+    if len(contacts) > MOST_AT_ONCE:
+        return None
+    jacobian = np.zeros((len(contacts), 2 * len(row)))
+    inverse_mass = np.repeat(1.0 / scene.arrays.mass_kg[list(group.discs)], 2)
+    for k, (first, second, normal, _) in enumerate(contacts):
+        jacobian[k, 2 * row[first] : 2 * row[first] + 2] = np.negative(normal)
+        if second >= 0:
+            jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
+    matrix = (jacobian * inverse_mass) @ jacobian.T
+    closing = np.array([_closing(c, group.motion_m_s, row) for c in contacts])
+    # Closing speeds after: -e times those before; where nothing closed, nothing may close.
+    seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)
+    restitution = scene.arrays.restitution_of(seconds)
+    wanted = -restitution * np.maximum(closing, 0.0)
+    for pushing in sorted(product((True, False), repeat=len(contacts)), key=sum, reverse=True):
+        active = np.flatnonzero(pushing)
+        inner = matrix[np.ix_(active, active)]
+        if np.linalg.matrix_rank(inner) < len(active):
+            continue
+        impulse = np.zeros(len(contacts))
+        impulse[active] = np.linalg.solve(inner, (closing - wanted)[active])
+        if np.all(impulse >= 0.0) and np.all(closing - matrix @ impulse <= wanted + 1e3 * tolerance):
+            after = group.motion_m_s.copy()
+            after[:, :2] += (inverse_mass * (jacobian.T @ impulse)).reshape(-1, 2)
+            return after
+    return None

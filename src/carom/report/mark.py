@@ -1,0 +1,92 @@
+"""Marks of the outcomes of runs: word, symbol, colours and a definition of one line each."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from carom.comparator import Grade
+from carom.execution.job import Status
+from carom.execution.results import Row
+from carom.report.document import Cell
+
+
+class Mark(Enum):
+    """The outcome of a cell. Each mark has its own symbol, so that colour is never the only sign."""
+
+    EXACT = ("exact", "✓", "equal to PIC, up to rounding", "green")
+    EXACT_32 = ("exact (float32)", "✓", "equal to PIC, up to the rounding of 32-bit floats", "green")
+    CLOSE = ("close", "≃", "every impact found, with at most a hundredth of PIT's largest error", "green")
+    SAMPLED = ("sampled", "≈", "every impact found, with no more error than PIT has at the same step", "cyan")
+    INACCURATE = ("inaccurate", "▲", "every impact found, but early or with more error than PIT", "yellow")
+    PARTED = ("parted", "↗", "the trajectory left PIC's; each of its steps is as accurate as PIT's", "yellow")
+    PARTED_INACCURATE = ("parted inaccurate", "⇗", "the trajectory left PIC's; a step is worse than PIT's", "red")
+    WRONG = ("wrong", "✗", "an impact missed, invented or out of order, or a run that ends differently", "bold red")
+    UNGRADED = ("not graded", "○", "no unique answer, or no impact to grade", "dim")
+    UNSCORED = ("not scored", "?", "PIC can't solve the scene, so there is no reference", "dim")
+    UNSUPPORTED = ("unsupported", "∅", "the scene needs a feature that the engine does not have", "dim")
+    UNAVAILABLE = ("unavailable", "∅", "the engine is not installed", "dim")
+    CRASHED = ("crashed", "†", "the engine ended its process", "bold magenta")
+    TIMED_OUT = ("timed out", "⧖", "the engine exceeded the time limit", "bold magenta")
+    FAILED = ("failed", "!", "the adapter raised an error or returned an invalid result", "bold magenta")
+    ABSENT = ("not planned", "·", "another profile has the same settings", "dim")
+
+    def __init__(self, word: str, symbol: str, meaning: str, style: str) -> None:
+        self.word = word
+        self.symbol = symbol
+        self.meaning = meaning
+        self.style = style
+
+    @property
+    def css(self) -> str:
+        """Class of the mark in the HTML report."""
+        return self.word.partition(" (")[0].replace(" ", "-")
+
+    @property
+    def sentence(self) -> str:
+        """The word of the mark and its meaning."""
+        return f"{self.word}: {self.meaning}"
+
+    @property
+    def cell(self) -> Cell:
+        """A table cell with the word, and with the meaning at the pointer."""
+        return Cell(self.word, title=self.sentence, css=self.css, symbol=self.symbol, style=self.style)
+
+    @property
+    def rank(self) -> int | None:
+        """The place of a grade, from exact, 0, to wrong, 6; None for other marks."""
+        return _RANKS.get(self)
+
+    @property
+    def ran(self) -> bool:
+        """Whether the engine gave an answer that was compared with the reference."""
+        return self in GRADED
+
+
+_OF_GRADE = {grade: Mark[grade.name] for grade in Grade}
+
+#: The grade of each mark that has one.
+GRADED = {mark: grade for grade, mark in _OF_GRADE.items()} | {Mark.EXACT_32: Grade.EXACT}
+_RANKS = {mark: list(Grade).index(grade) for mark, grade in GRADED.items() if grade is not Grade.UNGRADED}
+#: Marks of runs without the errors of checking once per step.
+RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
+#: Marks of runs in which the engine returned no complete answer.
+BROKEN = frozenset({Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED})
+
+
+def mark_of(row: Row | None) -> Mark:
+    """Return the mark of a row; None is a cell without a planned row."""
+    if row is None:
+        return Mark.ABSENT
+    return parse_mark(row.status, row.grade, row.score.float_bits if row.score else None)
+
+
+def parse_mark(status: Status, grade: Grade | None, float_bits: int | None) -> Mark:
+    """Return the mark of a row from the fields of its record."""
+    if status is not Status.RAN:
+        return Mark[status.name]
+    return Mark.UNSCORED if grade is None else mark_of_grade(grade, float_bits or 64)
+
+
+def mark_of_grade(grade: Grade, float_bits: int) -> Mark:
+    """Return the mark of a grade; *exact* has a mark for each width of floats."""
+    return Mark.EXACT_32 if grade is Grade.EXACT and float_bits == 32 else _OF_GRADE[grade]

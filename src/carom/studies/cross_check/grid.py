@@ -1,0 +1,362 @@
+"""The grid of a cross-check: its runs as frozen cells, from its results or from results.jsonl. All sections read it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import statistics
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+from urllib.parse import quote
+
+from carom.comparator import Errors, Horizon, Verdict
+from carom.comparator.thresholds import THRESHOLDS
+from carom.execution.job import Method
+from carom.execution.results import Results, Row
+from carom.report import formatting
+from carom.report.mark import BROKEN, Mark, parse_mark
+from carom.report.record import RowLine, SceneLine, Summary
+from carom.report.replay import replay_key
+from carom.report.row_lines import line_of, reasons_of, summary_of
+
+#: Engines of Carom's own, which other engines are compared with.
+_OWN = frozenset({"pic", "pit"})
+#: Reason where a column has no row for a scene: `carom.execution` drops a profile with the settings of another one.
+NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
+_NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
+#: The line of a cell without a row: nothing of it is known.
+_NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
+_NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
+_NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # nothing of it was scored
+#: Verdicts that show that bodies passed through each other. A diverged trajectory has no such verdict for its impacts.
+_MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
+#: Grade number of a run without an answer: one more than that of the worst grade.
+_BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
+
+
+class GridColumn(NamedTuple):
+    """A method, and whether it is one of Carom's own."""
+
+    method: Method
+    own: bool
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.method.engine
+
+    @property
+    def profile(self) -> str:
+        """The profile as it is shown: with what was tried instead of its own settings."""
+        return self.method.profile_shown
+
+    @property
+    def label(self) -> str:
+        """The engine's name in headings: Carom's methods by their initials, an adapter by its name."""
+        return self.engine.upper() if self.own else self.engine
+
+    @property
+    def name(self) -> str:
+        """Engine and profile in one word group."""
+        return f"{self.label} {self.profile}"
+
+
+@dataclass(frozen=True)
+class GridCell:
+    """A run of a scene by a method at a step, or why there is none.
+
+    Attributes:
+        scene: Name of the scene.
+        column: Its engine and profile.
+        mark: The outcome.
+        reasons: Every verdict with its numbers, or why it was not run, as sentences without a full stop.
+        line: All its numbers, as in results.jsonl; without any where no run was planned.
+        of_scene: Number of impacts, horizon and scales of the scene.
+        pit: PIT's errors at the same step, by name; empty where PIT was not run.
+        row: The run with its trace; None where none was planned, or where the grid comes from results.jsonl.
+    """
+
+    scene: str
+    column: GridColumn
+    mark: Mark
+    reasons: tuple[str, ...]
+    line: RowLine
+    of_scene: SceneLine
+    pit: Mapping[str, str | int | float | None]
+    row: Row | None
+
+    @property
+    def scored(self) -> bool:
+        """Whether the run was compared with the reference."""
+        return self.line.total is not None
+
+    @property
+    def has_replay(self) -> bool:
+        """Whether there is a run and a reference for a replay."""
+        return self.scored and self.row is not None
+
+    @property
+    def link(self) -> str:
+        """The link to its replay in the same page; empty where there is none."""
+        return f"#{quote(replay_key(self.row.job))}" if self.row and self.has_replay else ""
+
+    @property
+    def expected(self) -> int:
+        """Number of impacts of the reference that were compared."""
+        return self.of_scene.expected if self.scored else 0
+
+    @property
+    def missed(self) -> int:
+        """Number of missed impacts."""
+        return len(self.line.missed or ())
+
+    @property
+    def invented(self) -> int:
+        """Number of spurious impacts."""
+        return len(self.line.spurious or ())
+
+    @property
+    def undecided(self) -> int:
+        """Number of impacts too close to the end of the run to have been reported."""
+        return len(self.line.undecided or ())
+
+    @property
+    def matched(self) -> int:
+        """Number of impacts that were found."""
+        return self.line.matched or 0
+
+    @property
+    def errors(self) -> Errors:
+        """The largest errors; NaN where there is none."""
+        return self.line.total or _NO_ERRORS
+
+    @property
+    def cost(self) -> float:
+        """The error over PIT's; NaN where there is none."""
+        return math.nan if self.line.price_paid is None else float(self.line.price_paid)
+
+    @property
+    def rounding(self) -> float:
+        """Largest relative error that is rounding."""
+        return THRESHOLDS.rounding_of(self.line.float_bits or 64)
+
+    @property
+    def time_error_s(self) -> float:
+        """The largest error of a time, seconds; 0 where it is rounding, NaN where there is none."""
+        error_s = self.errors.time_s
+        if math.isnan(error_s):
+            return error_s
+        limit_s = THRESHOLDS.time_rounding_of(self.line.float_bits or 64, self.of_scene.scales.time_s, self.line.dt_s)
+        return 0.0 if abs(error_s) <= limit_s else error_s
+
+    def has_verdict(self, verdict: Verdict) -> bool:
+        """Whether the run has a verdict."""
+        return any(one.verdict == verdict.name.lower() for one in self.line.verdicts)
+
+    @property
+    def has_miss(self) -> bool:
+        """Whether a verdict on the run is a missed impact; after a divergence only steps can show one."""
+        return any(one.verdict in _MISSES for one in self.line.verdicts)
+
+    @property
+    def figure(self) -> str:
+        """The number that matters most, with its unit; empty where the run is exact, or has none."""
+        if self.missed:
+            return f"{self.missed} of {self.expected} missed"
+        if self.invented:
+            return f"{self.invented} invented"
+        if self.scored and not self.matched:
+            if self.undecided:
+                return f"{self.undecided} of {self.expected} undecided"
+            return "none compared" if self.of_scene.beyond_horizon else "no impact"
+        if not self.scored or self.mark in (Mark.EXACT, Mark.EXACT_32):
+            return ""
+        velocity, spin = self.errors.velocity, self.errors.spin  # if no disc spins, spin is NaN
+        # Velocities after a head-on impact are right however late it is found: then its time is shown.
+        if velocity <= self.rounding and not spin > self.rounding and self.time_error_s:
+            side = "late" if self.errors.time_s > 0 else "early"
+            return f"{formatting.steps(abs(self.errors.time_s), self.line.dt_s)} {side}"
+        if math.isfinite(self.cost):
+            return f"{formatting.number(self.cost)} of PIT"
+        return (
+            f"{formatting.percent(spin)} of top rim speed"
+            if spin > velocity
+            else f"{formatting.percent(velocity)} of top speed"
+        )
+
+    @property
+    def compact(self) -> str:
+        """The same for a terminal."""
+        if self.missed or self.invented:
+            return formatting.lost(self.missed, self.invented)
+        return re.sub(" (late|early|of top.*)$", "", self.figure.replace(" of PIT", "\N{MULTIPLICATION SIGN}"))
+
+
+class GridRow(NamedTuple):
+    """A scene and its cells at its coarsest step, in the order of the columns.
+
+    Attributes:
+        name: Name of the scene.
+        description: What it shows.
+        certified: How far its reference is certified; empty where that is not known.
+        cells: They.
+    """
+
+    name: str
+    description: str
+    certified: str
+    cells: tuple[GridCell, ...]
+
+
+class NotRun(NamedTuple):
+    """Cells, at any step, that were not run or not scored for the same reason."""
+
+    mark: Mark
+    reason: str
+    columns: tuple[str, ...]
+    scenes: tuple[str, ...]
+    everywhere: bool  # whether these are all scenes of the cross-check
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All runs of a cross-check.
+
+    Attributes:
+        columns: By method, in the order of the rows.
+        rows: Scenes, each at its coarsest step.
+        runs: Every run at every step.
+        step_phrase: The steps of the rows, as a phrase.
+        unrun: What was not run, and why.
+        results: References, known answers, engines and machine; without references or engines if the grid comes from
+            results.jsonl.
+    """
+
+    columns: Mapping[Method, GridColumn]
+    rows: tuple[GridRow, ...]
+    runs: tuple[GridCell, ...]
+    step_phrase: str
+    unrun: tuple[NotRun, ...]
+    results: Results
+
+    def cells(self, column: GridColumn) -> tuple[GridCell, ...]:
+        """Return the cells of a column, one for each scene."""
+        return tuple(cell for row in self.rows for cell in row.cells if cell.column == column)
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """The marks for the legend: the grades, and any other mark that occurs."""
+        present = {cell.mark for row in self.rows for cell in row.cells}
+        return tuple(mark for mark in Mark if mark in present or (mark.rank is not None and mark is not Mark.EXACT_32))
+
+    @property
+    def compared(self) -> list[GridColumn]:
+        """The columns that are compared with PIC, the best first; PIC itself where nothing else ran."""
+        ran = [column for column in self.columns.values() if any(cell.scored for cell in self.cells(column))]
+        return rank_methods(self, [column for column in ran if column.engine != "pic"] or ran)
+
+
+def build_grid(results: Results) -> Grid:
+    """Build the grid of a cross-check."""
+    summary, lines = summary_of(results), [line_of(row) for row in results.rows]
+    grid = _build(summary, lines, results.rows, results)
+    own_frames = (
+        math.isclose(row.job.dt_s * row.job.scene.frame_rate_hz, 1.0, rel_tol=formatting.WHOLE)
+        for row in results.rows
+        if row.job.refinement == 0
+    )
+    return dataclasses.replace(grid, step_phrase="each scene's own frame rate") if all(own_frames) else grid
+
+
+def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
+    """Build the grid of a cross-check from its records, which hold no traces and no references."""
+    results = Results((), {}, {}, (), summary.environment, summary.command, summary.elapsed_s)
+    return _build(summary, lines, [None] * len(lines), results)
+
+
+def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
+    methods = list(dict.fromkeys(map(_method, lines)))
+    # A profile can come in at a later step only; among an engine's columns its own order decides.
+    engines = list(dict.fromkeys(method.engine for method in methods))
+    methods.sort(key=lambda method: engines.index(method.engine))
+    columns = {method: GridColumn(method, method.engine in _OWN) for method in methods}
+    pit = {(one["scene"], one["dt_s"]): one for one in summary.sampling if "velocity" in one}
+    runs = tuple(
+        GridCell(
+            line.scene,
+            columns[_method(line)],
+            parse_mark(line.status, line.grade, line.float_bits),
+            reasons_of(line, summary.verdicts),
+            line,
+            summary.scenes.get(line.scene, _NO_SCENE),
+            pit.get((line.scene, line.dt_s), {}),
+            row,
+        )
+        for line, row in zip(lines, rows, strict=True)
+    )
+    coarsest = {(cell.scene, cell.column): cell for cell in runs if cell.line.refinement == 0}
+    scenes = {line.scene: row.job.scene.description if row else "" for line, row in zip(lines, rows, strict=True)}
+
+    def row_of(name: str) -> GridRow:
+        found = results.certified.get(name, "")
+        certified = (
+            f"certified to impact {found.certified}"
+            if isinstance(found, Horizon)
+            else found.partition(";")[0].partition(":")[0]
+        )
+        absent = (
+            GridCell(name, column, Mark.ABSENT, (NOT_PLANNED,), _NO_LINE, _NO_SCENE, {}, None)
+            for column in columns.values()
+        )
+        cells = tuple(coarsest.get((name, cell.column), cell) for cell in absent)
+        return GridRow(name, scenes[name], certified, cells)
+
+    return Grid(
+        columns, tuple(map(row_of, scenes)), runs, "the coarsest step", _group_not_run(runs, len(scenes)), results
+    )
+
+
+def _method(line: RowLine) -> Method:
+    return Method(line.engine, line.profile, tuple(line.tried.items()))
+
+
+def _group_not_run(runs: Iterable[GridCell], scene_count: int) -> tuple[NotRun, ...]:
+    found = formatting.together(
+        ((cell.mark, cell.column.engine, "; ".join(cell.reasons)), cell) for cell in runs if not cell.mark.ran
+    )
+    return tuple(
+        NotRun(
+            mark,
+            reason,
+            tuple(dict.fromkeys(cell.column.name for cell in cells)),
+            scenes := tuple(dict.fromkeys(cell.scene for cell in cells)),
+            len(scenes) == scene_count,
+        )
+        for (mark, _, reason), cells in found.items()
+    )
+
+
+RANKING_NOTE = (
+    "Methods are ranked by their mean grade, from 0 (exact) to 6 (wrong), with 7 for a run without an answer; among "
+    "equals, the lower median error relative to PIT comes first."
+)
+
+
+def rank_methods(grid: Grid, columns: Iterable[GridColumn]) -> list[GridColumn]:
+    """Sort methods, the best first; ties stay in the order of the grid's columns."""
+    return sorted(columns, key=lambda column: compute_standing(grid.cells(column)))
+
+
+def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
+    """Compute the sort key of a method from its cells of the same scenes, one per scene; the least is the best.
+
+    It is the mean of its grades, then the median error over PIT's, which is 0 where no scene has one. A method without
+    a grade is last.
+    """
+    cells = list(cells)
+    ranks = [_BROKEN_RANK if cell.mark in BROKEN else cell.mark.rank for cell in cells]
+    places = [rank for rank in ranks if rank is not None]
+    known = [cell.cost for cell in cells if not math.isnan(cell.cost)]
+    return statistics.fmean(places) if places else math.inf, statistics.median(known) if known else 0.0

@@ -1,0 +1,151 @@
+"""Section with every scene on every engine, their replays, and what was not scored."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from carom.comparator import Score
+from carom.execution.plan import missing_profile_reason
+from carom.model.trace import Trace
+from carom.report import formatting
+from carom.report.document import (
+    DETAIL,
+    IN_FULL,
+    ON_PAPER,
+    PAGE,
+    TERMINAL,
+    Cell,
+    Column,
+    Legend,
+    Lines,
+    Replays,
+    Section,
+    Table,
+    Text,
+)
+from carom.report.files import packed
+from carom.report.mark import Mark
+from carom.report.replay import describe_run, replay_data, replay_key, run_command
+from carom.studies.cross_check.grid import Grid, GridCell, GridRow, NotRun
+from carom.studies.cross_check.play_page import play_link
+from carom.support.escaping import visible
+
+#: Marks of cells that a reader can act on: install an engine, report a crash, raise a limit.
+_ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
+
+FIGURE_NOTE = (
+    "0.5 of PIT: the run's largest error is half of PIT's at the same step. Late: velocities are right, and the impact "
+    "is found this many steps late."
+)
+FIGURE_DETAIL = (
+    "Impacts that are missed or invented are counted first. Otherwise the largest velocity or spin error counts, over "
+    "PIT's largest over the phases of the step. Where PIT has no such error, it is a share of the greatest speed in "
+    "the scene. Where all velocities and spins are right to rounding, the largest time error counts, in steps. PIC is "
+    "compared with itself here; the known answers show how accurate it is."
+)
+SHORT_NOTE = (
+    "0.5\N{MULTIPLICATION SIGN}: largest velocity or spin error over PIT's\n"
+    "-1 +2: impacts missed and invented\n"
+    "0.4 steps: velocities right to rounding, found this many steps late or early"
+)
+
+
+def scenes_section(grid: Grid) -> Section:
+    """Return the table of all scenes and engines."""
+    columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
+    columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
+    legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), IN_FULL - PAGE)
+    return Section(
+        f"Every scene on every engine, against PIC at {grid.step_phrase}",
+        (
+            legend,
+            Table(columns, grid.rows, css="grid", only=IN_FULL),
+            Text(FIGURE_NOTE, ON_PAPER),
+            Text(FIGURE_DETAIL, ON_PAPER, folded=True),
+            Text(SHORT_NOTE, DETAIL),
+            Replays(partial(pack_replays, grid)),
+        ),
+        short="Every scene",
+    )
+
+
+def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
+    """Yield number and heading of each column; profiles of Carom's own method that agree are merged."""
+    columns = list(grid.columns.values())
+
+    def content(k: int) -> list[tuple[Mark, str]]:
+        return [(row.cells[k].mark, row.cells[k].figure) for row in grid.rows]
+
+    for k, column in enumerate(columns):
+        same = [j for j, other in enumerate(columns) if column.own and other.engine == column.engine]
+        if len(same) < 2 or any(content(j) != content(k) for j in same):
+            yield k, column.label, column.profile
+        elif k == same[-1]:
+            yield k, column.label, ""
+
+
+def _cell(k: int, row: GridRow) -> Cell:
+    """Return the cell of a scene in the k-th column."""
+    cell = row.cells[k]
+    return replace(
+        cell.mark.cell,
+        note=cell.figure,
+        link=cell.link,
+        short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
+        title=cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}",
+    )
+
+
+def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
+    """Yield the name of each scene that has a reference, and its replays, packed."""
+    for row in grid.rows:
+        reference = grid.results.references.get(row.name)
+        runs = [found for cell in row.cells if (found := _replay(cell))]
+        if reference is not None and runs:
+            yield visible(row.name), packed(replay_data(reference, runs) | {"drag": play_link(reference.scene)})
+
+
+def _replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | None:
+    """Return a run, its score and what is said of it; None where there is no replay."""
+    if cell.row is None or cell.row.trace is None or cell.row.score is None:
+        return None
+    job = cell.row.job
+    said = describe_run(cell.row, cell.column.label, replay_key(job), run_command(visible(job.scene.name), job))
+    return cell.row.trace, cell.row.score, said
+
+
+def unscored_section(grid: Grid) -> Section:
+    """Return what was not run or not scored, and why; a terminal shows what a reader can act on, or what has no run."""
+    every = tuple(map(_describe_not_run, grid.unrun))
+    important = tuple(_describe_not_run(one) for one in grid.unrun if one.everywhere or one.mark in _ACTIONABLE)
+    run = {column.engine for column in grid.columns.values()}
+    missing = [info for info in grid.results.engines if info.missing and info.name not in run]
+    here = f"{Path.cwd()}{os.sep}"  # reports go to others: below the working folder, paths begin there
+    names = formatting.listed([info.name for info in missing])
+    lines = (
+        Lines(every, IN_FULL, folded=formatting.count(len(every), "reason")),
+        Lines(important, TERMINAL),
+        Lines(tuple(f"{one.name} is not run: {one.unavailable.replace(here, '')}" for one in missing), IN_FULL),
+        Lines((f"Not installed: {names}; 'carom engines' says how to get them.",) if missing else (), TERMINAL),
+        Lines(tuple(_missing_profiles(grid)), ON_PAPER),
+    )
+    return Section("Not scored, and why", tuple(block for block in lines if block.items), level=3)
+
+
+def _describe_not_run(entry: NotRun) -> str:
+    where = "every scene" if entry.everywhere else formatting.listed(entry.scenes)
+    return f"{formatting.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
+
+
+def _missing_profiles(grid: Grid) -> Iterator[str]:
+    """Describe why an engine does not have a profile that others were run with."""
+    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values())
+    for info in grid.results.engines:
+        for profile in profiles:
+            if info.available and info.capabilities is not None and profile not in info.profiles:
+                yield f"{info.name} has no profile {profile}: {missing_profile_reason(profile, info.capabilities)}"

@@ -1,0 +1,296 @@
+"""The score of contact: what is exact, what checking once per step explains, and that planted faults are found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from tests.lengths import each, long_after
+from tests.stage import disc_at, staged, sure, wall_at
+
+from carom import Trace, compare, solve_pic, solve_pit
+from carom.catalogue import find_scenes
+from carom.comparator import Grade, Verdict
+from carom.comparator.compare import Score
+from carom.comparator.measure.contact import motion_at
+from carom.comparator.measure.contact_intervals import measure_contact_quality
+from carom.engines.registry import load_adapter
+from carom.execution.codec import CarriedTrace, Codec
+from carom.execution.engine_run import observe_run
+from carom.model.step_windows import States
+from carom.model.trace import SPIN_DTYPE
+
+#: But those two in which contact ends the run by name.
+CONTACT = {
+    entry.name: entry.scene
+    for entry in find_scenes(["contact"])
+    if any(entry.scene.gravity_m_s2) and entry.name not in {"contact/pressed", "contact/corner"}
+}
+
+
+@cache
+def run_of(name: str, engine: str, dt_s: float = 1 / 60) -> Trace:
+    """Return a run of a scene by Carom's own methods."""
+    return observe_run(load_adapter(engine), CONTACT[name], "tuned", dt_s)
+
+
+@cache
+def reference(name: str) -> Trace:
+    """Return PIC's trace."""
+    return solve_pic(CONTACT[name])
+
+
+def doctored(change: Callable[[States], States], name: str) -> Score:
+    """Return the score of PIC with states that are not its own."""
+    trace = run_of(name, "pic")
+    return compare(reference(name), replace(trace, looks=change(sure(trace.looks))))
+
+
+@each("name", list(CONTACT))
+def test_pic_is_exact_in_contact(name: str) -> None:
+    """What it is at each step is what the closed form is, to rounding."""
+    score = doctored(lambda looks: looks, name)
+    assert sure(score.contact).grade is Grade.EXACT
+    assert score.grade is Grade.EXACT
+    assert sure(score.contact).looks >= 30
+
+
+@pytest.mark.parametrize("dt_s", long_after(1, [1 / 60, 1 / 240]))
+@pytest.mark.parametrize("name", long_after(10, [*list(CONTACT)[::2], *list(CONTACT)[1::2]]))
+def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None:
+    """It knows no contact, and hops from frame to frame: that is what checking once per step costs."""
+    sampling = solve_pit(CONTACT[name], frame_rate_hz=round(1 / dt_s))
+    score = compare(reference(name), run_of(name, "pit", dt_s), sampling=sampling)
+    assert sure(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
+    assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
+
+
+def test_what_hops_in_two_steps_is_not_looked_at_in_every_other() -> None:
+    """On an elastic floor PIT hops where a ball lies, by g dt at every other frame: sampled, and not exact.
+
+    Of its 300 states 150 are kept; every second is the truth.
+    """
+    (entry,) = find_scenes(["issues/brax-151"])
+    trace = observe_run(load_adapter("pit"), entry.scene, "tuned", 0.01)
+    score = compare(solve_pic(entry.scene), trace, sampling=trace)
+    assert (sure(score.contact).looks, score.grade) == (150, Grade.SAMPLED)
+    assert sure(score.contact).own.velocity_m_s == pytest.approx(9.8 * 0.01)
+
+
+@each("name", list(CONTACT))
+def test_the_motion_of_a_trace_is_that_of_the_run(name: str) -> None:
+    """Places, velocities and spins read off a trace at any time are those of a run that ends then."""
+    trace = reference(name)
+    times = np.sort(np.random.default_rng(3).uniform(0.0, trace.end_time_s, 12))
+    motion = motion_at(trace, times)
+    for row, time_s in enumerate(times.tolist()):
+        there = solve_pic(CONTACT[name], until_s=time_s)
+        assert motion.position_m[row] == pytest.approx(there.final_position_m, abs=1e-13)
+        assert motion.velocity_m_s[row] == pytest.approx(there.final_velocity_m_s, abs=1e-12)
+        if there.final_spin_rad_s is not None and motion.spin_rad_s is not None:
+            assert motion.spin_rad_s[row] == pytest.approx(there.final_spin_rad_s, abs=1e-12)
+
+
+def test_places_that_are_off_by_more_than_pit_s_are_inaccurate() -> None:
+    """PIT, which takes a look to begin to rub, ends a sixth of a metre too far: a fifth is more."""
+    aside = np.array([0.2, 0.0])
+    score = doctored(lambda looks: replace(looks, position_m=looks.position_m + aside), "contact/slide-to-roll")
+    assert sure(sure(score.contact).pit).place_m == pytest.approx(1 / 6, rel=0.01)
+    assert score.grade is Grade.INACCURATE
+    assert Verdict.CONTACT in score.verdicts
+
+
+def test_a_disc_that_stands_still_where_it_moves_is_wrong() -> None:
+    """Frozen in its first state, it is wrong, and the reason says so."""
+
+    def frozen(looks: States) -> States:
+        return replace(looks, velocity_m_s=np.zeros_like(looks.velocity_m_s))
+
+    score = doctored(frozen, "contact/slide-to-roll")
+    assert sure(score.contact).frozen
+    assert score.grade is Grade.WRONG
+    assert any("stands still where it moves" in finding.reason for finding in score.findings)
+
+
+@pytest.mark.parametrize(("steps", "grade"), [(2.0, Grade.INACCURATE), (3.0, Grade.WRONG)])
+def test_a_disc_that_does_not_come_to_rest_is_wrong(steps: float, grade: Grade) -> None:
+    """Three steps' fall of jitter is no rest any more; two are, and too much where PIT's is as much as one."""
+
+    def shaken(looks: States) -> States:
+        shake = steps * 10.0 / 60.0 * (-1.0) ** np.arange(len(looks))
+        return replace(looks, velocity_m_s=looks.velocity_m_s + shake[:, None, None] * np.array([0.0, 1.0]))
+
+    score = doctored(shaken, "contact/stops")
+    assert score.grade is grade
+    assert any("where it rests" in finding.reason for finding in score.findings)
+
+
+def test_a_spin_that_damping_eats_shows_in_the_angular_momentum() -> None:
+    """A rim that is slower by a tenth is off by half as much in ``u - k R w``, k = 1/2."""
+
+    def slowed(looks: States) -> States:
+        return replace(looks, spin_rad_s=0.9 * sure(looks.spin_rad_s))
+
+    score = doctored(slowed, "contact/incline-slips")
+    assert sure(score.contact).momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
+    assert any("angular momentum about the wall" in finding.reason for finding in score.findings)
+
+
+def reasons(score: Score) -> str:
+    """Return what is said of contact."""
+    return "".join(finding.reason for finding in score.findings if finding.verdict is Verdict.CONTACT)
+
+
+def moved(looks: States, where: NDArray[np.bool_], place: float = 0.0, speed: float | None = None) -> States:
+    """Return states on a floor, some of them higher up by a length, or at another speed off the floor."""
+    position, velocity = looks.position_m.copy(), looks.velocity_m_s.copy()
+    position[where, :, 1] += place
+    if speed is not None:
+        velocity[where, :, 1] = speed
+    return replace(looks, position_m=position, velocity_m_s=velocity)
+
+
+@pytest.mark.parametrize(("steps", "grade"), [(1.0, Grade.SAMPLED), (3.0, Grade.WRONG)])
+def test_a_disc_that_hops_while_it_glides_on_is_wrong(steps: float, grade: Grade) -> None:
+    """At the fall of three steps, off and into its floor, it never rests; of one step, PIT is no better."""
+
+    def hopping(looks: States) -> States:
+        shake = steps * 10.0 / 60.0 * (-1.0) ** np.arange(len(looks))
+        up = np.array([0.0, 1.0]) * np.where(looks.time_s > 1.4, shake, 0.0)[:, None]
+        return replace(looks, velocity_m_s=looks.velocity_m_s + up[:, None, :])
+
+    trace = run_of("contact/drop", "pic")
+    changed = replace(trace, looks=hopping(sure(trace.looks)))
+    score = compare(solve_pic(trace.scene), changed, sampling=solve_pit(trace.scene, frame_rate_hz=60.0))
+    assert sure(score.contact).grade is grade
+    assert sure(score.contact).kept.hop_m_s == pytest.approx(steps / 6.0)
+    assert sure(score.contact).kept.take_offs == pytest.approx(0.5, abs=0.05)
+    assert "hops at" in reasons(score)
+
+
+@pytest.mark.parametrize(
+    ("off", "said"), [(0.005, "held 0.005 m off its wall"), (-0.005, "held 0.005 m inside its wall")]
+)
+def test_a_disc_that_is_held_off_its_wall_is_said_to_be(off: float, said: str) -> None:
+    """By a skin of 5 mm, or in an overlap as deep."""
+    score = doctored(lambda looks: moved(looks, looks.time_s >= 0.0, place=off), "contact/slide-to-roll")
+    assert sure(score.contact).kept.gap_m == pytest.approx(off)
+    assert sure(score.contact).kept.overlap_m == pytest.approx(-off)
+    assert said in reasons(score)
+
+
+@pytest.mark.parametrize(("until_s", "in_time"), [(0.5, False), (1.25, True)])
+def test_bounces_that_end_early_are_told_beyond_what_sampling_loses(until_s: float, in_time: bool) -> None:
+    """Of bounces that end at 1.342 s, those of the last tenth are no step's; all after the first are."""
+
+    def dead(looks: States) -> States:
+        return moved(looks, (looks.time_s > until_s) & (looks.time_s < 1.342), speed=0.0)
+
+    score = doctored(dead, "contact/drop")
+    assert sure(score.contact).ends_in_time is in_time
+    assert (sure(score.contact).grade is Grade.EXACT) is in_time
+    assert ("its bounces end" in reasons(score)) is not in_time
+
+
+def test_a_slip_that_ends_late_is_told() -> None:
+    """A disc that should roll from 1/2 s on still slips at 1 s."""
+
+    def slipping(looks: States) -> States:
+        late = (looks.time_s > 0.4) & (looks.time_s < 1.0)
+        return replace(looks, spin_rad_s=np.where(late[:, None], 0.0, sure(looks.spin_rad_s)))
+
+    score = doctored(slipping, "contact/slide-to-roll")
+    assert sure(score.contact).late.slips_s == pytest.approx(0.5, abs=0.1)
+    assert "its slips end" in reasons(score)
+
+
+def test_the_half_step_of_an_integrator_is_named_and_no_fault() -> None:
+    """One that moves a disc a step at its new speed ends ``v dt / 2`` short, of 2.9 m/s that it is first seen at."""
+
+    def integrated(looks: States) -> States:
+        slower = looks.velocity_m_s - looks.velocity_m_s[0]
+        return replace(looks, position_m=looks.position_m + 0.5 / 60.0 * slower)
+
+    score = doctored(integrated, "contact/stops")
+    assert sure(score.contact).own.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
+    assert sure(score.contact).beyond_m < 1e-12
+    assert sure(score.contact).grade is Grade.SAMPLED
+    assert "half a step of an integrator's" in reasons(score)
+
+
+def test_a_block_that_creeps_is_told() -> None:
+    """By a centimetre a second, where friction holds it."""
+
+    def creeping(looks: States) -> States:
+        return replace(looks, velocity_m_s=looks.velocity_m_s + np.array([0.008, -0.006]))
+
+    assert "still at 0.01 m/s on average where it rests" in reasons(doctored(creeping, "contact/holds"))
+
+
+@pytest.mark.parametrize("restitution", long_after(1, [0.2, 0.8, 0.95]))
+def test_pit_of_a_ball_that_comes_to_rest_is_no_worse_than_sampled(restitution: float) -> None:
+    """Whatever its floor gives back, though it hops for ever, and the higher the more."""
+    for height in (1.0, 1.013):
+        scene = CONTACT["contact/drop"]
+        disc = scene.discs[0].model_copy(update={"position_m": (0.0, 0.5 + height), "velocity_m_s": (0.0, 0.0)})
+        lasts = math.sqrt(height / 5.0) * (1.0 + restitution) / (1.0 - restitution) + 2.0
+        scene = scene.model_copy(update={"discs": (disc,), "wall_restitution": restitution, "duration_s": lasts})
+        trace = observe_run(load_adapter("pit"), scene, "tuned", 1 / 60)
+        score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=60.0))
+        assert sure(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
+        assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
+
+
+def test_a_state_that_is_no_number_is_wrong() -> None:
+    """NaN passes no comparison."""
+    score = doctored(lambda looks: replace(looks, position_m=np.full_like(looks.position_m, math.nan)), "contact/stops")
+    assert score.grade is Grade.WRONG
+
+
+def test_states_go_over_the_wire_and_come_back() -> None:
+    """A worker's answer keeps them to the bit."""
+    trace = run_of("contact/struck", "pic")
+    codec = Codec[Trace](CarriedTrace)
+    assert codec.loads(codec.dumps(trace)) == trace
+
+
+def test_of_flight_alone_nothing_is_scored_in_contact() -> None:
+    """Without contact in the reference, or without states, there is no such score."""
+    (entry,) = find_scenes(["gravity/bouncing-ball"])
+    trace = observe_run(load_adapter("pic"), entry.scene, "tuned", 1 / 60)
+    assert compare(solve_pic(entry.scene), trace).contact is None
+    scene = CONTACT["contact/drop"]
+    assert compare(solve_pic(scene), solve_pic(scene)).contact is None
+
+
+def test_an_impact_reported_where_contact_begins_is_not_invented() -> None:
+    """An engine reports what touches: a disc that lies on the floor from the start is no impact too many."""
+    trace = run_of("contact/stops", "pic")
+    touches = reference("contact/drop").impacts[:1].copy()
+    touches["time_s"] = 0.0
+    told = replace(trace, impacts=touches, spins=np.zeros(1, SPIN_DTYPE), effective_time_s=None, state_before=None)
+    assert compare(reference("contact/stops"), told).spurious == ()
+
+
+def test_an_impact_before_contact_is_invented() -> None:
+    """Of a ball that is in the air until half a second has passed, one at a tenth is one too many."""
+    trace = run_of("contact/drop", "pic")
+    early = np.insert(trace.impacts, 0, trace.impacts[0])
+    early["time_s"][0] = 0.1
+    told = replace(trace, impacts=early, effective_time_s=None, state_before=None)
+    assert len(compare(reference("contact/drop"), told).spurious) == 1
+
+
+def test_contact_that_only_the_last_look_finds_is_told() -> None:
+    """A disc falls a metre at 2 m/s^2 and lies: of two looks, at 0.5 and 1.25 s, the second finds it on its floor."""
+    bodies = disc_at(0.0, 1.5), wall_at(0.0, 0.0, 0.0, 1.0)
+    truth = solve_pic(staged("drop", *bodies, wall_restitution=0.0, gravity_m_s2=(0.0, -2.0), duration_s=1.25))
+    places, speeds = np.array([[[0.0, 1.25]], [[0.0, 0.5]]]), np.array([[[0.0, -1.0]], [[0.0, 0.0]]])
+    seen = States(np.array([0.5, 1.25]), places, speeds)
+    found = measure_contact_quality(truth, seen, replace(seen, position_m=places + 0.25), 1 / 8)
+    assert (found.gap_m, found.hop_m_s) == (0.25, 0.0)

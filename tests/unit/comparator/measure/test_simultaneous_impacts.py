@@ -1,0 +1,131 @@
+"""Shared simultaneous contact: every admissible outcome is listed, and a trace is told which one it took."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from tests.stage import altered, disc_at, staged, sure, wall_at
+
+from carom import Scene, compare, solve_pic
+from carom.catalogue import catalogue, find_scenes
+from carom.comparator import Verdict
+from carom.comparator.measure.simultaneous_impacts import admissible_outcomes, first_group
+from carom.model.walls import Leg
+
+
+def cradle(discs: int, restitution: float = 1.0) -> Scene:
+    """One disc strikes a row of touching ones."""
+    return staged(
+        "cradle",
+        *([disc_at(-2, 0, 1)] + [disc_at(k, 0) for k in range(discs - 1)]),
+        restitution=restitution,
+        duration_s=3,
+    )
+
+
+def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
+    """The two orders give (-1/8, -+sqrt(3)/8), mirror images; all at once, momentum and energy give -1/5.
+
+    All at once, by symmetry both struck discs leave along their normals, at 30 degrees, with speed u: momentum
+    1 = w + 2 u cos 30, energy 1 = w^2 + 2 u^2, so u = 2 sqrt(3)/5 and w = -1/5.
+    """
+    reference = solve_pic(catalogue()["classics/one-into-two"].scene)
+    group = sure(first_group(reference))
+    assert group.discs == (0, 1, 2)
+    assert len(group.contacts) == 3
+    outcomes = admissible_outcomes(reference.scene, group, 1.0)
+    striker = [outcome.motion_m_s[:, :2][0].tolist() for outcome in outcomes]
+    expected = [[-1 / 8, -math.sqrt(3) / 8], [-1 / 8, math.sqrt(3) / 8], [-1 / 5, 0.0]]
+    np.testing.assert_allclose(striker, expected, rtol=0, atol=1e-12)
+    assert [outcome.how for outcome in outcomes][2] == "all at once"
+
+
+def test_all_at_once_nothing_closes_that_does_not_push() -> None:
+    """Two discs 70 degrees apart are met at 83: the first pushes by less than nothing, so only the second does.
+
+    Of the first alone the second would still be closed on: that is no outcome.
+    """
+    way, other = (math.cos(math.radians(83)), math.sin(math.radians(83))), math.radians(70)
+    discs = disc_at(-way[0], -way[1], *way), disc_at(1.0, 0.0), disc_at(math.cos(other), math.sin(other))
+    scene = staged("aside", *discs, duration_s=2.0)
+    outcomes = admissible_outcomes(scene, sure(first_group(solve_pic(scene))), 1.0)
+    assert [outcome.how for outcome in outcomes] == ["0 on 1, then 0 on 2", "0 on 2"]
+
+
+def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
+    """A wall that is on its second leg strikes a disc as another does: every order ends at 1 and 3/2 m/s.
+
+    In turn, with equal masses: (0, -1/2) becomes (-1/2, 0), at a wall of 1/2 m/s (3/2, 0), (0, 3/2) and (1, 3/2).
+    """
+    legs = (Leg(from_s=0.0, velocity_m_s=(0.25, 0.0)), Leg(from_s=1.0, velocity_m_s=(0.5, 0.0)))
+    scene = staged(
+        "squeeze", disc_at(0.75, 0.0), disc_at(2.75, 0.0, -0.5), wall_at(-0.5, 0.0, 1.0, 0.0, legs=legs), duration_s=4.0
+    )
+    group = sure(first_group(solve_pic(scene)))
+    outcomes = admissible_outcomes(scene, group, 1.0)
+    assert [outcome.motion_m_s[:, :2].tolist() for outcome in outcomes] == [[[1.0, 0.0], [1.5, 0.0]]]
+
+
+def test_a_disc_that_is_pressed_onto_another_leaves_or_stays() -> None:
+    """A disc falls at 2 m/s onto one that lies on a floor, of restitution 1/2 and 0: two outcomes, and PIC has one.
+
+    In turn, each impact on the other halves what they close at, and the floor takes it: both end at rest, after
+    infinitely many. All at once, what lies there stays, and the other leaves at 1/2 of 2 m/s.
+    """
+    (entry,) = find_scenes(["contact/pressed"])
+    reference = solve_pic(entry.scene)
+    group = sure(first_group(reference))
+    in_turn, at_once = admissible_outcomes(entry.scene, group, 2.0)
+    np.testing.assert_allclose(in_turn.motion_m_s[:, :2], [[0, 0], [0, 0]], rtol=0, atol=4e-9)
+    np.testing.assert_allclose(at_once.motion_m_s[:, :2], [[0, 0], [0, 1]], rtol=0, atol=1e-12)
+    assert in_turn.how.startswith("0 on 1, then 0 on wall 0, then 0 on 1")
+    assert in_turn.how.endswith(", and so on")
+    score = compare(reference, reference)
+    assert sure(score.convention).nearest == 0
+    assert sure(score.convention).distance < 1e-7  # PIC ends by name after a dozen of them
+
+
+def test_pic_takes_the_first_of_them_and_is_told_so() -> None:
+    """PIC takes the lower body numbers first: outcome 1 of 3; the mirror image is outcome 2; neither is graded."""
+    reference = solve_pic(catalogue()["classics/one-into-two"].scene)
+    score = compare(reference, reference)
+    assert (sure(score.convention).nearest, sure(score.convention).matches) == (0, True)
+    assert "matches admissible outcome 1 of 3" in score.findings[0].reason
+    impacts = reference.impacts.copy()
+    flip = np.array([1.0, -1.0])
+    for name in impacts.dtype.names or ():
+        if impacts[name].ndim == 2:
+            impacts[name] *= flip
+    impacts["second"] = [2, 1]
+    mirrored = dataclasses.replace(reference, impacts=impacts)
+    other = compare(reference, mirrored)
+    assert (sure(other.convention).nearest, sure(other.convention).matches) == (1, True)
+
+
+def test_what_no_order_gives_is_said_to_match_none() -> None:
+    """Velocities that no order of impacts gives match none, and the distance from the nearest is told."""
+    reference = solve_pic(catalogue()["classics/one-into-two"].scene)
+    score = compare(reference, altered(reference, 1, velocity_first_after=(0.5, 0.5)))
+    assert not sure(score.convention).matches
+    assert score.verdicts[0] is Verdict.CONVENTION
+    assert "matches none of 3 admissible outcomes" in score.findings[0].reason
+
+
+@pytest.mark.parametrize("discs", [3, 4, 5])
+def test_a_row_of_equal_touching_discs_has_the_cradles_answer(discs: int) -> None:
+    """One pair at a time there is one answer for equal elastic discs: the last one leaves with all the speed."""
+    reference = solve_pic(cradle(discs))
+    group = sure(first_group(reference))
+    assert group.discs == tuple(range(discs))
+    first = admissible_outcomes(reference.scene, group, 1.0)[0]
+    np.testing.assert_allclose(first.motion_m_s[:, 0], [0.0] * (discs - 1) + [1.0], rtol=0, atol=1e-12)
+
+
+def test_a_scene_with_a_unique_answer_has_no_convention() -> None:
+    """Where no impact shares an instant, there is no group and no convention."""
+    reference = solve_pic(catalogue()["paper/multiple"].scene)
+    assert first_group(reference) is None
+    assert compare(reference, reference).convention is None

@@ -1,0 +1,111 @@
+"""The range of a comparison: it ends where no step can show more bounces, on a floor or in a crush."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.lengths import long_after
+from tests.stage import disc_at, staged, wall_at
+
+from carom import Trace, compare, solve_pic, solve_pit
+from carom.comparator import Grade
+from carom.comparator.comparison_range import clip_before_rest
+from carom.comparator.impact_matching import ComparisonRange
+from carom.model.scene import Scene
+from carom.model.trace import Outcome
+
+#: Nothing ends it.
+WHOLE = ComparisonRange(10**6, math.inf)
+
+
+def dropped(restitution: float, height_m: float, *, duration_s: float = 3.0, tilt: float = 0.0) -> Scene:
+    """A disc of half a metre falls with 10 m/s^2 on a floor, which is level or falls off to one side."""
+    ball, floor = disc_at(0, height_m, 0.4), wall_at(0, 0, tilt, 1)
+    return staged("dropped", ball, floor, wall_restitution=restitution, gravity_m_s2=(0, -10), duration_s=duration_s)
+
+
+def without(trace: Trace, row: int) -> Trace:
+    """Return a trace that does not report one of its impacts."""
+    return replace(trace, impacts=np.delete(trace.impacts, row))
+
+
+@pytest.mark.parametrize("heights", long_after(1, [2, 6]))
+@pytest.mark.parametrize("frame_rate_hz", long_after(1, [60, 240, 960]))
+@pytest.mark.parametrize("tilt", long_after(1, [0.3, 0.0]))
+@pytest.mark.parametrize("restitution", long_after(2, [0.0, 0.7, 0.2, 0.5]))
+def test_pit_of_a_disc_that_comes_to_rest_is_no_worse_than_pit(
+    restitution: float, tilt: float, frame_rate_hz: int, heights: int
+) -> None:
+    """Whatever the height, PIT is *sampled* at worst: hops that no frame can see are nobody's fault."""
+    rng = np.random.default_rng(7)
+    for height_m in rng.uniform(0.65, 1.8, heights).tolist():
+        scene = dropped(restitution, height_m, tilt=tilt)
+        reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=frame_rate_hz)
+        assert reference.contact_s < scene.duration_s
+        score = compare(reference, pit, sampling=pit)
+        assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, (height_m, score.findings)
+        assert score.expected >= 1
+
+
+def test_pit_of_bounces_that_the_scene_cuts_short_is_no_worse_either() -> None:
+    """A scene that ends before its disc rests has the same hops: those that PIT can't follow do not count."""
+    scene = dropped(0.7, 1.962831966843237)
+    reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=240)
+    assert reference.outcome is Outcome.COMPLETED
+    assert clip_before_rest(reference, WHOLE, pit.dt_s, pit).impacts < len(reference.impacts)
+    assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
+
+
+@pytest.mark.parametrize("row", [0, 1, 2])
+def test_a_bounce_that_frames_can_see_still_counts(row: int) -> None:
+    """The first four bounces of a ball with e = 1/2 are 10 frames apart or more: a run without one is not *sampled*."""
+    scene = dropped(0.5, 1.5)
+    pit = solve_pit(scene, frame_rate_hz=240)
+    score = compare(solve_pic(scene), without(pit, row), sampling=pit)
+    assert score.grade in {Grade.INACCURATE, Grade.WRONG}
+    assert score.total.time_s > 0.1 or score.missed
+
+
+def test_an_invented_bounce_early_on_is_still_invented() -> None:
+    """A run that has an impact half way up the first hop has one too many."""
+    scene = dropped(0.5, 1.5)
+    pit = solve_pit(scene, frame_rate_hz=240)
+    impacts = np.insert(pit.impacts, 1, pit.impacts[0])
+    impacts["time_s"][1] += 0.2
+    score = compare(solve_pic(scene), replace(pit, impacts=impacts), sampling=pit)
+    assert len(score.spurious) == 1
+    assert score.grade is Grade.WRONG
+
+
+def test_bounces_on_what_lies_above_or_gives_all_speed_back_count_to_the_end() -> None:
+    """A light touch of the ceiling is no rest, and a ball of e = 1 never comes to rest."""
+    up = staged(
+        "up",
+        disc_at(0, 0.5, 0, 3.0),
+        wall_at(0, 1.449, 0, -1),
+        wall_restitution=0.5,
+        gravity_m_s2=(0, -10),
+        duration_s=0.4,
+    )
+    for scene in (up, dropped(1.0, 0.5001)):
+        reference = solve_pic(scene)
+        assert len(reference.impacts)
+        assert clip_before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) == WHOLE
+
+
+def test_without_gravity_nothing_comes_to_rest() -> None:
+    """A slow disc between walls that takes half of its speed each time is followed to the end."""
+    scene = staged("slow", disc_at(0, 0.51, 0, -0.001), wall_at(0, 0, 0, 1), wall_restitution=0.5, duration_s=30)
+    reference = solve_pic(scene)
+    assert clip_before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) is WHOLE
+
+
+def test_a_crush_begins_with_the_first_impact_that_the_next_follows_within_two_steps() -> None:
+    """At 1.625 and 1.75 s, exactly two steps of 1/16 s: from the former on nothing is compared."""
+    near, far = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.5, 0.0, -1.0, 0.0, velocity_m_s=(-1.0, 0.0))
+    scene = staged("crush", disc_at(1.0, 0.0, r=0.25), near, far, duration_s=3.0)
+    until_s = clip_before_rest(solve_pic(scene), WHOLE, 1 / 16).until_s
+    assert until_s == math.nextafter(1.625, 0.0)

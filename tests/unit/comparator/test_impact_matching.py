@@ -1,0 +1,53 @@
+"""Matching of impacts: which are missed, which can't be decided, and which belong to other paths."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from tests.stage import altered, disc_at, staged, wall_at
+
+from carom import compare, solve_pic, solve_pit
+from carom.comparator import Grade, Verdict
+from carom.comparator.impact_matching import match_impacts
+
+
+def test_a_disc_that_tunnelled_at_the_very_end_is_a_miss() -> None:
+    """An impact in the last steps counts as missed where the discs part in the end: no later step would find it."""
+    scene = staged("late", disc_at(-95, 0, 100, 0, r=0.25), disc_at(0.45, 0, r=0.25), duration_s=1.0, frame_rate_hz=24)
+    reference, pit = solve_pic(scene), solve_pit(scene)
+    score = compare(reference, pit, sampling=pit)
+    assert (score.missed, score.undecided) == ((0,), ())
+    assert score.grade is Grade.WRONG
+
+
+def test_an_impact_that_a_later_step_would_have_found_is_undecided() -> None:
+    """An impact in the last frame that PIT would see at the next one is neither found nor missed, and is not graded."""
+    scene = staged(
+        "last frame", disc_at(-1, 0, 1, 0, r=0.25), disc_at(0.49, 0, r=0.25), duration_s=1.0, frame_rate_hz=24
+    )
+    reference, pit = solve_pic(scene), solve_pit(scene)
+    score = compare(reference, pit, sampling=pit)
+    assert score.undecided == (0,)
+    assert score.verdicts == (Verdict.UNDECIDED,)
+    assert score.grade is Grade.UNGRADED
+
+
+def test_an_impact_is_none_that_comes_after_the_next_of_either_disc() -> None:
+    """Three in a row meet at 1 and 3 s: the first two, told of at 5 s, can only meet before the second goes on."""
+    discs = disc_at(0, 0, 0.6, 0.8), disc_at(1.2, 1.6), disc_at(3, 4)
+    scene = staged("aslant", *discs, duration_s=10.0, frame_rate_hz=60.0)
+    late = altered(solve_pit(scene), 0, time_s=5.0)
+    found = match_impacts(solve_pic(scene), dataclasses.replace(late, impacts=late.impacts[::-1].copy()))
+    assert (found.matched, found.missed, found.spurious) == (((1, 0),), (0,), (1,))
+
+
+def test_a_long_history_of_one_pair_is_aligned_in_its_parts() -> None:
+    """Of two thousand bounces between two walls, one that is dropped in the middle is the one missed."""
+    scene = staged(
+        "to and fro", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1.0
+    )
+    reference = solve_pic(scene)
+    assert len(reference.impacts) == 2000
+    dropped = dataclasses.replace(reference, impacts=np.delete(reference.impacts, 1000))
+    assert compare(reference, dropped).missed == (1000,)

@@ -1,0 +1,56 @@
+"""A cross-check drawn again from its records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from carom.cli import app
+from carom.execution.results import Results
+from carom.report.document import Document, Medium, Table
+from carom.report.records import read_records, records
+from carom.studies.cross_check.document import cross_check_document, rebuild_document
+
+
+@pytest.fixture
+def folder(results: Results, tmp_path: Path) -> Path:
+    """A folder with nothing but the records."""
+    (tmp_path / "results.jsonl").write_text(records(results), encoding="utf-8")
+    return tmp_path
+
+
+def tables(document: Document) -> dict[str, list[list[list[str]]]]:
+    """Return the lines of all tables of a page by the heading of their section, without the step in it."""
+    return {
+        section.heading.partition(", a")[0]: [
+            [[cell.line for cell in row] for row in block.shown(Medium.PAGE)[1]]
+            for block in section.shown(Medium.PAGE)
+            if isinstance(block, Table)
+        ]
+        for section in document.shown(Medium.PAGE)
+    }
+
+
+def test_the_tables_from_records_are_those_of_the_run(results: Results, folder: Path) -> None:
+    """Every table that needs no trace, reference or engine is the same from results.jsonl as from the run itself."""
+    run, rebuilt = cross_check_document(results), rebuild_document(*read_records(folder / "results.jsonl"))
+    again = {heading: found for heading, found in tables(rebuilt).items() if found and heading != "Settings used"}
+    assert again == {heading: tables(run)[heading] for heading in again}
+    assert {"Every method against PIC", "Run time", "Error against step", "Every cell"} <= set(again)
+
+
+def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> None:
+    """It needs no engine: the records alone make the table, the Markdown and the page; a file there is left alone."""
+    page = folder / "again.html"
+    run = CliRunner(env={"COLUMNS": "120", "TERM": "dumb"})
+    done = run.invoke(app, ["report", str(folder), "--page", str(page), "--markdown", "-"])
+    assert done.exit_code == 0
+    assert done.output.startswith("# Carom cross-check, from its records")
+    assert "which holds no states" in done.output
+    assert "Every scene" in page.read_text(encoding="utf-8")
+    again = run.invoke(app, ["report", str(folder), "--page", str(page)])
+    assert again.exit_code == 2
+    assert "already exists" in again.output
+    assert "Every method" in run.invoke(app, ["report", str(folder)]).output

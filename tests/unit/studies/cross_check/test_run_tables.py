@@ -1,0 +1,80 @@
+"""Tables of every run: each metric, the spread over phases, run times and settings."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields, replace
+from pathlib import Path
+
+from carom.comparator import Errors
+from carom.execution.phases import PhaseSpread
+from carom.execution.results import Results, Row
+from carom.report import formatting
+from carom.report.document import Cell, Medium, Section, Table
+from carom.report.record import OF_SPINS
+from carom.report.records import records
+from carom.report.render.markdown import markdown
+from carom.studies.cross_check.cells import cells_section, run_time_section, settings_section, spread_section
+from carom.studies.cross_check.document import cross_check_document
+from carom.studies.cross_check.grid import build_grid
+
+
+def rows_of(section: Section) -> list[list[Cell]]:
+    """The rows of a section's one table, as a page shows them."""
+    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    return table.shown(Medium.PAGE)[1]
+
+
+def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) -> None:
+    """Each field of `Errors` is a column of the table of every cell, and in each JSON line but for spins of none."""
+    (table,) = cells_section(build_grid(results)).blocks
+    assert isinstance(table, Table)
+    columns, _ = table.shown(Medium.PAGE)
+    head, *rows = (json.loads(line) for line in records(results).splitlines())
+    assert head["rows"] == len(rows)
+    for metric in fields(Errors):
+        assert metric.metadata["name"] in {column.head for column in columns}
+        assert all((metric.name in row["total"]) == (metric.name not in OF_SPINS) for row in rows if row["total"])
+        documented = Path("docs/theory/scoring.md").read_text(encoding="utf-8")
+        assert f"`{metric.name}`" in documented
+
+
+def test_the_spread_over_phases_is_shown(results: Results) -> None:
+    """A cell that was run at many phases shows median, worst and miss share in both documents."""
+    spread = PhaseSpread(12, 3, 3, 0.0123, 0.0456, 0.01, 0.02, 0.25)
+    rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
+    wide = replace(results, rows=rows, phases=12)
+    section = spread_section(build_grid(wide))
+    shown = [[cell.text for cell in row] for row in rows_of(section)]
+    assert {row[1] for row in shown} == {"toy tuned"}
+    assert all({"0.012", "0.046", "25 %"} <= set(row) for row in shown)
+    assert section.heading in markdown(cross_check_document(wide))
+    assert section.heading not in markdown(cross_check_document(results))
+
+
+def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> None:
+    """Settings are read from the coarsest trace and marked where they vary with the step; ratios are medians."""
+    grid = build_grid(results)
+    settings = {row[0]: row for row in rows_of(settings_section(grid))}
+    by_engine = {cell.text.split()[0]: row[-1].text for cell, row in settings.items()}
+    assert set(by_engine) == {"PIC", "PIT", "toy"}
+    assert by_engine["PIT"] == "dt_s = 0.0416667 (varies with the step)"
+    medians = {row[0].text: row[1].text for row in rows_of(run_time_section(grid))}
+    assert medians == {
+        "PIC tuned": formatting.ratio(1.0),
+        "PIT tuned": formatting.ratio(1.0),
+        "toy tuned": formatting.ratio(0.5),
+    }
+
+
+def test_the_run_times_say_who_came_to_the_same_bits(results: Results) -> None:
+    """Of a method all of whose timed runs ended alike in two of three scenes it is told so; of an old file, nothing."""
+    ends = iter((1, 1, 2))
+
+    def counted(row: Row) -> Row:
+        here = row.job.engine == "toy" and row.job.refinement == 0 and row.timing
+        return replace(row, timing=replace(here, ends=next(ends))) if here else row
+
+    grid = build_grid(replace(results, rows=tuple(map(counted, results.rows))))
+    told = {row[0].text: row[4].text for row in rows_of(run_time_section(grid))}
+    assert (told["toy tuned"], told["PIT tuned"]) == ("2 of 3", "-")

@@ -1,0 +1,104 @@
+"""Every study gives the same results on a cluster of two workers as on this machine."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import carom
+from carom.execution.journal import MemoryJournal
+from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.run import work_precision
+from carom.studies.stress.options import StressOptions
+from carom.studies.stress.run import JOURNAL, stress
+
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.filterwarnings("ignore"),  # a Dask client leaves sockets behind that Python warns of
+]
+
+#: Fields that each run measures again, or that name the place of the run.
+MEASURED = {"environment", "command", "elapsed_s", "options", "plan", "timing", "time_ratio", "skipped"}
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """Where the scheduler of a cluster with two workers listens, on this machine."""
+    distributed: Any = pytest.importorskip("distributed", reason="distributed, extra cluster, is not installed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+def digest(value: Any) -> str:
+    """Return a hash of everything in a result that isn't measured, to the bit."""
+    if dataclasses.is_dataclass(value):
+        names = [field.name for field in dataclasses.fields(value) if field.name not in MEASURED]
+        value = [(name, digest(getattr(value, name))) for name in names]
+    elif isinstance(value, np.ndarray):
+        value = (value.dtype.descr, value.shape, value.tobytes())
+    elif isinstance(value, Mapping):
+        value = sorted((digest(key), digest(one)) for key, one in value.items())
+    elif isinstance(value, frozenset):
+        value = sorted(map(digest, value))
+    elif isinstance(value, list | tuple):
+        value = [digest(one) for one in value]
+    return hashlib.sha256(repr(value).encode()).hexdigest()
+
+
+def of_run(where: str | None, _folder: Path) -> Any:
+    return carom.run("paper/wrong-direction", "pit", scheduler=where)
+
+
+def of_cross_check(where: str | None, _folder: Path) -> Any:
+    found = carom.cross_check(["paper"], ["pic", "pit"], phases=2, scheduler=where)
+    assert all(row.timing is not None for row in found.rows if row.job.refinement == 0), "run times are measured here"
+    return found
+
+
+def of_stress(where: str | None, folder: Path) -> Any:
+    options = StressOptions(["pic", "pit"], quick=True, scheduler=where)
+    found = stress(["tunnelling", "reversal", "mujoco-441"], options, out=folder)
+    return found, {path.name: path.read_text() for path in (folder / "scenes").iterdir()}
+
+
+def of_advise(where: str | None, _folder: Path) -> Any:
+    pytest.importorskip("pymunk", reason="pymunk is not installed")
+    return carom.advise("paper/missed", ["pymunk"], phases=2, scheduler=where)
+
+
+def of_tune(where: str | None, _folder: Path) -> Any:
+    pytest.importorskip("optuna", reason="optuna, extra tune, is not installed")
+    pytest.importorskip("pymunk", reason="pymunk is not installed")
+    found = carom.tune("pymunk", ["paper/late"], trials=2, scheduler=where)
+    return dataclasses.replace(found, time_ratio=0.0)
+
+
+def of_bench(where: str | None, _folder: Path) -> Any:
+    plan = BenchPlan(["pit"], [1 / 60, 1 / 120], timing=False, phases=2, scheduler=where)
+    return work_precision([carom.scene("paper/wrong-direction")], plan, plan.pool(), notes=MemoryJournal())
+
+
+@pytest.mark.parametrize(
+    "study", [of_run, of_cross_check, of_stress, of_advise, of_tune, of_bench], ids=lambda one: one.__name__[3:]
+)
+def test_a_cluster_changes_no_result(study: Callable[[str | None, Path], Any], address: str, tmp_path: Path) -> None:
+    """With the address of a scheduler a study returns, to the bit, what it returns without one."""
+    here, there = study(None, tmp_path / "here"), study(address, tmp_path / "there")
+    assert digest(there) == digest(here)
+
+
+def test_a_study_on_a_cluster_is_taken_up_from_its_journal(address: str, tmp_path: Path) -> None:
+    """A journal that was begun on a cluster is continued on this machine, which runs nothing again."""
+    options = StressOptions(["pit"], quick=True)
+    there = stress(["tunnelling"], dataclasses.replace(options, scheduler=address), out=tmp_path)
+    before = (tmp_path / JOURNAL).read_bytes()
+    assert stress(["tunnelling"], options, out=tmp_path, resume=True).spots == there.spots
+    assert (tmp_path / JOURNAL).read_bytes() == before
