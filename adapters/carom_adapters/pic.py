@@ -73,7 +73,7 @@ class PicAdapter:
     profiles: Mapping[str, Profile] = AliasedProfiles(
         {
             "frame-by-frame": Profile(
-                "The source paper's Algorithm 2: every pair solved for anew, all impacts of a frame. Also: default.",
+                "The source paper's Algorithm 2: every pair solved again, all impacts of a frame. Also: default.",
                 lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
             ),
             "event-driven": Profile(

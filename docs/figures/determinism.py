@@ -85,7 +85,7 @@ def threaded(engine: str, profile: str) -> None:
 
 
 def asked(engine: str, profile: str, how: str = "alone") -> dict[str, Any]:
-    """Return what a process of its own found: `alone` or in `threads`.
+    """Return the results of a separate process: `alone` or in `threads`.
 
     Raises:
         CaromError: The process failed; the message is its last line.
