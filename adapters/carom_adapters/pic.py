@@ -11,32 +11,29 @@ from carom.engines.api import (
     Capabilities,
     ContactTimes,
     Engine,
-    Observation,
     Profile,
     Scene,
     Setting,
     Stamp,
     require_supported,
 )
-from carom.model.trace import Outcome
+from carom.engines.api.helpers import AliasedProfiles
+from carom.model.trace import PROFILE_ALIASES, Outcome
 from carom.solvers.pic import pic_run
-from carom_adapters.recorded_contacts import contacts_since
+from carom_adapters.recorded_world import RecordedWorld
 
 if TYPE_CHECKING:
     from carom.engines.api import World
     from carom.solvers.run import Run
 
 
-class PicWorld:
-    """A PIC run, observed every `dt_s`. The observations do not change the run."""
+class PicWorld(RecordedWorld):
+    """A PIC run, observed every `dt_s`."""
 
     def __init__(self, run: Run, settings: Mapping[str, Setting]) -> None:
-        self.settings = settings
-        self._run = run
+        super().__init__(run, settings)
         self._dt_s = float(settings["dt_s"])
         self._steps = 0
-        self._seen = 0
-        self._warning = ""
 
     def advance(self, steps: int) -> None:
         """Advance the run, with all its impacts, to the end of the last step."""
@@ -46,19 +43,9 @@ class PicWorld:
         if outcome is not Outcome.COMPLETED and not outcome.in_contact:
             self._warning = outcome.value
 
-    def observe(self) -> Observation:
-        """Return the state at the end of the last step, and the impacts since the previous observation."""
-        contacts = contacts_since(self._run.log, self._seen)
-        self._seen += len(contacts)
-        run = self._run
-        return Observation(run.positions(), run.velocities(), contacts, self._warning, spin_rad_s=run.spins())
-
-    def close(self) -> None:
-        """Nothing to release."""
-
 
 class PicAdapter:
-    """PIC, event-driven (`tuned`) or as the source paper's Algorithm 2 (`default`)."""
+    """PIC, event-driven or frame by frame, which is the source paper's Algorithm 2."""
 
     name = "pic"
     engine = Engine("Carom")
@@ -83,16 +70,19 @@ class PicAdapter:
         friction=(0.0, sys.float_info.max),
         tangential_restitution=True,
     )
-    profiles: Mapping[str, Profile] = {
-        "default": Profile(
-            "The source paper's Algorithm 2: frame by frame, with every pair solved again after each impact.",
-            lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
-        ),
-        "tuned": Profile(
-            "Event-driven: no frames, only the discs of an impact are predicted again.",
-            lambda dt_s: {"dt_s": dt_s, "form": "event-driven"},
-        ),
-    }
+    profiles: Mapping[str, Profile] = AliasedProfiles(
+        {
+            "frame-by-frame": Profile(
+                "The source paper's Algorithm 2: every pair solved again, all impacts of a frame. Also: default.",
+                lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
+            ),
+            "event-driven": Profile(
+                "No frames: only the discs of an impact are predicted again. Also: tuned.",
+                lambda dt_s: {"dt_s": dt_s, "form": "event-driven"},
+            ),
+        },
+        PROFILE_ALIASES["pic"],
+    )
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
         """Predict the first impacts.

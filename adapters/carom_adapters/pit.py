@@ -11,27 +11,26 @@ from carom.engines.api import (
     Capabilities,
     ContactTimes,
     Engine,
-    Observation,
     Profile,
     Scene,
     Setting,
     require_supported,
 )
+from carom.engines.api.helpers import AliasedProfiles
+from carom.model.trace import PROFILE_ALIASES
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
-from carom_adapters.recorded_contacts import contacts_since
+from carom_adapters.recorded_world import RecordedWorld
 
 if TYPE_CHECKING:
     from carom.engines.api import World
 
 
-class PitWorld:
+class PitWorld(RecordedWorld):
     """A PIT run at one frame every `dt_s`."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        self.settings = settings
-        self._run = pit_run(scene, FrameClock(step_s=float(settings["dt_s"])))
-        self._seen = 0
+        super().__init__(pit_run(scene, FrameClock(step_s=float(settings["dt_s"]))), settings)
 
     def advance(self, steps: int) -> None:
         """Test and move, frame by frame. Frames in which nothing can touch are skipped."""
@@ -40,17 +39,8 @@ class PitWorld:
     @property
     def counts(self) -> Mapping[str, int]:
         """Work counts so far."""
-        return self._run.counts
-
-    def observe(self) -> Observation:
-        """Return the state at the present frame, and the impacts since the previous observation."""
-        contacts = contacts_since(self._run.log, self._seen)
-        self._seen += len(contacts)
-        run = self._run
-        return Observation(run.positions(), run.velocities(), contacts, spin_rad_s=run.spins())
-
-    def close(self) -> None:
-        """Nothing to release."""
+        counts: Mapping[str, int] = self._run.counts
+        return counts
 
 
 class PitAdapter:
@@ -77,10 +67,10 @@ class PitAdapter:
         friction=(0.0, sys.float_info.max),
         tangential_restitution=True,
     )
-    profiles: Mapping[str, Profile] = {
-        "default": Profile("The source paper's Algorithm 1.", lambda dt_s: {"dt_s": dt_s}),
-        "tuned": Profile("The source paper's Algorithm 1: there is nothing to tune.", lambda dt_s: {"dt_s": dt_s}),
-    }
+    profiles: Mapping[str, Profile] = AliasedProfiles(
+        {"tuned": Profile("The source paper's Algorithm 1: there is nothing to tune.", lambda dt_s: {"dt_s": dt_s})},
+        PROFILE_ALIASES["pit"],
+    )
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
         """Copy the scene's start.

@@ -1,4 +1,4 @@
-"""What `make atlas` measures, reduced to the tables of the engines' pages: `docs/figures/measured.json`.
+"""Tables of the engines' pages from the results of `make atlas`: `docs/figures/measured.json`.
 
 It reads `results.jsonl` of a cross-check of all scenes with all engines, of one of a few scenes that was timed,
 `stress.json` of a stress campaign, and the figures over many starts of `make hazards`. Every number of these tables is
@@ -22,6 +22,7 @@ from typing import Any
 
 from carom.catalogue import all_scenes
 from carom.comparator.thresholds import THRESHOLDS
+from carom.model.trace import profile_shown
 from carom.report.document import Column, Table
 from carom.report.formatting import number, percent
 from carom.report.records import raw_records
@@ -73,7 +74,7 @@ class Method:
     @property
     def name(self) -> str:
         """The name shown."""
-        return f"{self.engine} {self.profile}"
+        return f"{self.engine} {profile_shown(self.engine, self.profile, {})}".rstrip()
 
     @property
     def coarse(self) -> list[Row]:
@@ -148,7 +149,7 @@ def methods_of(rows: Sequence[Row], timed: Sequence[Row], hazards: Sequence[Row]
 
 
 def _numbers(rows: Sequence[Row], value: Callable[[Row], float | None]) -> list[float]:
-    """Return what rows that found every impact say; a number that is not finite is null there, and left out."""
+    """Return a number of the rows that found every impact, without nulls, which are numbers that are not finite."""
     said = (value(row) for row in rows if row["total"] is not None)
     return [one for one in said if one is not None]
 
@@ -159,7 +160,7 @@ def _spread(values: Sequence[float], say: Callable[[float], str] = number) -> st
 
 
 def grades(method: Method) -> str:
-    """Return how many scenes got which grade at their own frame rate."""
+    """Return the numbers of scenes by grade at their own frame rate."""
     tally = Counter(row["grade"] if row["status"] == "ran" else row["status"] for row in method.coarse)
     named = {grade: grade.replace(" ", "_") for grade in GRADES}
     known = [f"{tally.pop(name)} {grade}" for grade, name in named.items() if tally[name]]
@@ -195,7 +196,7 @@ def gas(method: Method) -> str:
 
 
 def impacts(method: Method) -> str:
-    """Return how many impacts were missed, and how many invented."""
+    """Return the numbers of missed and invented impacts."""
     scored = [row for row in method.coarse if row["missed"] is not None]
     return f"{sum(len(row['missed']) for row in scored)} / {sum(len(row['spurious']) for row in scored)}"
 
@@ -206,7 +207,7 @@ def speed(method: Method) -> str:
 
 
 def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
-    """Return where a method fails a stress test of the campaign."""
+    """Return the size at which a method fails a stress test of the campaign."""
     lines = {line["name"]: line for line in stress["lines"]}
     columns = [(one["engine"], one["profile"]) for one in stress["methods"]]
     if attack not in lines or (method.engine, method.profile) not in columns:

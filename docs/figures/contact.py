@@ -17,6 +17,7 @@ from typing import Any
 import carom
 from carom.catalogue import find_scenes
 from carom.engines.registry import load_adapter
+from carom.execution.job import Method
 from carom.execution.results import Row
 from carom.model.scene import Disc, Scene, Wall
 from carom.report.mark import Mark, mark_of
@@ -69,7 +70,7 @@ def scenes_started() -> list[str]:
 
 
 def figure_of(engine: str, version: str, profile: str, rows: list[tuple[str, Row]]) -> Figure:
-    """Return what the worst of an engine's starts is off by, scene by scene."""
+    """Return the largest error over an engine's starts, scene by scene."""
     scenes: dict[str, Any] = {}
     for name, of_scene in groupby(sorted(rows, key=lambda row: row[0]), key=lambda row: row[0]):
         scored = [row.score for _, row in of_scene if row.score is not None]
@@ -138,7 +139,7 @@ def smooth_table(figures: list[Figure]) -> str:
 
 
 def rest_table(figures: list[Figure]) -> str:
-    """Return how fast discs are still where they rest, and how far angular momentum is off, at worst."""
+    """Return the greatest speed of discs at rest, and the largest error of angular momentum."""
     rows = []
     for figure in figures:
         scenes = figure["scenes"].values()
@@ -151,7 +152,8 @@ def rest_table(figures: list[Figure]) -> str:
 
 def titled(figure: Figure) -> str:
     """Return an engine with its release, and the profile."""
-    return f"{' '.join(filter(None, (figure['engine'], figure['version'])))} `{figure['profile']}`"
+    profile = Method(figure["engine"], figure["profile"]).profile_shown
+    return " ".join(filter(None, (figure["engine"], figure["version"], f"`{profile}`" if profile else "")))
 
 
 def filled(page: str, figures: list[Figure]) -> str:

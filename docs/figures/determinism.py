@@ -22,6 +22,7 @@ from carom.catalogue import all_scenes
 from carom.engines.registry import adapter_points, load_adapter, why_unavailable
 from carom.errors import CaromError
 from carom.execution.engine_run import observe_run
+from carom.execution.job import Method
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 
@@ -84,7 +85,7 @@ def threaded(engine: str, profile: str) -> None:
 
 
 def asked(engine: str, profile: str, how: str = "alone") -> dict[str, Any]:
-    """Return what a process of its own found: `alone` or in `threads`.
+    """Return the results of a separate process: `alone` or in `threads`.
 
     Raises:
         CaromError: The process failed; the message is its last line.
@@ -121,10 +122,11 @@ def rows(lacking: list[str]) -> Iterator[list[str]]:
         if why_unavailable(adapter):
             lacking.append(adapter.engine.name)
             continue
-        for profile in PROFILES:
+        for method in dict.fromkeys(Method(engine, profile) for profile in PROFILES):
+            profile = method.profile
             words = words_of(engine, profile)
             counted = [words[name] for name in COUNTED]
-            yield [engine, profile, f"{counted.count('same')} of {len(counted)}", *counted, words["order"]]
+            yield [engine, method.profile_shown, f"{counted.count('same')} of {len(counted)}", *counted, words["order"]]
 
 
 def main() -> None:

@@ -47,7 +47,7 @@ def table(data: dict[str, Any]) -> str:
 
 @cache
 def measured() -> dict[str, Any]:
-    """What `make atlas` found."""
+    """Results of `make atlas`."""
     found: dict[str, Any] = json.loads(MEASURED.read_text(encoding="utf-8"))
     return found
 
@@ -63,9 +63,9 @@ def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
 
 
 def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
-    """Yield what was measured of an engine as shipped, its cell, and that of PIT, from a table of hazards."""
+    """Yield the rows of an engine in a table of hazards: the measure, its cell as shipped, and that of PIT."""
     heads, rows = hazards()[heading]
-    pit = next(row for row in rows if row[0] == "pit default")
+    pit = next(row for row in rows if row[0] == "pit")
     for row in (row for row in rows if row[0] == f"{engine} default"):
         yield from zip(heads[1:], row[1:], pit[1:], strict=True)
 
@@ -159,12 +159,15 @@ def same_bits() -> str:
     heads = ("method", "the same bits", "not in", "discs in the opposite order")
     return rows_of(
         heads,
-        [(f"{row['engine']} {row['profile']}", row["score"], _not_same(row), row["order"]) for row in _same_bits()],
+        [
+            (f"{row['engine']} {row['profile']}".rstrip(), row["score"], _not_same(row), row["order"])
+            for row in _same_bits()
+        ],
     )
 
 
 def version() -> str:
-    """Return what was measured, when and on what."""
+    """Return the date, the machine and the versions of the measurement."""
     here = measured()["measured"]
     versions = listed([f"{name} {version}" for name, version in here["versions"].items()])
     alone, joined = (

@@ -35,7 +35,7 @@ class ErrorMap:
         velocity_error: Mean velocity error of the impacts that PIT finds, over the relative speed, shape ``(rows,
             columns)``; NaN where it finds none.
         missed: Share of the impacts that it misses, of the same shape.
-        scenes: How many scenes it was made from.
+        scenes: Number of scenes in it.
     """
 
     advance: NDArray[np.float64]
@@ -54,7 +54,7 @@ def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
     Lengths are in radii, times in steps, so the speed is the advance.
 
     Args:
-        scenes: How many.
+        scenes: Number of scenes.
     """
     root = 1.2207440846057596  # of x^4 = x + 1
     k = np.arange(1, scenes + 1)[:, None]
@@ -99,7 +99,7 @@ def error_map_figure(found: ErrorMap, label: str, *, missed: bool) -> str:
     Args:
         found: The map.
         label: Its accessible name.
-        missed: Which half.
+        missed: Half to draw.
     """
     with drawing():
         from matplotlib.colors import BoundaryNorm

@@ -50,7 +50,7 @@ class Entry:
 
     Attributes:
         engine: Name of the adapter.
-        versions: Which releases.
+        versions: Releases to run.
         sentence: Hand-written summary.
     """
 

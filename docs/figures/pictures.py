@@ -34,17 +34,17 @@ _AT = 0.46
 
 
 def first_screen(scheme: Scheme) -> Path:
-    """Return where the picture of the page's first screen is kept."""
+    """Return the path of the picture of the page's first screen."""
     return FOLDER / f"page-{scheme}.webp"
 
 
 def replay(scheme: Scheme) -> Path:
-    """Return where the animated picture of the replay is kept."""
+    """Return the path of the animated picture of the replay."""
     return FOLDER / f"replay-{scheme}.webp"
 
 
 def thrown(name: str) -> Path:
-    """Return where a picture of the page on which one throws the discs is kept."""
+    """Return the path of a picture of the play page."""
     return FOLDER / f"throw-{name}.webp"
 
 

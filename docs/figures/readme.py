@@ -19,6 +19,7 @@ from typing import Any
 from docs.figures import stress_tables
 
 from carom.catalogue import find_scenes
+from carom.execution.job import Method
 from carom.report.formatting import number
 from carom.report.records import raw_records
 from carom.report.svg import alone
@@ -47,7 +48,7 @@ BLOCK = re.compile(r"(<!-- made by docs/figures/readme\.py: (\w+) -->\n)((?s:.*?
 
 #: The error whose cheapest engine is named, and the methods of the table of stability.
 TARGET = 0.01
-STABLE = ("pic tuned", "box2d tuned", "mujoco tuned", "pybullet tuned", "pymunk tuned")
+STABLE = ("pic event-driven", "box2d tuned", "mujoco tuned", "pybullet tuned", "pymunk tuned")
 
 
 def table(path: Path = SAMPLE) -> str:
@@ -60,7 +61,13 @@ def table(path: Path = SAMPLE) -> str:
         "| --- |" + " --- |" * (len(GRADES) + 1),
     ]
     for engine in dict.fromkeys(row["engine"] for row in rows):
-        own = [r for r in rows if r["engine"] == engine and r["profile"] == "tuned" and r["refinement"] == 0]
+        own = [
+            r
+            for r in rows
+            if r["engine"] == engine
+            and Method(engine, r["profile"]) == Method(engine, "tuned")
+            and r["refinement"] == 0
+        ]
         count = Counter(row["grade"] for row in own)
         paid = [float(row["price_paid"]) for row in own if row["price_paid"] is not None]
         median = number(statistics.median(paid)) if paid else ""

@@ -40,7 +40,7 @@ def _attributes(description: str) -> tuple[str, dict[str, str]]:
 
 
 def _kind(schema: dict[str, Any]) -> str:
-    """Return what a value is, in words."""
+    """Return the type of a value in words."""
     if "$ref" in schema:
         return str(schema["$ref"]).rpartition("/")[2]
     if "enum" in schema:

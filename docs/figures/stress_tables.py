@@ -21,7 +21,7 @@ _PART = re.compile(r"(<!-- made by docs/figures/stress_tables\.py: ([\w ]+) -->\
 
 
 def table(text: str, kind: str) -> str:
-    """Return from a campaign's `stress.md` the table of a kind of lines, without their axes and the errors of cells.
+    """Return the table of a kind of lines in a campaign's `stress.md`, without axes and errors.
 
     Raises:
         ValueError: It has none.

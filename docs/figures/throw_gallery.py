@@ -20,7 +20,7 @@ _AFTER = 1.15
 
 
 def picture(name: str) -> Path:
-    """Return where the picture of a scene is kept."""
+    """Return the path of a scene's picture."""
     return FOLDER / f"{name.replace('/', '-')}.webp"
 
 

@@ -1,6 +1,6 @@
 """The tutorial, run: `python docs/figures/tutorial.py` runs docs/tutorial.ipynb and keeps what its cells show.
 
-What is kept is the same wherever it was run, except for what a run took.
+The stored outputs are the same on every machine, except for run times.
 """
 
 from __future__ import annotations

@@ -26,12 +26,12 @@ FOLDER = Path(__file__).resolve().parent
 DOCUMENT = FOLDER.parent / "play.md"
 BEGIN, END = "<!-- made by docs/figures/walkthrough.py -->\n", "<!-- end -->"
 _SLIDE = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }"
-#: Where the sliders of frames a second are put, of 1; how far a disc is dragged, in pixels; and by how much the phase.
+#: Position of the slider of frames a second, of 1; drag of a disc, in pixels; and step of the phase.
 _OFTENER, _OFTEN, _UP, _PHASE = 0.4, 0.48, 4, 0.1
 
 
 def picture(name: str) -> Path:
-    """Return where a picture is kept."""
+    """Return the path of a picture."""
     return FOLDER / f"first-try-{name}.webp"
 
 

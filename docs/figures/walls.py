@@ -197,7 +197,7 @@ def version_of(way: Way) -> str | None:
 
 
 def flown(way: Way, flights: list[Flight]) -> list[End]:
-    """Return where the flights end: x, y and velocity.
+    """Return the final states of the flights: x, y and velocity.
 
     Raises:
         RuntimeError: The engine fails, or ends somewhere that is not finite; the message names it.
@@ -217,7 +217,7 @@ def flown(way: Way, flights: list[Flight]) -> list[End]:
 
 
 def thin(way: Way) -> Row:
-    """Return how many starts pass through, at each speed, and how many of the others bounce wrongly at any."""
+    """Return the number of starts that pass through at each speed, and of others that bounce wrongly at any."""
     flights = [at_a_thin_wall(q, k / STARTS, way.half_width_m) for q in SPEEDS for k in range(STARTS)]
     ends = flown(way, flights)
     through = [end[0] > 0 for end in ends]
@@ -338,7 +338,7 @@ def end_table(rows: list[Row]) -> str:
 
 
 def versions(rows: list[Row]) -> str:
-    """Return which releases were measured, in a sentence."""
+    """Return a sentence of the measured releases."""
     named = dict.fromkeys(f"{row['engine']} ({row['version']})" for row in rows)
     return f"\nMeasured: {', '.join(named)}.\n"
 

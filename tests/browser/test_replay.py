@@ -77,7 +77,7 @@ def test_every_replay_of_the_catalogue_plays_without_an_error(page: Page) -> Non
 def test_discs_are_drawn_where_the_reference_has_them_at_an_impact(page: Page, report: Path, scene: str) -> None:
     """At the first impact, points inside each disc are of its colour, and points beyond its rim are not."""
     data = data_of(report, scene)
-    opened(page, f"{scene}/pic/tuned")
+    opened(page, f"{scene}/pic/event-driven")
     page.keyboard.press("Home")
     page.keyboard.press("Shift+ArrowRight")
     when, first, second = data["impacts"][0]
@@ -209,7 +209,7 @@ RAYS = """([x, y, radius, rays]) => {
 def test_two_light_quarters_of_a_disc_stand_where_it_has_turned_to(page: Page, report: Path, key: str) -> None:
     """It has turned by 6 rad/s up to the impact, at the origin, and by 4 rad/s since, going down at 1 m/s."""
     data = data_of(report, "spin/english-stick")
-    opened(page, "spin/english-stick/pic/tuned")
+    opened(page, "spin/english-stick/pic/event-driven")
     rays, hit_s = 72, data["impacts"][0][0]
     page.keyboard.press("Home")
     page.keyboard.press(key)

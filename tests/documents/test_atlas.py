@@ -81,11 +81,11 @@ def test_the_first_choice_meets_the_need_in_most_scenes(found: tuple[dict[str, A
     """Finer steps are chosen only where they meet it in more scenes; a row without a number meets nothing."""
     methods = [method for method in atlas.methods_of(found[1], []) if method.engine == "pit"]
     right = atlas.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])
-    assert atlas.choices(right, methods) == ["pit tuned, 1 frame: 1 of 1, -"]
+    assert atlas.choices(right, methods) == ["pit, 1 frame: 1 of 1, -"]
     fine = atlas.Need("", lambda scene: scene == "paper/missed", lambda row: not row["missed"])
     finer = [row for row in found[1] if (row["scene"], row["engine"]) == ("paper/missed", "pit") and not row["missed"]]
     step = 4 ** min(row["refinement"] for row in finer)
-    assert atlas.choices(fine, methods) == [f"pit tuned, 1/{step} frame: 1 of 1, -"]
+    assert atlas.choices(fine, methods) == [f"pit, 1/{step} frame: 1 of 1, -"]
     never = atlas.Need("", lambda scene: scene == "paper/late", lambda row: row["grade"] == "exact")
     assert atlas.choices(never, methods) == []
 

@@ -22,6 +22,7 @@ from carom.catalogue.catalogue import find_scenes
 from carom.catalogue.entry import CatalogueScene
 from carom.engines.api import Adapter, AdapterError, Setting
 from carom.engines.registry import load_adapter, why_unavailable
+from carom.execution.job import Method
 
 DT_S = 1 / 60
 
@@ -389,6 +390,12 @@ def _group(adapter: Adapter) -> Iterator[Figure]:
             yield _figure("group", entry.name, adapter.name, "default", entry.scene, value, 0.0)
 
 
+def profiles_of(adapter: Adapter, *names: str) -> list[str]:
+    """Return the profiles of an adapter that are asked for; PIT, which has one form, is measured once."""
+    known = dict.fromkeys(Method(adapter.name, name).profile for name in names)
+    return [name for name in known if name in adapter.profiles]
+
+
 def _error(adapter: Adapter, entry: CatalogueScene, scene: Scene, profile: str = "default") -> float:
     """Return the velocity error at the end of a start of a scene over its greatest speed."""
     error = ended(adapter, scene, 1 / scene.frame_rate_hz, profile).velocity_m_s - velocities_after(entry)
@@ -396,9 +403,7 @@ def _error(adapter: Adapter, entry: CatalogueScene, scene: Scene, profile: str =
 
 
 def _bounces(adapter: Adapter) -> Iterator[Figure]:
-    for profile in ("default", "tuned"):
-        if profile not in adapter.profiles:
-            continue
+    for profile in profiles_of(adapter, "default", "tuned"):
         for speed in SPEEDS:
             value = partial(_parted, adapter, profile)
             yield _figure("bounces", f"{speed:g} m/s", adapter.name, profile, head_on(speed), value, 1.0)
@@ -409,8 +414,8 @@ def _parted(adapter: Adapter, profile: str, scene: Scene) -> float:
 
 
 def _gas(adapter: Adapter) -> Iterator[Figure]:
-    for profile in ("default", "tuned", "swept"):
-        if profile in adapter.profiles and (adapter.name, profile) not in NO_GAS:
+    for profile in profiles_of(adapter, "default", "tuned", "swept"):
+        if (adapter.name, profile) not in NO_GAS:
             value = partial(_changed, adapter, profile)
             yield _figure("gas", GAS, adapter.name, profile, _entry(GAS).scene, value, 0.0, GAS_STARTS)
 
@@ -429,8 +434,8 @@ DRIVEN: dict[str, tuple[Scene, Callable[[Adapter, Scene, str], float], float]] =
 
 
 def _driven(adapter: Adapter) -> Iterator[Figure]:
-    for profile in ("default", "tuned"):
-        if profile in adapter.profiles and adapter.capabilities.driven_walls:
+    for profile in profiles_of(adapter, "default", "tuned"):
+        if adapter.capabilities.driven_walls:
             for of, (scene, figure, right) in DRIVEN.items():
                 value = partial(_of_profile, figure, adapter, profile)
                 yield _figure("driven", of, adapter.name, profile, scene, value, right)

@@ -12,6 +12,7 @@ from tests.hazards.spread import OFF, Spread
 
 from carom.catalogue.catalogue import find_scenes
 from carom.engines.api import Adapter
+from carom.execution.job import Method
 from carom.report.document import Column, Document, Headline, Section, Table
 from carom.report.formatting import number, percent
 from carom.report.render.markdown import markdown
@@ -30,8 +31,8 @@ def _range(spread: Spread) -> str:
     return least if least == most else f"{least} to {most}"
 
 
-def _cell(figures: Mapping[tuple[str, str, str], Figure], table: str, of: str, method: tuple[str, str]) -> str:
-    figure = figures.get((table, of, " ".join(method)))
+def _cell(figures: Mapping[tuple[str, str, Method], Figure], table: str, of: str, method: Method) -> str:
+    figure = figures.get((table, of, method))
     if figure is None:
         return "-"
     if figure.spread is None:
@@ -39,14 +40,14 @@ def _cell(figures: Mapping[tuple[str, str, str], Figure], table: str, of: str, m
     return f"{figure.spread.share}: {_range(figure.spread)}"
 
 
-def _methods(figures: Iterable[Figure], table: str) -> list[tuple[str, str]]:
-    return list(dict.fromkeys((figure.engine, figure.profile) for figure in figures if figure.table == table))
+def _methods(figures: Iterable[Figure], table: str) -> list[Method]:
+    return list(dict.fromkeys(Method(figure.engine, figure.profile) for figure in figures if figure.table == table))
 
 
 def _table(table: str, columns: Sequence[tuple[str, str]], figures: Sequence[Figure]) -> Table:
     """Return a table of methods by what is asked of them; each column is a heading and what it is of."""
-    known = {(one.table, one.of, f"{one.engine} {one.profile}"): one for one in figures}
-    first = [Column("method", " ".join)]
+    known = {(one.table, one.of, Method(one.engine, one.profile)): one for one in figures}
+    first = [Column("method", lambda method: method.label)]
     return Table(
         first + [Column(head, partial(_cell, known, table, of)) for head, of in columns], _methods(figures, table)
     )
@@ -58,7 +59,7 @@ def _findings(figures: Sequence[Figure]) -> Table:
 
     return Table(
         [
-            Column("method", lambda figure: f"{figure.engine} {figure.profile}"),
+            Column("method", lambda figure: Method(figure.engine, figure.profile).label),
             Column("figure", lambda figure: figure.of),
             Column("right", lambda figure: _said(figure.spread.right), number=True),
             *map(said, ("least", "median", "most")),
@@ -74,7 +75,7 @@ def _gas(figures: Sequence[Figure]) -> Table:
 
     return Table(
         [
-            Column("method", lambda figure: f"{figure.engine} {figure.profile}"),
+            Column("method", lambda figure: Method(figure.engine, figure.profile).label),
             *map(said, ("least", "median", "most")),
             Column("starts off", lambda figure: figure.spread.share, number=True),
         ],

@@ -15,7 +15,7 @@ from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
 from carom.report.files import FORMATS
-from carom.report.record import text_of
+from carom.report.record_json import text_of
 from carom.report.records import read_records
 from carom.studies.cross_check.observed import observed_journal
 from carom.studies.cross_check.run import execute

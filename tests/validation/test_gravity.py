@@ -106,7 +106,7 @@ def test_discs_that_are_pressed_together_end_at_a_standstill() -> None:
     laws = {"restitution": 0.5, "wall_restitution": 0.5, "gravity_m_s2": (0, -G)}
     trace = solve_pic(Scene(name="stack", discs=discs, walls=[floor], duration_s=20, **laws), max_impacts=20_000)
     assert trace.outcome is Outcome.STANDSTILL
-    assert "sooner than the arithmetic can tell" in trace.notes[0]
+    assert "faster than floats can resolve" in trace.notes[0]
     assert np.all(np.diff(trace.impacts["time_s"]) >= 0)
 
 

@@ -15,10 +15,10 @@ from carom_adapters.shared.engine_adapter import NOT_TURNED, OF_THE_SCENE, Engin
 def _default(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
-        # What Box2D's manual suggests (section 2.4, "Simulating the world").
+        # Numbers of iterations that Box2D's manual suggests (section 2.4, "Simulating the world").
         "velocityIterations": 8,
         "positionIterations": 3,
-        # As shipped, a body below 1 cm/s is put to rest after half a second: that is damping.
+        # By default a body below 1 cm/s is put to rest after half a second, which is damping.
         "sleepingAllowed": False,
     }
 
@@ -57,7 +57,7 @@ def _resting(dt_s: float) -> dict[str, Setting]:
 
 
 def _located(dt_s: float) -> dict[str, Setting]:
-    # A warm start begins with the last impulse times the ratio of the two steps, without limit, where bodies touch on.
+    # A warm start begins with the last impulse times the ratio of the two steps, without limit, while bodies touch.
     return {**_no_ccd(dt_s), "warmStarting": False}
 
 
@@ -78,18 +78,18 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of Box2D gets: all as shipped (contacts below 1 m/s are inelastic), but awake and with the "
+            "Box2D's defaults: all as shipped (contacts below 1 m/s are inelastic), but awake and with the "
             "scene's restitution and friction.",
             _default,
             capabilities=replace(
                 CAPABILITIES,
-                continuous_detection=False,  # against what can't move alone
+                continuous_detection=False,  # only against immovable bodies
                 restitution_threshold_m_s=THRESHOLD_M_S,
             ),
             changed={
                 "restitution": OF_THE_SCENE,
                 "friction": OF_THE_SCENE,
-                "sleepingAllowed": "awake: to be put to rest is damping",
+                "sleepingAllowed": "awake, since sleeping is damping",
                 "fixedRotation": NOT_TURNED,
                 "velocityIterations": "an argument without a default: 8, as the manual suggests",
                 "positionIterations": "an argument without a default: 3, as the manual suggests",

@@ -104,7 +104,7 @@ CAPABILITIES = Capabilities(
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse what Box2D would assert on, or silently get wrong.
+    """Refuse input on which Box2D would assert or silently fail.
 
     Raises:
         AdapterError: A setting has an unknown name, or a step is beyond 32-bit floats.

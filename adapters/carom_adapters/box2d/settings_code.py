@@ -13,7 +13,7 @@ from carom_adapters.shared.legs import Driven, first_velocity, has_legs, legs_by
 from carom_adapters.shared.settings_code import arguments, assignments, comment, steps_of
 from carom_adapters.shared.walls import thickness_of
 
-#: What is said of the scale of velocities, in the program.
+#: Comment of the program on the scale of velocities.
 SCALED = (
     "The world's clock runs this many times faster, and velocities are as many times larger: Box2D makes contacts "
     "inelastic that close at less than 1 m/s by its clock (b2_velocityThreshold, compiled in). A power of two rounds "
@@ -50,7 +50,7 @@ ADD_CHAIN = """def add_chain(half_width, velocity=None{takes}, **points):  # so 
 
 
 """
-#: Of belts: what each function takes, does, and gives, and what tells a contact of one.
+#: Code for belts: parameters, bodies and returns of the functions, and the test of a contact.
 BELTS = {"takes": ", belt=0.0", "runs": "    wall.userData = -belt * scale\n", "gives": ", belt=belt"}
 LISTENER = """class Belts(Box2D.b2ContactListener):
     def PreSolve(self, contact, _old):  # Box2D's tangent is to the right of the normal
@@ -81,7 +81,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         given: dict[str, object] = {}
         if not disc.immovable:
             fixed = not (turns and math.isfinite(disc.inertia_factor))
-            # Of a body that does not turn Box2D makes the inverse of any inertia 0.
+            # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if fixed else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             given = {"mass": disc.mass_kg, "inertia": inertia, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
             if scene.damping_per_s:  # by the world's clock

@@ -23,17 +23,17 @@ Point = tuple[float, float]
 def _rectangle(normal: Point, size: float) -> list[Point]:
     """Return the corners of a rectangle below the origin, one face along the wall, ``2 size`` wide and `size` deep.
 
-    Box2D has no half-plane. Through an edge fast discs pass, and a polygon's face is as deep as it is made.
+    Box2D has no half-plane. Fast discs pass through an edge, while a polygon has any depth.
     """
     nx, ny = normal
     return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
 
 
 def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tuple[Point, list[Point]]:
-    """Return where the body of a half-plane is put, the point nearest to the scene, and its corners around that.
+    """Return the position of a half-plane's body, the point nearest to the scene, and its corners around that.
 
     Raises:
-        AdapterError: It would have to be so long that 32-bit floats round it by more than the smallest disc.
+        AdapterError: It would be so long that 32-bit floats round it by more than the smallest disc.
     """
     (px, py), (nx, ny) = plane.point_m, plane.normal
     # The point of the wall nearest to the scene, so that the numbers around it are small.
@@ -50,12 +50,12 @@ def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tup
 
 
 def edges_of(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
-    """Return the points of each shape of a chain: of one, if settings ask for chains, or of each edge.
+    """Return the points of each shape of a chain: one shape if the settings have chains, or one for each edge.
 
-    Those of a closed chain that is one shape end with the first again.
+    The points of a closed chain as one shape end with the first one again.
 
     Raises:
-        AdapterError: A chain is asked for, and a piece is shorter than Box2D takes.
+        AdapterError: The settings have chains, and a piece is shorter than Box2D accepts.
     """
     points = points_of(chain)
     all_points = [*points, points[0]] if chain.closed else points

@@ -40,18 +40,18 @@ from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import thickness_of
 
-#: Collision categories of the shapes that a disc has for other discs, and for walls.
+#: Collision categories of a disc's shapes for other discs, and for walls.
 AMONG_DISCS, BEFORE_WALLS = 0x0001, 0x0002
 
 Point = tuple[float, float]
 
 
 def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
-    """Return category, restitution and friction of each circle that a disc is made of.
+    """Return category, restitution and friction of each circle of a disc.
 
-    Box2D takes the larger of two restitutions, and the root of the product of two frictions. Where the walls'
-    restitution is the smaller one, or their friction another, a disc needs a shape for other discs, and one of no
-    restitution and of the walls' friction for walls.
+    Box2D takes the larger of two restitutions, and the root of the product of two frictions. If the walls' restitution
+    is smaller, or their friction differs, a disc needs two shapes: one for other discs, and one for walls without
+    restitution and with the walls' friction.
     """
     if scene.walls and (scene.wall_restitution < scene.restitution or scene.wall_friction != scene.friction):
         return [(AMONG_DISCS, scene.restitution, scene.friction), (BEFORE_WALLS, 0.0, scene.wall_friction)]
@@ -59,7 +59,7 @@ def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
 
 
 def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
-    """Whether the world sweeps at all, see `limits.SWEEPS`: what is driven is swept, too, and meets discs at rest."""
+    """Whether the world sweeps at all, see `limits.SWEEPS`; driven bodies are also swept, and meet discs at rest."""
     sweep = settings.get("sweep", "shipped")
     driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
     fast = driven * dt_s > min(disc.radius_m for disc in scene.discs) or any(is_fast(one, dt_s) for one in scene.discs)
@@ -67,7 +67,7 @@ def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
 
 
 def _key(contact: Any) -> tuple[Any, ...]:
-    """Return what tells a contact from all others: its bodies, shapes of these, and parts of the shapes."""
+    """Return the key of a contact: its bodies, their shapes, and parts of the shapes."""
     a, b = contact.fixtureA, contact.fixtureB
     return a.body.userData, b.body.userData, a.userData, b.userData, contact.childIndexA, contact.childIndexB
 
@@ -87,7 +87,7 @@ class Box2dWorld:
         require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
         self._box2d = _imported()
         self._asked = dict(settings)
-        # Of its time units a second has this many: velocities are as many times as large.
+        # Its time units in a second; velocities are larger by this factor.
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))
@@ -124,7 +124,7 @@ class Box2dWorld:
                 self._add_wall(scene, k, (0.0, 0.0), shapes, wall.half_width_m)
             else:
                 self._add_wall(scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=thickness_of(scene, wall))])
-        if any(self._belts.values()):  # which only a listener can tell a contact
+        if any(self._belts.values()):  # only a listener can set it for a contact
             self._listen()
 
     def _add_disc(self, scene: Scene, i: int, immovable: bool) -> None:
@@ -152,8 +152,8 @@ class Box2dWorld:
                 categoryBits=category,
                 maskBits=category,
             )
-        if not immovable:  # after the shapes, which would give it a mass of their own
-            # Of a body that does not turn Box2D makes the inverse of any inertia 0.
+        if not immovable:  # after the shapes, which would set their own mass
+            # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if body.fixedRotation else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)
             if scene.table_deceleration_m_s2:
@@ -189,7 +189,7 @@ class Box2dWorld:
             fixture.userData = number
             if half_width_m is None:  # a circle, which has no skin
                 continue
-            # Of the shape that the body has: a chain that is copied is given the skin that is shipped.
+            # Set on the body's own shape, because a copied chain gets the default skin.
             skin = float(self._asked.get("polygon_radius_m", fixture.shape.radius))
             fixture.shape.radius = skin + half_width_m
             if not half_width_m:
@@ -199,7 +199,7 @@ class Box2dWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings; what Box2D tells (all but the arguments of `Step`) is read back from it."""
+        """The settings, read back from Box2D except for the arguments of `Step`."""
         read: dict[str, Setting] = {name: bool(getattr(self._world, name)) for name in WORLD_SETTINGS}
         velocity, position = self._iterations
         read |= {
@@ -251,14 +251,14 @@ class Box2dWorld:
 
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
             def PreSolve(self, contact: Any, _old: Any) -> None:  # noqa: N802 - Box2D's name
-                manifold = contact.worldManifold  # held on to: its normal is a view into it
+                manifold = contact.worldManifold  # kept, since its normal is a view into it
                 normals[_key(contact)] = tuple(manifold.normal)
                 for fixture in (contact.fixtureA, contact.fixtureB):
                     if belt := belts.get(fixture.body.userData, 0.0):
                         contact.tangentSpeed = -belt  # Box2D's tangent is to the right of the normal
 
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
-                # By now the bodies have moved on, and the manifold's normal with them.
+                # The bodies have moved by now, and the manifold's normal with them.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
                 tangential = sum(impulse.tangentImpulses)
                 solved.append((*pair, normals[_key(contact)], sum(impulse.normalImpulses), tangential))
@@ -288,7 +288,7 @@ class Box2dWorld:
             across_x = sum(normal[1] * tangential for normal, _, tangential in of_pair)
             across_y = sum(-normal[0] * tangential for normal, _, tangential in of_pair)
             size = math.hypot(along_x, along_y)
-            if len(of_pair) == 1 or not size:  # or edges that face one another push as hard, and have no sum
+            if len(of_pair) == 1 or not size:  # or opposite edges push equally, and their sum is 0
                 found += [(*pair, *push) for push in of_pair]
                 continue
             nx, ny = along_x / size, along_y / size
@@ -297,9 +297,9 @@ class Box2dWorld:
         return found
 
     def _warning(self, seen: Observation) -> str:
-        # Made so fast by an impact, it is too late to refuse.
+        # After an impact made a body too fast, it is too late to refuse.
         dt_s = self._clock.dt_s / self._time
-        fastest = math.hypot(*seen.velocity_m_s.ravel().tolist())  # of all together: no disc is faster
+        fastest = math.hypot(*seen.velocity_m_s.ravel().tolist())  # a bound for all discs
         if fastest * dt_s > LONGEST_MOVE_M and (
             (fastest := float(np.hypot(*seen.velocity_m_s.T).max())) * dt_s > LONGEST_MOVE_M
         ):
@@ -339,7 +339,7 @@ class Box2dWorld:
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
 
     def close(self) -> None:
-        """Let go of the world; its memory goes with the last reference."""
+        """Release the world; the last reference frees its memory."""
         self._world.contactListener = None
         del (
             self._bodies,

@@ -8,8 +8,8 @@ from carom_adapters.dart.settings_code import write_code
 from carom_adapters.dart.world import DartWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: An elastic impact gives back less by twice the mixing, and a velocity loses that at each impact on its way: this is
-#: what sixteen make of a velocity, and of an energy.
+#: An elastic impact loses twice the mixing, and a velocity loses that at each impact. These are the losses of velocity
+#: and energy in sixteen impacts.
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 
@@ -29,7 +29,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="dart",
-    # Split impulses came with 6.20: before it profiles that ask for them run without, and what is read back says so.
+    # Split impulses came with 6.20. In earlier releases profiles with them run without, and the settings read back show
+    # that.
     engine=Engine(
         "DART",
         module="dartpy",
@@ -45,7 +46,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of DART gets: all as shipped, but with the scene's restitution, without friction, and on "
+            "DART's defaults: all as shipped, but with the scene's restitution, without friction, and on "
             "joints in the plane.",
             _default,
             CHAIN,

@@ -10,7 +10,7 @@ SETTINGS = ("collision_detector", "split_impulse")
 #: Members of `CollisionDetectorType`.
 DETECTORS = ("FCL", "DART", "BULLET", "ODE")
 
-#: DART_MAX_BOUNCING_VELOCITY, compiled in: no contact gives more back than this.
+#: DART_MAX_BOUNCING_VELOCITY, compiled in: the greatest speed after a bounce.
 FASTEST_BOUNCE_M_S = 100.0
 
 #: DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: contacts that close at no more than this are made inelastic.

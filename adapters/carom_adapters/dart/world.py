@@ -81,7 +81,7 @@ class DartWorld:
         self._discs.append(skeleton)
 
     def _shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
-        """Give a body its shape, named by the body's number, by which a contact is known."""
+        """Give a body its shape, named by the body's number, which identifies its contacts."""
         node = body.createShapeNode(shape)
         node.setName(str(number))
         node.createCollisionAspect()
@@ -96,7 +96,7 @@ class DartWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from DART; a release without split impulses reads as one that has them off."""
+        """The settings, read back from DART; a release without split impulses reads as if they were off."""
         told_by = self._world if hasattr(self._world, "getCollisionDetector") else self._solver
         detector = type(told_by.getCollisionDetector()).__name__.upper()
         split = getattr(self._solver, "isSplitImpulseEnabled", lambda: False)
@@ -142,7 +142,7 @@ class DartWorld:
         return int(first.getShapeFrame().getName()), int(second.getShapeFrame().getName())
 
     def _warning(self, velocity: Any, contacts: tuple[Contact, ...]) -> str:
-        # Made so fast by an impact, it is too late to refuse.
+        # After an impact made a body too fast, it is too late to refuse.
         scene = self._scene
         for contact in contacts:
             first, second = contact.first, contact.second
@@ -181,5 +181,5 @@ class DartWorld:
         self._put(states)
 
     def close(self) -> None:
-        """Let go of the world; its memory goes with the last reference."""
+        """Release the world; the last reference frees its memory."""
         del self._discs, self._world

@@ -37,7 +37,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of Drake gets from a continuous plant: stiffness, accuracy and integrator as shipped, but "
+            "Drake's defaults with a continuous plant: stiffness, accuracy and integrator as shipped, but "
             "without dissipation or friction.",
             _default,
             # Bodies are in contact for pi * sqrt(mass / stiffness), some milliseconds, in which the normal turns.

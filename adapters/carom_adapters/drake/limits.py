@@ -8,13 +8,13 @@ from carom.engines.api import Capabilities, ContactTimes
 #: by Drake's own names. What a profile leaves out stays as Drake ships it.
 SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 
-#: Below these Drake makes no sense of them.
+#: Lower limits of these, below which Drake fails.
 LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 
 #: Within these an overlap, speed * sqrt(mass / stiffness), stays below a radius with the stiffness of `tuned`.
 CAPABILITIES = Capabilities(
     gravity=True,
-    # There is no coefficient: without dissipation a contact gives back what it takes.
+    # There is no coefficient: without dissipation a contact is elastic.
     restitution=(1.0, 1.0),
     restitution_combine="one",
     contact_times=ContactTimes.STEP,

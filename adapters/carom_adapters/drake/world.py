@@ -31,7 +31,7 @@ def _imported() -> Any:  # its modules, by short names
     from pydrake.multibody import plant, tree
     from pydrake.systems import analysis, framework
 
-    # It warns of each half-space that there are no deformable bodies for it, which nobody asked for.
+    # It warns for each half-space that deformable bodies do not support it, although there are none.
     logging.getLogger("drake").setLevel(logging.ERROR)
     return SimpleNamespace(geometry=geometry, math=math, plant=plant, tree=tree, analysis=analysis, framework=framework)
 
@@ -50,7 +50,7 @@ class DrakeWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         self._number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
-        # AddMultibodyPlantSceneGraph does the same and leaves 95 kB behind for ever.
+        # AddMultibodyPlantSceneGraph does the same and leaks 95 kB.
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
@@ -152,12 +152,12 @@ class DrakeWorld:
     def _contacts(self) -> list[Contact]:
         at_s, found = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
-            # A force is known at some instants, and an impulse, its integral, is not.
+            # Forces are known at some instants, but not their integral, the impulse.
             found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return found
 
     def close(self) -> None:
-        """Let go of the simulator; its memory goes with the last reference."""
+        """Release the simulator; the last reference frees its memory."""
         self._simulator.clear_monitor()
         del self._context, self._simulator, self._diagram, self._plant
 

@@ -11,8 +11,8 @@ from carom_adapters.mujoco.settings_code import write_code
 from carom_adapters.mujoco.world import MujocoWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: Cylinders touch planes and each other off the middle: up to 6.3e-4 of the scene's speed (a disc in a box, at 240
-#: steps a second).
+#: Cylinders touch planes and each other off the middle, with errors up to 6.3e-4 of the scene's speed (a disc in a box,
+#: at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
@@ -25,16 +25,16 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "dt_s": dt_s,
         "joints": "slide",
         "stiffness": 0.0,
-        # The same impedance at any depth, and the highest that MuJoCo takes; it cancels out of the bounce.
+        # The same impedance at any depth, the highest that MuJoCo accepts; it cancels out of the bounce.
         "solimp": "0.9999 0.9999 0.001 0.5 2",
-        # The bounce is an Euler step of the contact's damping; the other integrators make something else of it.
+        # The bounce is an Euler step of the contact's damping, which other integrators change.
         "integrator": "Euler",
         # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
         "jacobian": "dense",
-        # Where there is friction, contacts are answered one after another. MuJoCo's own optimum of push and friction
-        # lifts whatever slides by the friction times its slip.
+        # With friction, contacts are solved one after another. MuJoCo's own optimum of push and friction lifts sliding
+        # bodies by the friction times their slip.
         "in_turn": True,
-        # The solver ends when it can do no better.
+        # The solver ends when it can improve no further.
         "tolerance": 0.0,
         # A run with a huge state continues, instead of being reset to the start.
         "autoreset": False,
@@ -49,8 +49,8 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 def _located(dt_s: float) -> dict[str, Setting]:
     # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; a listed pair does
-    # not go through it. And a contact ahead of its time leaves no instant to be found. A warm start would begin from
-    # what a step left that was taken back.
+    # not go through it. And a contact ahead of its time leaves no instant to be found. A warm start would begin from a
+    # step that was undone.
     return {**_no_ccd(dt_s), "listed_pairs": True, "warmstart": False}
 
 
@@ -65,8 +65,8 @@ def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="mujoco",
-    # 2.3 fails on what the adapter sets of a pair. Speculative contacts came with 4.0: on a 3.x the profiles that ask
-    # for them run without, and the settings that are read back say so.
+    # Release 2.3 fails on the adapter's settings of a pair. Speculative contacts came with 4.0. In 3.x profiles with
+    # them run without, and the settings read back show that.
     engine=Engine(
         "MuJoCo",
         module="mujoco",
@@ -90,7 +90,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of MuJoCo gets who asks for a bounce: as shipped, but with the scene's friction and an "
+            "MuJoCo's defaults for a user who wants a bounce: as shipped, but with the scene's friction and an "
             "undamped contact spring (solref -1000 0), damped for restitution below 1 by the formula of the linear "
             "oscillator.",
             _default,

@@ -21,7 +21,7 @@ OPTION_SETTINGS = (
 FLAG_SETTINGS = ("warmstart", "autoreset")
 ENABLE_SETTINGS = ("speculative",)
 
-#: What MJCF calls the members of `mujoco.mjtIntegrator`.
+#: MJCF's names of the members of `mujoco.mjtIntegrator`.
 MJCF_INTEGRATORS = {
     "mjINT_EULER": "Euler",
     "mjINT_RK4": "RK4",
@@ -98,17 +98,17 @@ CAPABILITIES = Capabilities(
 
 
 def answers_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether contacts are answered one after another: where it is asked for, and there is friction."""
+    """Whether contacts are solved one after another: if the settings say so, and there is friction."""
     return bool(settings.get("in_turn", False)) and scene.arrays.rubs
 
 
 def lists_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether each pair of bodies is listed in the model: only a listed one can say what becomes of its slip."""
+    """Whether each pair of bodies is listed in the model; only a listed pair has its own parameters of slip."""
     return bool(settings.get("listed_pairs", False)) or answers_in_turn(scene, settings)
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse what MuJoCo would refuse in words of its own, or silently get wrong.
+    """Refuse input that MuJoCo would refuse in its own words, or on which it would silently fail.
 
     Raises:
         AdapterError: A setting has an unknown name or value, or a step or all speeds

@@ -23,7 +23,7 @@ CYLINDER_TIPS = 7 / 12
 
 
 #: The mass of a body that is driven, over the heaviest disc's: an impact changes its velocity by 1e-13 of the closing.
-#: MuJoCo has no body that moves and is not pushed: for contacts one that is moved (``mocap``) is at rest.
+#: MuJoCo has no moving body that is not pushed: a `mocap` body is at rest for contacts.
 DRIVEN_MASS = 2.0**44
 #: The same where the solver ends at a tolerance: from 2**34 on its cost is rounded by more than that, and a spring's
 #: push comes out too large, by 1.3 of the closing speed at 2**44.
@@ -48,9 +48,9 @@ def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, f
 def _solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
     """Return a contact's ``solreffriction`` that ends the slip of these discs within the step.
 
-    Left out, friction takes the bounce of ``solref`` for its own, and gives ``restitution`` of the slip back. MuJoCo
-    regularises friction as it does the push, by ``(1 - d) / d`` of the inverse mass along the normal, where that along
-    the slip is larger by the inertia: the quotient makes up for it, as MuJoCo itself does for the push.
+    Without it, friction uses the bounce of `solref`, and returns ``restitution`` of the slip. MuJoCo regularises
+    friction as it does the push, by ``(1 - d) / d`` of the inverse mass along the normal, where that along the slip is
+    larger by the inertia: the quotient makes up for it, as MuJoCo itself does for the push.
     """
     inverse = [1.0 / scene.discs[i].mass_kg for i in discs]
     slip = [(1.0 + 1.0 / scene.discs[i].inertia_factor) / scene.discs[i].mass_kg for i in discs]
@@ -58,7 +58,7 @@ def _solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[
 
 
 def mass_unit(scene: Scene, settings: Mapping[str, Setting]) -> float:
-    """Return how many of the model's units of mass a kilogram is: 1, or a power of two where friction needs another."""
+    """Return a kilogram in the model's units of mass: 1, or a power of two if friction needs another unit."""
     if not answers_in_turn(scene, settings):
         return 1.0
     frictions = [scene.friction] * scene.arrays.rubs_discs + [wall.friction for wall in scene.arrays.materials]
@@ -72,20 +72,20 @@ def _attributes(**values: object) -> str:
 
 
 def _friction(friction: float) -> dict[str, object]:
-    """Return what a geom says of it: condim 1 is a contact without friction, 3 one that slides but does not roll."""
+    """Return a geom's attributes of friction: condim 1 is a contact without friction, 3 one with sliding friction."""
     return {"condim": "3", "friction": f"{friction!r} 0 0"} if friction > 0 else {"condim": "1"}
 
 
 def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return the model. A geom is named by its body's number, which is how contacts find their bodies again.
+    """Return the model. A geom is named by its body's number, which identifies the bodies of contacts.
 
-    Bodies that are driven come last.
+    Driven bodies are last.
     """
     dt_s, stiffness = float(settings["dt_s"]), float(settings["stiffness"])
     listed = {"contype": "0", "conaffinity": "0"} if lists_pairs(scene, settings) else {}
     shared = listed | ({"solimp": str(settings["solimp"])} if "solimp" in settings else {})
     unit = mass_unit(scene, settings)
-    # Those that are held meet those that move alone: a driven body goes through walls.
+    # Held bodies collide only with movable ones: a driven body passes through walls.
     held = {"contype": "0"} if scene.arrays.driven and not listed else {}
 
     def geom(name: str | int, restitution: float, friction: float, **values: object) -> str:
@@ -109,7 +109,7 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             return f"<body>{_turning(scene, settings, i, unit)}{made}</body>"
         damped = _damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
-            # Its inertia about any axis is of no effect, so it is not left to a small disc to have too little of it.
+            # Its inertia about any axis has no effect, so it is set for small discs too, whose own would be too little.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{made}</body>'
@@ -135,25 +135,25 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
 
 
 def in_order_of_bodies(scene: Scene) -> list[int]:
-    """Return discs and walls in the order of the model, by their bodies' numbers: those that are driven come last."""
+    """Return discs and walls in the order of the model, by their bodies' numbers; driven ones are last."""
     bodies = [*range(len(scene.discs)), *map(wall_body, range(len(scene.walls)))]
     return sorted(bodies, key=lambda one: (scene.discs[one] if one >= 0 else scene.walls[wall_index(one)]).driven)
 
 
 def body_of(geom: str) -> int:
-    """Return the number of the body that a geom of this name is of."""
+    """Return the number of the body of a geom with this name."""
     return int(geom.partition("/")[0])
 
 
 def names_of_wall(scene: Scene, k: int) -> list[str]:
-    """Return what the geoms of a wall are named: by its number and, where there are pieces, by theirs."""
+    """Return the names of a wall's geoms: its number and, with pieces, theirs."""
     wall, number = scene.walls[k], str(wall_body(k))
     pieces = len(cut_chain(wall)) if isinstance(wall, Chain) else 1
     return [number] if pieces == 1 else [f"{number}/{piece}" for piece in range(pieces)]
 
 
 def _shapes_of_wall(scene: Scene, k: int, dt_s: float) -> list[dict[str, object]]:
-    """Return what the geoms of a wall are: a plane, a capsule for each piece of a chain, or a sphere for a circle."""
+    """Return the geoms of a wall: a plane, a capsule for each piece of a chain, or a sphere for a circle."""
     wall = scene.walls[k]
     if isinstance(wall, Ring):
         return [{"type": "sphere", "size": thickness_of(scene, wall), "pos": "{!r} {!r} 0".format(*wall.centre_m)}]
@@ -163,7 +163,7 @@ def _shapes_of_wall(scene: Scene, k: int, dt_s: float) -> list[dict[str, object]
     facing = {"zaxis": "{!r} {!r} 0".format(*wall.normal)}
     if not wall.driven:
         return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]  # infinite
-    # A plane does not move: a box is as deep and wide as a disc can get.
+    # A plane cannot move, so a driven half-plane is a box as deep and wide as a disc can get.
     half = _half_of_box(scene, wall, dt_s)
     (x, y), (nx, ny) = wall.point_m, wall.normal
     place = f"{x - half * nx!r} {y - half * ny!r} 0"
@@ -171,7 +171,7 @@ def _shapes_of_wall(scene: Scene, k: int, dt_s: float) -> list[dict[str, object]
 
 
 def _half_of_box(scene: Scene, wall: Wall, dt_s: float) -> float:
-    """Return half the side of a box of which no disc sees another face than the one that `point_m` is the middle of."""
+    """Return half the side of a box of which discs can reach only the face with the middle `point_m`."""
     centre, radius = reach(scene, dt_s)
     drift = wall.drive.fastest * (scene.duration_s + dt_s)
     return 2.0 * (radius + drift + math.dist(centre, wall.point_m))
@@ -182,7 +182,7 @@ def _heaviest(scene: Scene) -> float:
 
 
 def _driven(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = False) -> str:
-    """Return the start of a body that is driven: it slides, and may turn, of a mass that impacts do not move."""
+    """Return the start of a driven body: it slides, and may turn, with a mass that impacts do not move."""
     ratio = DRIVEN_MASS if settings.get("tolerance") == 0 else DRIVEN_MASS_IN_TOLERANCE
     mass = ratio * mass_unit(scene, settings) * _heaviest(scene)
     inertia = mass * max(disc.radius_m for disc in scene.discs) ** 2
@@ -212,7 +212,7 @@ def _turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit: float)
     """Return inertia and joints of a disc that may turn."""
     body = scene.discs[i]
     mass, turns = body.mass_kg * unit, math.isfinite(body.inertia_factor)
-    factor = body.inertia_factor if turns else 1.0  # of no effect without a hinge
+    factor = body.inertia_factor if turns else 1.0  # without effect unless there is a hinge
     free = turns and settings["joints"] == "free"
     tips = CYLINDER_TIPS if free and settings.get("shape", "sphere") == "cylinder" else factor
     moments = " ".join(repr(moment * mass * body.radius_m**2) for moment in (tips, tips, factor))
@@ -236,9 +236,9 @@ def _free_joint(damped: str) -> str:
 
 
 def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
-    """Return the damping about the axes of a free joint with these moments of inertia; None where MJCF has said it.
+    """Return the damping about the axes of a free joint with these moments of inertia; None if MJCF contains it.
 
-    MJCF has one damping for all six axes of a free joint, and that along them is the mass's.
+    MJCF has one damping for all six axes of a free joint, which is that of the mass.
     """
     if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):
         return None

@@ -11,19 +11,19 @@ import numpy as np
 
 from carom.engines.api import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
 
-#: What two numbers that ought to be one may differ by: a quaternion's roundings.
+#: Allowed difference of equal numbers: a quaternion's roundings.
 ROUNDING = 1e-12
 
-#: Kinds of geoms that a scene has a place for.
+#: Kinds of geoms that scenes support.
 PLANE, SPHERE, CYLINDER = "plane", "sphere", "cylinder"
 
 
 def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
-    """Return the discs and walls of a model at its first keyframe, or as built, and what a scene has no place for.
+    """Return the discs and walls of a model at its first keyframe, or as built, and what scenes do not support.
 
     Raises:
-        AdapterError: It is no MJCF that MuJoCo compiles, or it names other files.
-        SceneError: What is left is no scene: no disc, or bodies that overlap.
+        AdapterError: It is not an MJCF that MuJoCo compiles, or it names other files.
+        SceneError: The supported part is no scene: it has no disc, or bodies overlap.
     """
     mujoco: Any = importlib.import_module("mujoco")
     text = content.decode("utf-8", errors="replace")
@@ -40,7 +40,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
 
 
 def _require_alone(text: str) -> None:
-    """Refuse a model that names other files: MuJoCo would read whatever a stranger's model names."""
+    """Refuse a model that names other files, because MuJoCo would read any file of an untrusted model."""
     try:
         root = ElementTree.fromstring(text)  # noqa: S314 - in a worker, and expat bounds what entities make
     except ElementTree.ParseError as error:
@@ -52,7 +52,7 @@ def _require_alone(text: str) -> None:
 
 
 class _Reading:
-    """A compiled model as it is read."""
+    """A compiled model and the scene read from it."""
 
     def __init__(self, mujoco: Any, model: Any, data: Any) -> None:
         self.mujoco, self.model, self.data = mujoco, model, data
@@ -130,7 +130,7 @@ class _Reading:
         motion = np.zeros(6)
         self.mujoco.mj_objectVelocity(model, self.data, self.mujoco.mjtObj.mjOBJ_BODY, body, motion, 0)
         mass = float(model.body_mass[body])
-        # Of a sphere or an upright cylinder the axis across the plane is one of the principal ones: its last.
+        # The axis of a sphere or an upright cylinder across the plane is its last principal axis.
         factor = float(model.body_inertia[body][2]) / (mass * radius**2) if turns else math.inf
         if 1.0 < factor < math.inf:
             self.dropped.append(f"of {what}: its moment of inertia, {factor:g} m r^2, is cut to m r^2")
@@ -151,7 +151,7 @@ class _Reading:
         return bool(self.model.body_weldid[self.model.geom_bodyid[geom]] != 0)
 
     def _turns(self, body: int) -> bool | None:
-        """Whether a body that is free in the plane can turn there; None of one that is not free, or no single geom."""
+        """Whether a body that is free in the plane can turn there; None if it is not free, or has several geoms."""
         model, kinds = self.model, self.mujoco.mjtJoint
         if model.body_geomnum[body] != 1 or model.body_parentid[body] != 0:
             return None
@@ -171,7 +171,7 @@ class _Reading:
         return bool(hinges)
 
     def _restitution(self, geom: int) -> float:
-        """Return what a contact's spring gives back: see `mjcf`'s `_solref`, and of a spring a linear oscillator's."""
+        """Return the restitution of a contact's spring, by ``_solref`` of ``mjcf`` or by a linear oscillator."""
         first, second = (float(one) for one in self.model.geom_solref[geom])
         if first == 0.0 and second < 0.0:  # a damper alone, for one Euler step
             return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)
@@ -182,7 +182,7 @@ class _Reading:
         return float(self.model.geom_friction[geom][0]) if self.model.geom_condim[geom] > 1 else 0.0
 
     def _coefficients(self, name: str, of: Any, most: float) -> dict[str, float]:
-        """Return the coefficient of pairs of discs, and of discs with walls, which decide alone where they say so."""
+        """Return the coefficients of pairs of discs, and of discs with walls, which may have priority."""
         discs, walls = [of(geom) for geom, _ in self.discs], [of(geom) for geom, _ in self.walls]
         pair = one_coefficient(f"{name} of pairs of discs", discs, most, self.dropped)
         return {name: pair, f"wall_{name}": one_coefficient(f"{name} of walls", walls or [pair], most, self.dropped)}

@@ -13,12 +13,12 @@ from carom_adapters.shared.settings_code import comment, steps_of
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return the model of `mjcf`, laid out to be read, with what all its geoms, or pairs, share said once."""
+    """Return the model of `mjcf` in a readable form, with shared attributes of geoms and pairs in its defaults."""
     require_usable(scene, settings)
     require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))
     if has_legs(scene):
         raise AdapterError("MuJoCo: a body on legs is given its velocities between steps, which a model can't say")
-    # The text is this adapter's own, and holds nothing but numbers and words of its settings' lists.
+    # The text is this adapter's own, and contains only numbers and words of its settings' lists.
     model = ElementTree.fromstring(mjcf(scene, settings))  # noqa: S314 - no text of others
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
     said = [heading, f"{steps_of(scene, settings)} steps from the keyframe cover the scene."]
@@ -38,7 +38,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
 
 
 def _with_defaults(model: ElementTree.Element) -> ElementTree.Element:
-    """Move what all geoms, and all pairs, share into the model's defaults."""
+    """Move attributes that all geoms, or all pairs, share into the model's defaults."""
     defaults = ElementTree.Element("default")
     for tag in ("geom", "pair"):
         several = model.findall(f".//{tag}")

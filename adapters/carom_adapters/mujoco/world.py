@@ -33,8 +33,8 @@ from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bod
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
 
-#: Compiled models that are kept for scenes that differ in their start states alone: one for each profile, and a few
-#: steps of each.
+#: Number of compiled models that are kept for scenes that differ only in their starts: one for each profile at a few
+#: steps.
 KEPT_MODELS = 16
 
 
@@ -44,14 +44,14 @@ def _ignore(_text: str) -> None:
 
 @lru_cache(maxsize=KEPT_MODELS)
 def _compiled(text: str) -> Any:
-    """Compile a model, or return the one that was compiled from the same text: a sweep of start states has but one.
+    """Compile a model, or return the one compiled from the same text; a sweep of starts has only one.
 
-    Where movable discs are and how fast is no part of it.
+    Positions and velocities of movable discs are no part of it.
     """
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
 
-#: Flags that came with a later release than the oldest: what they are called in MJCF, and their bits in MuJoCo.
+#: Flags of later releases: their names in MJCF, and their bits in MuJoCo.
 _LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("mjtDisableBit", "mjDSBL_AUTORESET")}
 
 
@@ -62,7 +62,7 @@ def _bit(mujoco: Any, flag: str) -> int:
 
 
 def _there(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
-    """Return the settings without flags that this release lacks: what is read back says that they are as without."""
+    """Return the settings without flags that this release lacks; they read back as unset."""
     return {name: value for name, value in settings.items() if name not in _LATER or _bit(mujoco, name)}
 
 
@@ -86,18 +86,18 @@ class MujocoWorld:
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and each by a step
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
-        # What a step of any length makes of a velocity, see `_solref`.
+        # Effect of a step of any length on a velocity, see `_solref`.
         self._geom_damping = self._model.geom_solref[:, 1] * self._clock.dt_s
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
         self._turns = scene.arrays.turns
-        # Normals of cylinders lean out of the plane, though slide joints keep these upright. After some dozen impacts,
-        # each of which makes more of a rounding across the plane, those of free spheres do.
+        # Normals of cylinders lean out of the plane, although slide joints keep these upright. Those of free spheres do
+        # so after some dozen impacts, each of which amplifies a rounding across the plane.
         self._leans = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
         self._unit = mass_unit(scene, settings)
         self._pieced = find_walls_in_pieces(scene)
         discs = [one for one in in_order_of_bodies(scene) if one >= 0]
-        # Those that are driven are bodies of MuJoCo's that move, too.
+        # Driven bodies are also moving bodies in MuJoCo.
         moving = [i for i in discs if scene.discs[i].driven or not scene.discs[i].immovable]
         self._movable = np.array(moving, dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
@@ -114,7 +114,7 @@ class MujocoWorld:
         # The third coordinate of a free joint is the centre's distance from the plane, which is not constrained.
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
-        for body in 1 + self._free:  # of the same values for all that share this model
+        for body in 1 + self._free:  # equal values for all worlds of this model
             about = dampings_about(scene, settings, model.body_inertia[body].tolist())
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
@@ -133,7 +133,7 @@ class MujocoWorld:
         self._drive(1 + len(moving), [wall for wall in scene.walls if wall.driven])
 
     def _drive(self, first: int, bodies: Sequence[Driven]) -> None:
-        """Start those of some bodies of the model, the first of this number, that are driven, and note their legs."""
+        """Start the driven ones among some bodies of the model, from this number on, and record their legs."""
         for body, of in enumerate(bodies, first):
             if of.driven:
                 begin = int(self._model.body_dofadr[body])
@@ -244,7 +244,7 @@ class MujocoWorld:
         if not np.count_nonzero(number):
             return "; ".join(told)
         kind = self._mujoco.mjtWarning
-        # Without the reset, MuJoCo only counts such a value and goes on with it, which does no harm.
+        # Without the reset, MuJoCo only counts such a value and continues, which is harmless.
         autoreset = not self._model.opt.disableflags & _bit(self._mujoco, "autoreset")
         bad = number[[int(kind.mjWARN_BADQPOS), int(kind.mjWARN_BADQVEL), int(kind.mjWARN_BADQACC)]]
         if autoreset and bad.any():
@@ -254,7 +254,7 @@ class MujocoWorld:
         return "; ".join(told)
 
     def cut(self, dt_s: float) -> None:
-        """Take steps of another length from here on; a contact's damping is so much per step."""
+        """Take steps of another length from here on; a contact's damping is per step."""
         if self._shared:  # with other worlds, whose step is another
             self._model, self._shared = copy.copy(self._model), False
             model = self._model
@@ -291,5 +291,5 @@ class MujocoWorld:
         self._clock.restart(time_s)
 
     def close(self) -> None:
-        """Let go of model and data; their memory goes with the last reference."""
+        """Release model and data; the last reference frees their memory."""
         del self._data, self._warnings, self._qpos, self._qvel, self._probe, self._dampings, self._model

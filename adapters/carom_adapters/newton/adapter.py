@@ -8,7 +8,7 @@ from carom_adapters.newton.settings_code import write_code
 from carom_adapters.newton.world import NewtonWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: Of a step that begins in contact: bodies move on by its whole length before they are pushed apart.
+#: In a step that begins in contact, bodies move on by its whole length before they are pushed apart.
 LATE = Accuracy(late_steps=1.0)
 
 
@@ -44,7 +44,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of Newton's XPBD solver gets who turns restitution on: all else as shipped, with the scene's "
+            "Defaults of Newton's XPBD solver with restitution on: all else as shipped, with the scene's "
             "restitution and without friction.",
             _default,
             changed={

@@ -20,8 +20,8 @@ LEAST = {"iterations": 1, "rigid_contact_restitution_iterations": 0, "gap": 0.0,
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # In each step that has contacts, what is slower than 0.1 mm/s stands still, and two close at up to twice that.
-    # Above it a disc at rest may lose the first push of an impact, if that is as slow, and half of it of what parts.
+    # In each step with contacts, bodies slower than 0.1 mm/s stop, so two may close at up to twice that. Above it a
+    # disc at rest may lose the first push of an impact, if that is as slow, and half of it of what parts.
     restitution_threshold_m_s=2e-4,
     contact_times=ContactTimes.STEP,
     float_bits=32,

@@ -43,7 +43,7 @@ class NewtonWorld:
         self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
         walls = scene.half_planes()
         self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
-        # Two coefficients that meet are averaged, and any is taken.
+        # Two coefficients are averaged, and any value is accepted.
         of_walls = 2.0 * scene.wall_restitution - scene.restitution
         for disc in scene.discs:
             at = warp.transform(_space(disc.position_m), warp.quat_identity())
@@ -56,7 +56,8 @@ class NewtonWorld:
             builder.body_qd[body] = warp.spatial_vector(*_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
-            # By its place and turn: of the equation of a plane that faces down Newton 1.8 makes one that faces up.
+            # A plane is given by position and rotation, because Newton 1.8 turns the equation of one that faces down
+            # into one that faces up.
             turn = math.atan2(*wall.normal) / 2.0
             at = warp.transform(_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
             shape = self._material(builder, of_walls, settings)
@@ -68,7 +69,7 @@ class NewtonWorld:
         asked = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
         self._solver = newton.solvers.SolverXPBD(self._model, **asked)
         self._state, self._next = self._model.state(), self._model.state()
-        #: Where the solver writes what it pushes with at each contact; made when somebody first looks.
+        #: Array for the solver's pushes at each contact; made at the first observation.
         self._forces: Any = None
 
     @staticmethod
@@ -151,7 +152,7 @@ class NewtonWorld:
         self._state.body_qd.assign(velocities)
 
     def close(self) -> None:
-        """Nothing is left to do: Warp frees arrays with the objects that hold them."""
+        """Do nothing: Warp frees arrays with their owners."""
 
 
 def _space(vector: tuple[float, float]) -> tuple[float, float, float]:

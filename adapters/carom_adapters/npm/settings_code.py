@@ -1,6 +1,7 @@
 """Engines from npm as programs of node to paste: the worlds of their adapters, with a scene and settings in front.
 
-What a program needs of ``serve.mjs``, which the engines share, is put into it, so that it imports its engine alone.
+The parts of `serve.mjs`, which the engines share, that a program needs are copied into it, so it imports only its
+engine.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class NpmAdapter(ProgramAdapter):
 
 
 def _shared(source: Path) -> Mapping[str, str]:
-    """Return what `serve.mjs` exports, each piece with its comment, by name."""
+    """Return the exports of `serve.mjs`, each with its comment, by name."""
     pieces = (source.parents[1] / "serve.mjs").read_text(encoding="utf-8")
     found = ((_EXPORTED.search(piece), piece) for piece in re.split(r"\n\n(?=//)", pieces.rstrip("\n")))
     return {name[1]: piece.replace("export ", "") for name, piece in found if name}

@@ -35,7 +35,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of ODE gets: all as shipped, with the scene's restitution, without friction, and by the "
+            "ODE's defaults: all as shipped, with the scene's restitution, without friction, and by the "
             "stepper that solves each step exactly.",
             _default,
             changed={

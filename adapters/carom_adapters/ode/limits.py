@@ -15,7 +15,7 @@ LEAST_STEP_S = 2.0**-100
 
 CAPABILITIES = Capabilities(
     gravity=True,
-    # A surface belongs to a contact, so that each pair has the coefficient that it asks for.
+    # A surface belongs to a contact, so each pair has its own coefficient.
     restitution=(0.0, 1.0),
     contact_times=ContactTimes.STEP,
     float_bits=32,

@@ -172,7 +172,7 @@ class OdeWorld:
                 self._put(body, *held)
 
     def close(self) -> None:
-        """Let go of joints, bodies and world, which Panda3D does not free by itself."""
+        """Release joints, bodies and world, which Panda3D does not free by itself."""
         self._let_go()
         for geom in self._geoms.values():
             geom.destroy()

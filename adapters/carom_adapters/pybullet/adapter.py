@@ -41,7 +41,7 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "restitutionVelocityThreshold": 0.0,
         # Shared contacts are solved in an order that does not depend on addresses.
         "deterministicOverlappingPairs": 1,
-        # All the iterations are taken, even where the residual is small: shared contacts lose energy otherwise.
+        # All iterations are done, even if the residual is small; otherwise shared contacts lose energy.
         "solverResidualThreshold": 0.0,
         "numSolverIterations": 50,
         # For a disc that starts so fast that it moves by more than its radius in one step, which without it may pass
@@ -89,7 +89,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of PyBullet gets: all as shipped (a clamp of 100 m/s and rad/s included), but undamped "
+            "PyBullet's defaults: all as shipped (a clamp of 100 m/s and rad/s included), but undamped "
             "and with the scene's restitution and friction.",
             _default,
             capabilities=replace(

@@ -96,10 +96,10 @@ CAPABILITIES = Capabilities(
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse what is outside what Bullet can do.
+    """Refuse input that Bullet does not support.
 
     Raises:
-        AdapterError: The scene or a setting is.
+        AdapterError: The scene or a setting is not supported.
     """
     known = (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
     require_sound("PyBullet", scene, settings, known, LEAST, words={"shape": SHAPES})

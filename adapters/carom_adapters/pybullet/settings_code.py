@@ -103,7 +103,7 @@ for body, position, turn, velocity, spin in starts:
 
 
 def _lines_of_wall(scene: Scene, wall: Wall | Chain | Ring, material: tuple[float, float], rolling: float) -> list[str]:
-    """Return a line for each body that a wall is."""
+    """Return a line for each body of a wall."""
     driven = f", velocity={first_velocity(wall)!r}" if wall.driven else ""
     own = f"restitution={material[0]!r}, friction={material[1]!r}"
     own += f", rolling={rolling!r}" if rolling else ""

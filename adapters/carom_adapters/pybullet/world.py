@@ -46,13 +46,13 @@ from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 
-#: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
+#: Type of a body with maximal coordinates in `getDynamicsInfo` (its last but one value); 2 is a multibody.
 RIGID_BODY = 1
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
-#: The client of a world that was closed, by what can't be reset in it. One, because each holds 29 MB, of which the
-#: system takes longer to give a new one than Bullet takes to empty it.
+#: The client of a closed world, by the parts that can't be reset. There is only one, because each takes 29 MB, which
+#: the system allocates more slowly than Bullet empties it.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
@@ -147,14 +147,14 @@ class PybulletWorld:
                 if wall.driven:
                     self._driven.append((body, wall))
         if self._turns and asked.get("useMaximalCoordinates", False):
-            # Of a body with maximal coordinates Bullet takes note of a changed inertia at the end of a step only. In
-            # this one all are at rest where the scene has them.
+            # Bullet applies a changed inertia of a body with maximal coordinates only at the end of a step. In this
+            # step all bodies are at rest at their starts.
             bullet.stepSimulation(client)
         if scene.gravity_m_s2 != (0.0, 0.0):
             bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
 
     def _shapes_of(self, scene: Scene, wall: Wall | Chain | Ring) -> list[tuple[int, Point, Sequence[float]]]:
-        """Return what a wall is: a plane, a sphere, or a capsule for each piece, where it is and how it is turned."""
+        """Return the shapes of a wall, with positions and rotations: a plane, a sphere, or a capsule for each piece."""
         bullet, client = self._bullet, self._client
         if isinstance(wall, Wall):
             normal = [*wall.normal, 0.0]
@@ -212,7 +212,7 @@ class PybulletWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings; those that PyBullet tells (it does not tell most) are read back from it."""
+        """The settings; the few that PyBullet reports are read back from it."""
         world = self._bullet.getPhysicsEngineParameters(self._client)
         body = self._bullet.getDynamicsInfo((self._movable or self._discs)[0], -1, self._client)
         return self._asked | {
@@ -249,11 +249,12 @@ class PybulletWorld:
         return Observation(position, now, contacts, self._warning(now, spin), spin)
 
     def _warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
-        # Made so fast by an impact or by falling, it is too late to refuse. Bullet clamps x and y each on its own.
+        # After an impact or a fall made a body too fast, it is too late to refuse. Bullet clamps x and y each on its
+        # own.
         if self._asked.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
-        if np.count_nonzero(clamped):  # an `any` that takes a fifth of the time, after every step
+        if np.count_nonzero(clamped):  # an `any` in a fifth of its time, after every step
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
                 f"disc {int(clamped.any(axis=1).argmax())} has reached that"
@@ -332,7 +333,7 @@ class PybulletWorld:
     def close(self) -> None:
         """Keep the client for the next world, instead of the one kept before.
 
-        A client that is let go of without being disconnected holds its memory for as long as the process lives.
+        A client that is dropped without being disconnected keeps its memory until the process ends.
         """
         if _KEPT:
             _, (client, *_) = _KEPT.popitem()

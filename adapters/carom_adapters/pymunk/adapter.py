@@ -48,7 +48,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of pymunk gets: all as shipped (no damping), with the scene's restitution and friction.",
+            "pymunk's defaults: all as shipped (no damping), with the scene's restitution and friction.",
             _default,
             changed={"elasticity": OF_THE_SCENE, "friction": OF_THE_SCENE, "moment": NOT_TURNED},
         ),

@@ -14,7 +14,7 @@ from carom_adapters.shared.engine_adapter import NOT_TURNED, OF_THE_SCENE, Engin
 #: `normalized_prediction_distance` as shipped, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
 
-#: Rapier gives bodies their bounce when they have moved with the velocities of an inelastic impact: the path of an
+#: Rapier applies the bounce after bodies have moved with the velocities of an inelastic impact, so the path of an
 #: elastic pair turns in the middle of the step.
 TURNS_LATE = 0.5
 
@@ -38,14 +38,14 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 
 
 def _swept(dt_s: float) -> dict[str, Setting]:
-    # Farther than anything moves in a step: Rapier looks no farther ahead than two bodies come near each other in one.
+    # Farther than any body moves in a step; Rapier searches only as far as two bodies approach in one.
     return {**_tuned(dt_s), "soft_ccd_prediction": 1e3}
 
 
 def _located(dt_s: float) -> dict[str, Setting]:
     return {
         **_tuned(dt_s),
-        # So that a step follows from positions and velocities alone, and can be taken back.
+        # So a step depends only on positions and velocities, and can be undone.
         "contact_recycling": False,
         "warmstart_coefficient": 0.0,
         # A power of two, so that it rounds nothing, and no more than the rounding of 32-bit floats.
@@ -78,7 +78,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of Rapier gets: all as shipped (contacts are solved from 2 cm away on, speeds clamped to 400 "
+            "Rapier's defaults: all as shipped (contacts are solved from 2 cm away on, speeds clamped to 400 "
             "m/s), but awake and with the scene's restitution.",
             _default,
             # A contact that no step begins near is found in an overlap, as in `tuned`.
@@ -87,7 +87,7 @@ adapter = EngineAdapter(
             changed={
                 "restitution": OF_THE_SCENE,
                 "friction": OF_THE_SCENE,
-                "can_sleep": "awake: to be put to rest is damping",
+                "can_sleep": "awake, since sleeping is damping",
                 "enabled_rotations": NOT_TURNED,
                 "enabled_translations": "held in the plane",
             },

@@ -81,8 +81,8 @@ class RapierWorld:
             handles.append(world.add_body(body))
             collider = world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])
             number[collider] = i
-        # As shipped two coefficients are averaged, and a rule other than that wins: discs have their own among
-        # themselves, and a wall has its own, whichever of the two is larger.
+        # By default two coefficients are averaged, and another rule has priority. Discs use one rule among themselves,
+        # and a wall has the rule by which its own coefficient counts, whichever is larger.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
             position, velocity = of_walls[k]
@@ -161,7 +161,7 @@ class RapierWorld:
         return list(sum_contacts(found, find_walls_in_pieces(self._scene)))
 
     def _warning(self, velocity: Any) -> str:
-        # Made so fast by an impact, it is too late to refuse.
+        # After an impact made a body too fast, it is too late to refuse.
         parameters = self._world.integration_parameters
         limit = parameters.normalized_max_linear_velocity * parameters.length_unit
         if (fastest := float(np.hypot(*velocity.T).max())) > limit * (1 - 4 * ROUNDING):
@@ -171,15 +171,15 @@ class RapierWorld:
         return ""
 
     def close(self) -> None:
-        """Let go of the world; its memory goes with the last reference."""
+        """Release the world; the last reference frees its memory."""
         del self._all, self._bodies, self._number, self._world
 
 
 class RapierCuttableWorld(RapierWorld):
-    """A world whose steps can be cut and taken back; each is taken in two parts, of which the first is short.
+    """A world whose steps can be cut and undone; each has two parts, of which the first is short.
 
     Bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and then get
-    their bounce. So that they fly through it with their bounce, they get it in a step that is too short to move them.
+    their bounce. So they get their bounce in a step too short to move them, and move through the step with it.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -227,7 +227,7 @@ class RapierCuttableWorld(RapierWorld):
         return (self._clock.now_s, self._legs.started, self._states(), self._solved)
 
     def restore(self, state: Any) -> None:
-        """Make a world of the positions and velocities; one that was stepped keeps what it knows of contacts."""
+        """Make a new world of the positions and velocities, because a used one keeps data of contacts."""
         time_s, self._legs.started, states, self._solved = state
         self._clock.restart(time_s)
         self._build(states)

@@ -1,4 +1,4 @@
-"""The adapter under test: what it declares, and a worker process in which its engine is called."""
+"""The adapter under test: its declarations, and a worker process that calls its engine."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ T = TypeVar("T")
 class Subject(Closeable):
     """One adapter, by its name; used as a context manager, it ends its worker process.
 
-    Whatever runs the engine raises `Violation` where its process crashes or hangs, or the adapter raises an error that
-    is not handed back.
+    Methods that run the engine raise `Violation` if its process crashes or hangs, or if the adapter raises an error
+    that they do not return.
 
     Attributes:
         name: Name of the adapter.
@@ -58,7 +58,7 @@ class Subject(Closeable):
         return self._limits.local_pool(1)
 
     def another(self) -> Subject:
-        """Return the same adapter with a worker process of its own, in which nothing has been run yet."""
+        """Return the same adapter with a new worker process."""
         return Subject(self.name, self._limits)
 
     @property
@@ -67,7 +67,7 @@ class Subject(Closeable):
         return THRESHOLDS.rounding_of(self.adapter.capabilities.float_bits)
 
     def capabilities(self, profile: str = "tuned") -> Capabilities:
-        """Return what is declared for a profile: its own word, or else the adapter's."""
+        """Return the declaration of a profile: its own, or else the adapter's."""
         return capabilities_of(self.adapter, profile)
 
     def unsupported(self, setup: Setup) -> str:
@@ -92,7 +92,7 @@ class Subject(Closeable):
         return answer
 
     def seen(self, setup: Setup) -> Watched:
-        """Return what `watch` did when first asked for this run: for checks of what was seen, not of running again."""
+        """Return the stored result of `watch` for this run, for checks of observations."""
         key = (setup.scene.name, setup.profile, setup.dt_s)
         if key not in self._seen:
             self._seen[key] = self.watch(setup)
@@ -112,8 +112,8 @@ class Subject(Closeable):
         Args:
             setup: The run.
             more: Settings in addition to those of the profile.
-            looks: How often to observe after each step; 0 takes all steps in one call and looks at the end alone.
-            cut: Whether to cut the steps, and, `disturbed`, to take others back.
+            looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
+            cut: Whether to cut the steps, and, if `disturbed`, to undo others.
             disturbed: See `cut`.
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **more}
@@ -122,7 +122,7 @@ class Subject(Closeable):
         return self._ask(Watch(self.name, setup.scene, settings, steps, looks, cut_s, disturbed), setup)
 
     def growth_bytes(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
-        """Make worlds one after another and return by how much the process has grown; None where nobody tells."""
+        """Make worlds one after another and return the growth of memory; None where it is unknown."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, Raised):
@@ -143,13 +143,13 @@ class Subject(Closeable):
     def margin(self, profile: str, name: str) -> Score | None:
         """Return the score of a catalogue scene with bodies thicker by the promised margin; None where there is none.
 
-        What it has of errors is what the margin allows.
+        Its errors are those that the margin allows.
         """
         margin_m = self.adapter.profiles[profile].accuracy.margin_m
         return _margin(name, margin_m) if margin_m else None
 
     def printed(self) -> str:
-        """Return what the worker process has printed so far."""
+        """Return the output of the worker process so far."""
         return self._pool.worker(self.name).printed()
 
     def files(self) -> list[str]:
@@ -186,7 +186,7 @@ def _margin(name: str, margin_m: float) -> Score:
 
 
 def catalogue_setup(name: str, profile: str) -> Setup:
-    """Return the run of a catalogue scene that the suite makes."""
+    """Return the suite's run of a catalogue scene."""
     scene = all_scenes()[name].scene
     return Setup(scene, profile, 1.0 / (scene.frame_rate_hz * STEPS_A_FRAME), catalogued=True)
 

@@ -94,7 +94,7 @@ _OF_PROFILE = {
     "observations-stay": conduct.keeps_what_it_showed,
 }
 
-#: What remains to be said of a profile whose steps are cut: the rest is watched in whole steps, as of any other.
+#: Additional checks of a profile whose steps are cut; others run in whole steps, as for any profile.
 _OF_LOCATED = {
     "settings": settings.settings_are_read_back,
     "start": settings.starts_as_written,
@@ -107,12 +107,12 @@ _OF_SCENE = {
     "velocities": accuracy.velocities_are_right,
 }
 
-#: What remains to be said of a scene in which something turns.
+#: Additional checks of a scene in which something turns.
 _OF_TURNING_SCENE = {**_OF_SCENE, "spins": accuracy.spins_are_right}
 
 
 def cases(subject: Subject) -> Iterator[Case]:
-    """Return every case for an adapter, in the order in which they are run: what others rest on comes first."""
+    """Return every case for an adapter in the order of execution: cases on which others depend are first."""
 
     def case(name: str, check: Callable[..., None], /, *, skip: str = "", **parameters: Any) -> Case:
         meaning = (check.__doc__ or "").strip().splitlines()[0]

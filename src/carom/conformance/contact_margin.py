@@ -38,5 +38,5 @@ def thickened(scene: Scene, margin_m: float) -> Scene:
 
 
 def thickened_trace(scene: Scene, margin_m: float) -> Trace:
-    """Return what happens to thicker bodies, as a run of the scene itself."""
+    """Return the run of thicker bodies, as a run of the scene itself."""
     return replace(solve_pic(thickened(scene, margin_m)), scene=scene)

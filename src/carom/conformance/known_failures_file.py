@@ -15,7 +15,7 @@ from carom.errors import InputError
 from carom.support.escaping import visible
 from carom.support.folders import write_file
 
-#: How the reason of a new entry begins, until somebody has written one.
+#: Begin of a new entry's reason, until the user writes one.
 TO_BE_WRITTEN = "reason: to be written"
 
 #: The head of an entry, with the lines of comment directly above it.
@@ -25,7 +25,7 @@ _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 
 @dataclass(frozen=True)
 class WrittenFailures:
-    """What became of a file.
+    """Changes of a file.
 
     Attributes:
         added: Cases that joined it.

@@ -1,6 +1,6 @@
 """The pytest plug-in. Without ``--carom-engine`` it adds its options and does nothing; all else is imported on demand.
 
-With it, the suite's cases join whatever else pytest collects, be it nothing: the repository needs no test file.
+With it, the suite's cases are added to pytest's items; the repository needs no test file.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Plan the suite where it is asked for, so that a slip on the command line ends the run before it begins."""
+    """Plan the suite if requested, so that an error on the command line ends the run before it begins."""
     wanted = config.getoption("carom_engine")
     if not wanted:
         return

@@ -26,13 +26,13 @@ PREFIX = "carom"
 
 
 class EngineCollector(pytest.Collector):
-    """All cases of one adapter, found nowhere but in its plan."""
+    """All cases of one adapter, from its plan."""
 
     engine: EnginePlan
     known: Mapping[str, str]
 
     def collect(self) -> Iterator[pytest.Item]:
-        """Yield an item a case; one that is skipped says why an engine is unavailable."""
+        """Yield an item for each case; for an unavailable engine, a skipped one with the reason."""
         info = self.engine.info
         missing = Case("available", lambda _: None, "The engine is installed.", info.unavailable)
         for case in self.engine.cases or (missing,):
@@ -62,7 +62,7 @@ class CaseItem(pytest.Item):
             pytest.skip(str(reason))
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None) -> str | TerminalRepr:  # noqa: ARG002 - pytest's signature
-        """Say value, expected, scene and how to see it again; no traceback, for the fault is not in the suite."""
+        """Return value, expected value, scene and command; without a traceback, since the fault is not in the suite."""
         error = excinfo.value
         if not isinstance(error, CaromError):
             return super().repr_failure(excinfo)
@@ -93,19 +93,19 @@ class CaseItem(pytest.Item):
 
 
 def _what(error: CaromError) -> str:
-    """Return what failed in a line."""
+    """Return the failure in one line."""
     return (error.what if isinstance(error, Violation) else str(error)).partition("\n")[0]
 
 
 class ConformanceRun:
-    """The hooks of a run that was asked for."""
+    """Hooks of a requested run."""
 
     def __init__(self, plan: Suite, write_to: Path | None = None) -> None:
         """Run a plan.
 
         Args:
-            plan: What is to be run.
-            write_to: The file of known failures that is to be brought up to date; None where it is let be.
+            plan: Plan of the suite.
+            write_to: The file of known failures to update; None for no update.
         """
         self._plan, self._write_to = plan, write_to
         self._failed: dict[str, str] = {}
@@ -113,18 +113,18 @@ class ConformanceRun:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(self, session: pytest.Session, items: list[pytest.Item]) -> None:
-        """Add the suite to what was collected, before -k, -m and --deselect choose among it."""
+        """Add the suite to the collected items, before -k, -m and --deselect select."""
         for engine in self._plan.engines:
             name = engine.info.name
             collector = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
             collector.engine, collector.known = engine, self._plan.known
-            items.extend(session.genitems(collector))  # as a test file is collected, with every report of it
+            items.extend(session.genitems(collector))  # with the reports of a collected test file
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Fail what is listed as a known failure and is none: it passes, or does not even apply."""
+        """Fail a listed known failure that passes or does not apply."""
         report = yield
         if not isinstance(item, CaseItem) or report.when != "call":
             return report
@@ -152,14 +152,14 @@ class ConformanceRun:
             self._passed.add(name)
 
     def pytest_report_header(self) -> list[str]:
-        """Say what the suite runs on."""
+        """Return the header: versions, engines and known failures."""
         lines = [f"carom {version('carom')}: conformance of {', '.join(p.info.name for p in self._plan.engines)}"]
         if self._plan.known_file is not None:
             lines.append(f"known failures: {self._plan.known_file} ({len(self._plan.known)})")
         return lines
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Say of each engine how many cases passed, failed, were skipped, or are known to fail."""
+        """Print the numbers of passed, failed, skipped and known-to-fail cases of each engine."""
         if terminalreporter.config.option.collectonly:
             return
         write = terminalreporter.write_line
@@ -182,7 +182,7 @@ class ConformanceRun:
             write(self._written(self._write_to))
 
     def _written(self, path: Path) -> str:
-        """Bring the file of known failures up to date, and say what became of it."""
+        """Update the file of known failures, and return a line on the changes."""
         try:
             done = write_known_failures(
                 path, self._plan.entries, self._failed, self._passed, self._plan.versions, here()

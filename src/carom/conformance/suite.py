@@ -95,11 +95,11 @@ def make_suite(
             of_engine = tuple(cases(subject))
             # All names are valid, also those of cases that are not run, whose known failures are ignored.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
-            chosen = tuple(case for case in of_engine if not case.profile or _is_run(case.profile, profiles))
+            chosen = tuple(case for case in of_engine if not case.profile or _is_run(info, case.profile, profiles))
             planned.append(EnginePlan(info, subject, chosen))
-    there_are = dict.fromkeys(name for plan in planned if plan.subject for name in plan.subject.adapter.profiles)
+    there_are = dict.fromkeys(name for info in infos for name in info.profiles)
     for name in profiles:
-        if there_are and name not in (ALL, *there_are):
+        if there_are and name != ALL and not any(info.own_profiles([name]) for info in infos):
             raise InputError(f"--carom-profile: no profile {name!r}; there are: {', '.join(there_are)}, or {ALL!r}")
     if known_file is None:
         known_file = next((path for folder in folders if (path := folder / FILE_NAME).is_file()), None)
@@ -156,5 +156,5 @@ def _normal(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def _is_run(profile: str, wanted: Sequence[str]) -> bool:
-    return ALL in wanted or profile in (wanted or DEFAULT_PROFILES)
+def _is_run(info: EngineInfo, profile: str, wanted: Sequence[str]) -> bool:
+    return ALL in wanted or profile in info.own_profiles(wanted or DEFAULT_PROFILES)

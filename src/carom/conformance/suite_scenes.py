@@ -1,6 +1,6 @@
-"""The scenes of the suite: those of the catalogue whose every impact is known, and a few that show one thing each.
+"""Scenes of the suite: those of the catalogue with every impact known, and a few with one feature each.
 
-A known answer becomes a trace here, so that a run is compared with mathematics and not with a solver.
+Known answers are converted to traces, so that runs are compared with mathematics and not with a solver.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from carom.errors import InputError
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
 
-#: A power of two, so that step boundaries are exact and what falls between two of them is beyond doubt.
+#: A power of two, so that step boundaries are exact and impacts are certainly between two of them.
 DT_S = 1 / 128
 
 #: Number of steps after which the discs of `rubbing` touch.
@@ -104,7 +104,7 @@ def walled_box() -> Scene:
 
 
 def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
-    """A disc at `speed_m_s` meets an equal one at rest, head-on, and hands its velocity over."""
+    """A disc at `speed_m_s` meets an equal one at rest, head-on, and passes its velocity on."""
     return Scene(
         name=f"conformance-approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}",
         discs=[
@@ -248,7 +248,7 @@ def post(*, first: bool = False) -> Scene:
 
 
 def posts() -> Scene:
-    """Immovable discs alone, in each other: a scene in which nothing ever happens."""
+    """Overlapping immovable discs alone: a scene in which nothing happens."""
     discs = [Disc(position_m=(x, 0), radius_m=1, mass_kg=math.inf) for x in (0, 1)]
     return Scene(name="conformance-posts", discs=discs, duration_s=0.1)
 
@@ -362,7 +362,7 @@ def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
     """Return the trace that a complete known answer describes; between impacts, discs move in straight lines.
 
     Raises:
-        InputError: The answer does not tell every impact of the scene with the velocities after it.
+        InputError: The answer does not have every impact of the scene with the velocities after it.
     """
     if known.count != len(known.impacts):
         raise InputError(f"the known answer of {scene.name!r} tells {len(known.impacts)} of {known.count} impacts")

@@ -6,7 +6,7 @@ import importlib.util
 import inspect
 import os
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.engines.api import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
+from carom.model.trace import canonical_profile
 from carom.support.escaping import is_older, named_hints
 
 if TYPE_CHECKING:
@@ -56,6 +57,11 @@ class EngineInfo:
     knobs: Mapping[str, Knob] = field(default_factory=dict)
     install: str = ""
     code: bool = False
+
+    def own_profiles(self, asked: Iterable[str]) -> list[str]:
+        """Return the profiles that are asked for and that it has; an alias is replaced by the name."""
+        named = dict.fromkeys(canonical_profile(self.name, profile) for profile in asked)
+        return [profile for profile in named if profile in self.profiles]
 
     @property
     def available(self) -> bool:
@@ -217,7 +223,7 @@ def require_profile(engine: str, profile: str, known: Collection[str]) -> None:
     Raises:
         UnknownNameError: There is no such profile; the hints contain a similar name and all names.
     """
-    if profile not in known:
+    if canonical_profile(engine, profile) not in known:
         hints = named_hints(profile, known, f"it has: {', '.join(known)}")
         raise UnknownNameError(f"{engine} has no profile {profile!r}", hints=hints)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -26,7 +27,7 @@ from carom.execution.state_rows import StateRows
 from carom.execution.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
 from carom.model.scene import Scene
 from carom.model.step_windows import States
-from carom.model.trace import Outcome, Samples, Setting, Trace
+from carom.model.trace import Outcome, Samples, Setting, Trace, canonical_profile
 
 #: Most discs, and most states, that are kept in scenes in which discs may come to rest.
 MOST_LOOKED_AT = 10
@@ -154,7 +155,7 @@ def observe_run(
         counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
     return replace(
         run.trace(plain_text(adapter.name, "the name of an adapter")),
-        profile=profile,
+        profile=canonical_profile(adapter.name, profile),
         tried=dict(tried),
         settings=used,
         float_bits=adapter.capabilities.float_bits,
@@ -190,7 +191,7 @@ class _Run:
         #: The last states, the first row being the scene's start or the last one of the rows before, and the last row.
         self.rows, self.row = StateRows(1 + min(self.steps, max(_ROWS // discs, 2)), discs), 0
         self.rows.position_m[0], self.rows.velocity_m_s[0] = arrays.position_m, arrays.velocity_m_s
-        self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, True
+        self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, arrays.turns
         self.contacts = tuple[Contact, ...]()
         #: The last state before these rows that is within the scene's duration, and its time.
         self.before = (0.0, self.state)
@@ -225,8 +226,13 @@ class _Run:
 
     def _take_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         straight = not (self.gravity.any() or self.slowing or self.scene.arrays.driven)
-        for step in range(1, self.steps + 1):
-            for time_s in _pieces(world, cutter, step, self.dt_s):
+        takes_quiet_steps = cutter is None and hasattr(type(world), "take_quiet_steps")
+        while self.taken < self.steps:
+            if takes_quiet_steps:
+                self._take_quiet_steps(world, flight.needed_from_s if straight else math.inf)
+            step = self.taken + 1
+            pieces = (step * self.dt_s,) if takes_quiet_steps else _pieces(world, cutter, step, self.dt_s)
+            for time_s in pieces:
                 if not self._add_state(world.observe(), time_s):
                     return
                 if self.outcome is Outcome.STANDSTILL:
@@ -244,6 +250,28 @@ class _Run:
             is_needed = straight and (self.contacts or end_s >= flight.needed_from_s)
             if is_needed and flight.begins(end_s, self.state):
                 return
+
+    def _take_quiet_steps(self, world: Any, until_s: float) -> None:
+        """Take steps up to one with contacts or a warning, or near a time, and add the states of all except the last.
+
+        `world` is a `carom.engines.api.QuietWorld`. Its contacts are impacts by themselves, so that none is open.
+        """
+        if self.row + 1 == len(self.rows.time_s):
+            self._begin_rows()
+        rows, begin, first = self.rows, self.row + 1, self.taken + 1
+        count = int(min(self.steps - self.taken, max(1.0, until_s / self.dt_s - self.taken)))
+        part = slice(begin, begin + count)
+        taken = world.take_quiet_steps(rows.position_m[part], rows.velocity_m_s[part], rows.spin_rad_s[part])
+        steps = range(first, first + taken - 1)
+        rows.time_s[begin : begin + len(steps)] = np.array(steps) * self.dt_s
+        if self.looks is not None:
+            looks = [step for step in steps if step in self.look_at]
+            self.looks += [(step * self.dt_s, rows.observation(begin + step - first)) for step in looks]
+        if self.samples:
+            sampled = [step for step in steps if step % self.stride == 0]
+            self.positions += [rows.position_m[begin + step - first].copy() for step in sampled]
+        self.row += len(steps)
+        self.taken += len(steps)
 
     def _add_state(self, found: Observation, time_s: float) -> bool:
         """Add a state and its contacts. Return False, and add nothing, if the state is not reliable."""

@@ -229,9 +229,7 @@ def list_methods(
     steps = tuple(dict.fromkeys(dts))
     tasks = {
         info.name: [
-            SettingsTask(info.name, profile, steps, tried.get(info.name, ()))
-            for profile in profiles
-            if profile in info.profiles
+            SettingsTask(info.name, profile, steps, tried.get(info.name, ())) for profile in info.own_profiles(profiles)
         ]
         for info in infos
     }
@@ -243,17 +241,18 @@ def list_methods(
     refused: dict[tuple[Method, float], Answer[Any]] = {}
     for info in infos:
         own_tried = tried.get(info.name, ())
+        # An adapter without declarations gets one row, with the reason.
+        own_profiles = info.own_profiles(profiles) if info.profiles else profiles[-1:]
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}
-            # An adapter without declarations gets one row, with the reason.
-            for profile in [name for name in profiles if name in info.profiles] if info.profiles else profiles[-1:]:
+            for profile in own_profiles:
                 settings = _settings(info, found[info.name].get(profile), k)
                 if isinstance(settings, Answer):
                     refused[Method(info.name, profile, own_tried), dt_s] = settings
                     last_of[profile] = profile
                 else:
                     last_of[profile in info.located, *sorted(settings.items())] = profile
-            names = sorted(last_of.values(), key=list(profiles).index)
+            names = sorted(last_of.values(), key=own_profiles.index)
             at[info.name, dt_s] = tuple(Method(info.name, profile, own_tried) for profile in names)
     return Methods(at, refused, {info.name: info for info in infos})
 

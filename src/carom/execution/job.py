@@ -9,7 +9,7 @@ from typing import ClassVar, Generic, Protocol, TypeVar
 
 from carom.errors import CaromError
 from carom.model.scene import Scene
-from carom.model.trace import Setting, profile_shown
+from carom.model.trace import Setting, canonical_profile, profile_shown
 
 #: Called with (done, total, description) as work finishes.
 Progress = Callable[[int, int, str], None]
@@ -33,7 +33,7 @@ class Method:
 
     Attributes:
         engine: Name of the adapter.
-        profile: Name of the profile.
+        profile: Name of the profile; an alias is replaced by it.
         tried: Settings that replace those of the profile. With any, this is another method than the profile's.
     """
 
@@ -41,15 +41,28 @@ class Method:
     profile: str
     tried: SettingOverrides = ()
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "profile", canonical_profile(self.engine, self.profile))
+
     @property
     def profile_shown(self) -> str:
         """The profile with the replaced settings, for display."""
-        return profile_shown(self.profile, dict(self.tried))
+        return profile_shown(self.engine, self.profile, dict(self.tried))
+
+    @property
+    def label(self) -> str:
+        """Engine and profile, as people are shown them."""
+        return f"{self.engine} {self.profile_shown}".rstrip()
+
+    @property
+    def phrase(self) -> str:
+        """Engine with the profile in parentheses, for sentences."""
+        return f"{self.engine} ({self.profile_shown})" if self.profile_shown else self.engine
 
     @property
     def name(self) -> str:
-        """Engine and profile, as shown in tables."""
-        return f"{self.engine}/{self.profile_shown}"
+        """Engine and profile, in files."""
+        return f"{self.engine}/{self.profile_shown or self.profile}"
 
 
 #: PIT measures the cost of sampling alone: every method is compared with it at the same step.
@@ -85,7 +98,8 @@ class Job:
         return self.method.profile
 
     def __str__(self) -> str:
-        return f"{self.engine} ({self.method.profile_shown}, dt = {self.dt_s:g} s) on {self.scene.name!r}"
+        shown = (self.method.profile_shown, f"dt = {self.dt_s:g} s")
+        return f"{self.engine} ({', '.join(filter(None, shown))}) on {self.scene.name!r}"
 
 
 @dataclass(frozen=True)

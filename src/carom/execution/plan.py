@@ -73,11 +73,12 @@ def select_profiles(infos: Sequence[EngineInfo], asked: Sequence[str] | None) ->
     """
     offered = dict.fromkeys(profile for info in infos for profile in info.profiles)
     for profile in asked or ():
-        if profile not in (*offered, ALL_PROFILES) and all(info.profiles for info in infos):
+        is_known = profile == ALL_PROFILES or any(info.own_profiles([profile]) for info in infos)
+        if not is_known and all(info.profiles for info in infos):
             hints = named_hints(profile, offered, f"there are: {', '.join(offered)}")
             raise UnknownNameError(f"no requested engine has a profile {profile!r}", hints=hints)
     if asked is None:
-        asked = [name for name in DEFAULT_PROFILES if name in offered]
+        asked = [name for name in DEFAULT_PROFILES if any(info.own_profiles([name]) for info in infos)]
     # If no requested adapter can be loaded, a row of each shows the reason.
     return tuple(offered if ALL_PROFILES in asked else asked) or DEFAULT_PROFILES
 

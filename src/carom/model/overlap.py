@@ -81,11 +81,11 @@ def overlaps(
     found: list[Overlap] = []
     more = False
     with np.errstate(over="ignore", invalid="ignore"):  # distances beyond the largest float are infinite
-        for kind in (
-            _of_discs(position_m, radius_m, movable, size, disc_name),
-            _of_walls(position_m, radius_m, movable, size, walls, wall_name),
-            _of_outlines(position_m, radius_m, movable, size, walls, wall_name),
-        ):
+        kinds = [_of_discs(position_m, radius_m, movable, size, disc_name)]
+        if walls:
+            kinds.append(_of_walls(position_m, radius_m, movable, size, walls, wall_name))
+            kinds.append(_of_outlines(position_m, radius_m, movable, size, walls, wall_name))
+        for kind in kinds:
             named = list(islice(kind, NAMED + 1))
             found += named[:NAMED]
             more = more or len(named) > NAMED

@@ -51,6 +51,9 @@ class Drive(NamedTuple):
         The displacement at each begin is an exact sum, rounded once.
         """
         given = list(legs)
+        if len(given) == 1:  # as most bodies have
+            ((begin_s, (u, v)),) = given
+            return cls((Course(begin_s, math.inf, (0.0, 0.0), (u, v)),))
         ends = [*[begin_s for begin_s, _ in given[1:]], math.inf]
         path, x, y = [], Fraction(0), Fraction(0)
         for (begin_s, (u, v)), end_s in zip(given, ends, strict=True):

@@ -20,7 +20,6 @@ from carom.model.scene_names import find_scene
 from carom.model.sizes import span_problems
 from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, edge_count, kind_of_wall, leg_problems
 from carom.support.checks import shown
-from carom.support.data_files import read_data
 from carom.support.display import Drawn
 from carom.support.fields import (
     Coefficient,
@@ -441,6 +440,8 @@ def _parse(path: Path) -> dict[str, Any]:
             ]
         )
     try:
+        from carom.support.data_files import read_data  # with parsers that a scene made in Python needs none of
+
         content = read_data(path, path.suffix)
     except InputError as error:
         raise SceneError([Problem((), str(error))]) from None

@@ -28,10 +28,26 @@ def setting_text(value: Setting) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def profile_shown(profile: str, tried: Mapping[str, Setting]) -> str:
-    """Return the text shown for a profile: its name, and the settings that replace its own."""
+#: Further names of the profiles of Carom's own methods, which every engine has: PIC has two forms, and PIT has one.
+PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
+    "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
+    "pit": {"default": "tuned"},
+}
+
+
+def canonical_profile(method: str, profile: str) -> str:
+    """Return the name of a profile of a method, for that name or an alias of it."""
+    return PROFILE_ALIASES.get(method, {}).get(profile, profile)
+
+
+def profile_shown(method: str, profile: str, tried: Mapping[str, Setting]) -> str:
+    """Return the text shown for a profile: its name, and the settings that replace its own.
+
+    PIT has one form, and so no name of a profile.
+    """
+    own = "" if method == "pit" else canonical_profile(method, profile)
     values = ", ".join(f"{name}={setting_text(value)}" for name, value in tried.items())
-    return f"{profile} with {values}" if values else profile
+    return f"{own} with {values}".lstrip() if values else own
 
 
 #: One collision. `second` of a wall is `wall_body`; `normal` is the unit vector from first to second.
@@ -328,7 +344,7 @@ class Trace(ByValue, Tabular):
     @property
     def profile_shown(self) -> str:
         """The profile, with the settings that replace its own."""
-        return profile_shown(self.profile, self.tried)
+        return profile_shown(self.method, self.profile, self.tried)
 
     @property
     def contact_s(self) -> float:
@@ -442,11 +458,11 @@ def kinetic_energy(
 
     `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has none of turning.
     """
-    mass = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
+    arrays = scene.arrays
+    mass = np.where(arrays.movable, arrays.mass_kg, 0.0)
     energy = float(0.5 * np.sum(mass * np.sum(velocity_m_s**2, axis=1)))
     if spin_rad_s is None:
         return energy
-    arrays = scene.arrays
     inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
     return energy + float(0.5 * np.sum(mass * inertia * (arrays.radius_m * spin_rad_s) ** 2))
 

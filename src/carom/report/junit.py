@@ -29,7 +29,7 @@ def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
         suites.setdefault(row.job.method, []).append(row)
     root = ET.Element("testsuites", {"name": "carom", **_counts(results.rows, fail_on)})
     for method, rows in suites.items():
-        name = _clean(f"{method.engine} {method.profile_shown}")
+        name = _clean(method.name.replace("/", " ", 1))
         fields = {"name": name, "timestamp": results.environment.date, **_counts(rows, fail_on)}
         suite = ET.SubElement(root, "testsuite", fields)
         for row in rows:
@@ -51,7 +51,7 @@ def _case(suite: ET.Element, row: Row, fail_on: Grade | None) -> None:
     case = ET.SubElement(
         suite,
         "testcase",
-        classname=_clean(f"carom.{row.job.engine}.{row.job.method.profile_shown}"),
+        classname=_clean(f"carom.{row.job.method.name.replace('/', '.', 1)}"),
         name=_clean(f"{row.job.scene.name} at {formatting.step(row.job.dt_s)}"),
         time=f"{_seconds(row):.6f}",
     )

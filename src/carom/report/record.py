@@ -1,55 +1,23 @@
-"""Lines of results.jsonl: types for writing, reading and the JSON Schema.
-
-In JSON a number that is NaN or infinite is null, and null is read as NaN where there must be a number; an enum is its
-name in lower case.
-"""
+"""Lines of results.jsonl: their types, for writing and reading."""
 
 from __future__ import annotations
 
 import dataclasses
-import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
-from functools import cache
-from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Literal
 
-from pydantic import (
-    AllowInfNan,
-    Field,
-    GetCoreSchemaHandler,
-    PlainSerializer,
-    PlainValidator,
-    Strict,
-    TypeAdapter,
-    ValidationError,
-    WithJsonSchema,
-    WrapValidator,
-)
-from pydantic.json_schema import GenerateJsonSchema
-from pydantic_core import CoreSchema, core_schema
+from pydantic import Field
 
 from carom.comparator import Errors, Grade, LocalScore
 from carom.comparator.measure.consistency import Consistency
 from carom.comparator.scales import Scales
-from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Status
 from carom.execution.phases import PhaseSpread
 from carom.execution.timing import Timing
 from carom.model.trace import Outcome, Setting
-from carom.report.files import FORMATS
-from carom.support.escaping import shortened
 from carom.support.limits import LARGEST, SMALLEST
-
-#: Parts of a score that are about spins: they are written only if a disc of the scene spins.
-OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
-
-#: Parts of a timing that files of earlier versions do not have; they are not written where absent.
-_LATER = frozenset({"ends"})
 
 #: A step that a run can have.
 Step = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
@@ -152,174 +120,3 @@ class RowLine:
     timing: Timing | None
     untimed: str
     time_ratio: float | None
-
-
-def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
-    """Return a line as strict JSON without its end; `spins` includes the fields of spins."""
-    parts = ("total", "against_pit", "consistency")
-    leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
-    if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
-        leave_out["timing"] = set(_LATER)
-    kind: Any = type(line)  # mypy holds that a class whose objects have no hash has none
-    return _JSON(_form(kind).dump_python(line, mode="json", exclude=leave_out or None))
-
-
-_JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
-
-L = TypeVar("L", Summary, RowLine)
-
-
-def read_line(kind: type[L], fields: Mapping[str, object], path: Path, number: int) -> L:
-    """Parse a line of a file; a field that may be null may be missing.
-
-    Raises:
-        InputError: A field is missing or of another type: the message names file, line and field.
-    """
-    form: TypeAdapter[L] = _form(cast("Any", kind))
-    try:
-        return form.validate_python(fields)
-    except ValidationError as error:
-        first = error.errors()[0]
-        # The kinds of a union that were tried are no fields of the file.
-        where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
-        said = f"{first['msg'].removeprefix('Value error, ')}, got {shortened(repr(first['input']))}"
-        raise InputError(
-            f"{path}, line {number}: {shortened(where) or 'the line'}: {said}",
-            hints=["`carom diff --schema` says what a line holds", "run the cross-check again"],
-        ) from None
-
-
-def records_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a line (the one published as ``carom/results.schema.json``)."""
-    schema = TypeAdapter(_written(Summary | RowLine)).json_schema(mode="serialization", schema_generator=_Described)
-    parts: dict[str, Any] = {"Number": {**_NULLABLE, "description": "null: NaN or infinite, or there is none."}}
-    either = _named(schema, parts)
-    parts["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": f"A line of Carom's results, format {FORMATS['results']}",
-        **either,
-        "$defs": parts,
-    }
-
-
-def _named(schema: Any, parts: dict[str, Any]) -> Any:
-    """Return a schema in which each named part occurs once, in `parts`."""
-    if isinstance(schema, list):
-        return [_named(item, parts) for item in schema]
-    if not isinstance(schema, dict):
-        return schema
-    if schema == _NULLABLE:
-        return {"$ref": "#/$defs/Number"}
-    if schema.get("anyOf") == [_NULLABLE, {"type": "null"}]:
-        return {"$ref": "#/$defs/Number"}
-    found = {name: _named(item, parts) for name, item in schema.items()}
-    if not isinstance(name := found.pop("title", None), str):
-        return found if name is None else {**found, "title": name}
-    parts[name] = found
-    return {"$ref": f"#/$defs/{name}"}
-
-
-class _Described(GenerateJsonSchema):
-    """Without titles that repeat a name; a default is written as well, so it is none of the file."""
-
-    def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
-        return False
-
-    def default_schema(self, schema: Any) -> dict[str, Any]:
-        return self.generate_inner(schema["schema"])
-
-    def field_is_required(self, field: Any, total: bool) -> bool:  # noqa: ARG002 - pydantic's signature
-        return field["name"] not in OF_SPINS | _LATER
-
-
-#: Properties of a class that are written with its fields and not read.
-_DERIVED: Mapping[type[Any], Mapping[str, Any]] = {LocalScore: {"grade": Grade}}
-
-
-@cache
-def _form(kind: type[Any]) -> TypeAdapter[Any]:
-    return TypeAdapter(_written(kind))
-
-
-def _written(hint: Any) -> Any:
-    """Return the type of a value in the file."""
-    origin, parts = get_origin(hint), get_args(hint)
-    if hint is float:
-        return _NUMBER
-    if hint in (int, str, bool):
-        return Annotated[hint, Strict()]
-    if isinstance(hint, type) and issubclass(hint, Enum):
-        return _by_name(hint)
-    if dataclasses.is_dataclass(hint):
-        return Annotated[hint, _Fields()]
-    if origin in (Union, UnionType):
-        if type(None) in parts:  # null has a meaning of its own, and is no NaN
-            parts = tuple(_FINITE if part is float else part for part in parts if part is not type(None))
-            return Union[tuple(map(_written, parts))] | None  # noqa: UP007 - of as many as there are
-        return Union[tuple(map(_written, parts))]  # noqa: UP007 - of as many as there are
-    if origin is tuple:
-        return tuple[tuple(part if part is ... else _written(part) for part in parts)]  # type: ignore[misc] # made here
-    if isinstance(origin, type) and issubclass(origin, Mapping):
-        return dict[str, _written(parts[1])]  # type: ignore[misc] # a type made here
-    return hint
-
-
-_NULLABLE = {"type": ["number", "null"]}
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-_FINITE = Annotated[
-    float,
-    Strict(),
-    AllowInfNan(allow_inf_nan=False),
-    PlainSerializer(_finite),
-    WithJsonSchema(_NULLABLE),
-]
-_NUMBER = Annotated[_FINITE, WrapValidator(lambda value, read: math.nan if value is None else read(value))]
-
-
-def _by_name(kind: type[Enum]) -> Any:
-    names = {member.name.lower(): member for member in kind}
-
-    def read(name: object) -> Enum:
-        if not isinstance(name, str) or name not in names:
-            raise ValueError(f"must be one of {', '.join(names)}")
-        return names[name]
-
-    return Annotated[
-        kind,
-        PlainValidator(read),
-        PlainSerializer(lambda member: member.name.lower()),
-        WithJsonSchema({"enum": list(names)}),
-    ]
-
-
-@dataclass(frozen=True)
-class _Fields:
-    """Schema of a dataclass: each field as it is written."""
-
-    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        hints = get_type_hints(kind, include_extras=True)
-        own = {field.name: field for field in dataclasses.fields(kind)}
-        fields = [
-            core_schema.dataclass_field(name, _missing(field, hints[name], handler(_written(hints[name]))))
-            for name, field in own.items()
-        ]
-        derived = [
-            core_schema.computed_field(name, handler(_written(hint))) for name, hint in _DERIVED.get(kind, {}).items()
-        ]
-        arguments = core_schema.dataclass_args_schema(kind.__name__, fields, computed_fields=derived)
-        return core_schema.dataclass_schema(kind, arguments, list(own), frozen=True)
-
-
-def _missing(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:
-    """Return a schema with a default for a field that files of earlier versions do not have."""
-    if field.default_factory is not dataclasses.MISSING:
-        return core_schema.with_default_schema(schema, default_factory=field.default_factory)
-    if type(None) in get_args(hint):
-        return core_schema.with_default_schema(schema, default=None)
-    return core_schema.with_default_schema(schema, default=math.nan) if field.name in OF_SPINS else schema

@@ -16,7 +16,8 @@ from carom.comparator import Score
 from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
-from carom.report.record import RowLine, Summary, read_line, text_of
+from carom.report.record import RowLine, Summary
+from carom.report.record_json import read_line, text_of
 from carom.report.row_lines import line_of, summary_of
 from carom.support.escaping import shortened, visible
 from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in

@@ -58,7 +58,7 @@ _NEAR_STEPS = 2.0
 
 def replay_key(job: Job) -> str:
     """Return the key of a replay in a page, with the scene's name as it is shown."""
-    return f"{visible(job.scene.name)}/{job.engine}/{job.method.profile_shown}"
+    return f"{visible(job.scene.name)}/{job.method.name}"
 
 
 def run_command(scene: str, job: Job) -> str:

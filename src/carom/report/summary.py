@@ -122,7 +122,7 @@ def _shape_of(wall: Wall | Chain | Ring) -> str:
 
 
 def _of_trace(trace: Trace) -> list[str]:
-    method = trace.method + (f" ({trace.profile_shown})" if trace.profile else "")
+    method = trace.method + (f" ({trace.profile_shown})" if trace.profile_shown else "")
     at = f" at {formatting.step(trace.dt_s)}" if trace.dt_s else ""
     heading = (
         f"Trace of {_name(trace.scene)} by {printable(method, _NAME_WIDTH)}{at}:"

@@ -92,13 +92,15 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     return figure
 
 
-#: One dash pattern per profile, the same in every diagram; `tuned` and unknown profiles are solid.
+#: One dash pattern per profile, the same in every diagram; `tuned`, unknown profiles and PIC are solid.
 _DASHES: dict[str, Any] = {
     "default": "--",
     "located": ":",
     "swept": "-.",
     "ccd": (0, (6, 1.5, 1, 1.5, 1, 1.5)),
     "event-driven": (0, (9, 2)),
+    "frame-by-frame": "--",
+    "pic event-driven": "-",
     "no-ccd": (0, (2, 2)),
     "resting": (0, (8, 2, 2, 2)),
     "cylinder": (0, (4, 1, 1, 1)),
@@ -145,13 +147,13 @@ def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
     PIT is the line that others are to be seen on, so it is broad and lies below them; that of an engine as it comes
     has hollow marks.
     """
-    hollow, pit = profile == "default", engine == "pit"
+    hollow, pit = profile in {"default", "frame-by-frame"}, engine == "pit"
     colour, marker = _look(engine)
     return {
         "color": INK if pit else colour,
         "linewidth": 3.2 if pit else 1.3,
         "alpha": 0.4 if pit else 0.9,
-        "linestyle": _DASHES.get(profile, "-"),
+        "linestyle": _DASHES.get(f"{engine} {profile}", _DASHES.get(profile, "-")),
         "marker": marker,
         "markersize": 5.0,
         "markerfacecolor": "none" if hollow else None,

@@ -14,11 +14,9 @@ import numpy as np
 from carom.core.extension import find_extension_notes
 from carom.model.scene import Scene, as_scene
 from carom.model.trace import IMPACT_DTYPE, Trace
-from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
 from carom.solvers.run import trace_of
-from carom.solvers.units import run_in_ordinary_units
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -36,6 +34,8 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
     `all_pairs` computes all pairs at each event; it changes no result.
     """
+    from carom.solvers.event_driven.run import EventDrivenRun  # the closed form of two discs needs none of it
+    from carom.solvers.units import run_in_ordinary_units
 
     def make(start: Start, units: Units) -> Run:
         if not scene.damping_per_s:

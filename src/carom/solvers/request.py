@@ -47,14 +47,8 @@ class Request(NamedTuple):
                 names it.
         """
         options = RunOptions.of(record, window_s, contact_duration_s)
-        laws = {
-            "gravity": scene.gravity_m_s2 != (0.0, 0.0),
-            "damping": scene.damping_per_s,
-            "a table that slows discs down": scene.table_deceleration_m_s2,
-        }
-        bends = next((law for law, acts in laws.items() if acts), "")
-        if options.contact_duration_s and bends:
-            raise InputError(f"contact_duration_s must be 0 in a scene with {bends}, got {options.contact_duration_s}")
+        if options.contact_duration_s and (law := _bending_law(scene)):
+            raise InputError(f"contact_duration_s must be 0 in a scene with {law}, got {options.contact_duration_s}")
         return cls(
             scene.duration_s if until_s is None else _until(scene, until_s),
             None if max_impacts is None else count("max_impacts", max_impacts),
@@ -82,6 +76,16 @@ class Request(NamedTuple):
         if outcome is Outcome.COMPLETED:  # the last is the end
             del reached[-1], places[-1]
         return outcome, Samples(np.array(reached), np.array(places).reshape(len(reached), *run.positions().shape))
+
+
+def _bending_law(scene: Scene) -> str:
+    """Return what bends the paths of a scene's discs; empty if nothing does."""
+    laws = {
+        "gravity": scene.gravity_m_s2 != (0.0, 0.0),
+        "damping": scene.damping_per_s,
+        "a table that slows discs down": scene.table_deceleration_m_s2,
+    }
+    return next((law for law, acts in laws.items() if acts), "")
 
 
 def _until(scene: Scene, until_s: object) -> float:

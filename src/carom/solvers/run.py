@@ -81,7 +81,7 @@ class Run(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a user should know of how the run was done."""
+        """Notes on the run for the user."""
 
     @property
     def counts(self) -> dict[str, int]:
@@ -116,7 +116,7 @@ class SeenRun:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a user should know of how the run was done."""
+        """Notes on the run for the user."""
         return self._run.notes
 
     @property

@@ -40,7 +40,7 @@ from carom.cli.common import resumable
 from carom.engines.api import Profile
 from carom.errors import InputError
 from carom.model.scene import scene_schema
-from carom.report.record import records_schema
+from carom.report.record_json import records_schema
 from carom.studies.tune.search import KnobSearch
 from carom.support.options import declared
 from carom.web.linked import PageEngine, linked
@@ -315,7 +315,7 @@ def test_a_quick_attack_prints_a_table_and_writes_its_files(tmp_path: Path) -> N
     """One attack on PIT: the table, the summary, the documents, the journal and the scene of its number."""
     result = carom_command("stress", "tunnelling", "-e", "pit", "--quick", "--out", tmp_path)
     assert result.exit_code == 0, result.output
-    assert "pit tuned" in result.output
+    assert "pit: passes 0 of 1" in result.output
     assert "tunnelling at" in result.output
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"stress.html", "stress.md", "stress.json", "journal.jsonl", "scenes", ".carom"}

@@ -18,6 +18,7 @@ from carom.engines.api import Setting
 from carom.engines.registry import load_adapter
 from carom.errors import AdapterError
 from carom.execution.engine_run import observe_run
+from carom.model.scene import as_scene
 
 DT = 0.25
 
@@ -116,3 +117,30 @@ def test_what_is_kept_of_a_run_is_what_was_asked_for() -> None:
         assert sure(trace.samples).time_s.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
         assert sure(trace.samples).position_m[:, 0, 0].tolist() == [0.0, 0.25, 0.5, 0.25, 0.0]
         assert (trace.looks is not None) is rests
+
+
+class OneByOne:
+    """A world of another one's steps, without its `take_quiet_steps`."""
+
+    def __init__(self, world: Any) -> None:
+        self.settings, self.advance, self.observe = world.settings, world.advance, world.observe
+        self.close, self.world = world.close, world
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        return getattr(self.world, "counts", {})
+
+
+@pytest.mark.parametrize("engine", ["pic", "pit"])
+@pytest.mark.parametrize(
+    "scene", ["paper/missed", "gravity/box", "spin/throw-slide", "contact/damped-pair", "contact/drop"]
+)
+def test_quiet_steps_taken_at_once_change_nothing(engine: str, scene: str) -> None:
+    """Many steps in one call give the trace of the same steps one by one, with its states, samples and counts."""
+    adapter, scene_of = load_adapter(engine), as_scene(scene)
+    dt_s = 0.25 / scene_of.frame_rate_hz
+    world = OneByOne(adapter.prepare(scene_of, adapter.profiles["tuned"].settings(dt_s)))
+    one_by_one: Any = Makes(world)
+    one_by_one.name, one_by_one.capabilities = engine, adapter.capabilities
+    found = observe_run(adapter, scene_of, "tuned", dt_s, samples=True)
+    assert found == observe_run(one_by_one, scene_of, "tuned", dt_s, samples=True)

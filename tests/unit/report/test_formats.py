@@ -31,7 +31,7 @@ from carom.execution.results import Results, violates
 from carom.report.document import Column, Document, Headline, Medium, Section, Table
 from carom.report.junit import junit
 from carom.report.mark import Mark
-from carom.report.record import text_of
+from carom.report.record_json import text_of
 from carom.report.records import raw_records, read_records
 from carom.report.render.html import html as html_of
 from carom.report.render.markdown import markdown as markdown_of
@@ -159,7 +159,7 @@ def test_html_shows_the_papers_cases(source: str) -> None:
     assert "dashed: frames around a missed impact" in section
     section = section[section.index("The source paper") :]
     assert "paper/missed" in section
-    assert "PIT tuned: 0 impacts" in section
+    assert "PIT: 0 impacts" in section
 
 
 @pytest.fixture(scope="module")

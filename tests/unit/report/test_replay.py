@@ -39,7 +39,7 @@ def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any
     runs = {run["key"]: run["impacts"] for data in replays.values() for run in data["runs"]}
     (missed,) = runs["paper/missed/pit/tuned"]
     (late,) = runs["paper/late/pit/tuned"]
-    (found,) = runs["paper/late/pic/tuned"]
+    (found,) = runs["paper/late/pic/event-driven"]
     assert (missed["flag"], missed["cause"]) == ("missed", "checking once per step")
     assert (late["flag"], late["cause"]) == ("late", "checking once per step")
     assert late["reported"] > late["true"]
@@ -140,7 +140,7 @@ def test_a_replay_holds_at_what_is_missed_before_what_is_late(replays: dict[str,
     """The missed impact and its reason are told in a sentence; a run that finds all of them has no fault."""
     runs = {run["key"]: run for data in replays.values() for run in data["runs"]}
     missed, late, exact = (
-        runs[key] for key in ("paper/missed/pit/tuned", "paper/late/pit/tuned", "paper/late/pic/tuned")
+        runs[key] for key in ("paper/missed/pit/tuned", "paper/late/pit/tuned", "paper/late/pic/event-driven")
     )
     assert missed["impacts"][missed["fault"]["row"]]["flag"] == "missed"
     assert (

@@ -11,6 +11,7 @@ from tests.lengths import each, long_after
 from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 
+import carom
 from carom.cli.ascii import ERRORS
 from carom.execution.job import Method
 from carom.report import formatting
@@ -45,7 +46,7 @@ def test_the_answer_is_one_screen(document: Document) -> None:
     lines = printed(document, 80)
     assert len(lines) <= 24, "\n".join(lines)
     rows = METHODS[3:] if document.title == "Carom: advice" else METHODS[2:]  # PIT is no engine to take
-    assert all(any(line.startswith(f"{m.engine} {m.profile} ") for line in lines) for m in rows)
+    assert all(any(line.startswith(f"{m.label} ") for line in lines) for m in rows)
 
 
 @pytest.mark.parametrize(
@@ -97,6 +98,13 @@ def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
     assert "every engine misses or invents impacts at every step; the fewest are box2d (default)'s" in text
     assert "which misses 2 and invents 1 of 4 impacts" in text
     assert " -2 +1 " in text
+    crowd = replace(lossy.scenes[0], scene=carom.scene("classics/gas"))
+    for scenes, answer in (
+        ((whole, crowd), "on 1; every engine misses or invents impacts on classics/gas."),
+        ((crowd, crowd), "Every engine misses or invents impacts on every scene."),
+    ):
+        text = " ".join(" ".join(printed(bench_document(replace(lossy, scenes=scenes)), 80)).split())
+        assert answer in text.partition(" Every method on ")[0]
 
 
 def test_the_bench_says_why_points_are_missing() -> None:
@@ -292,17 +300,17 @@ def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first()
     few = replace(whole, methods=(METHODS[1], METHODS[2]))
     lines = printed(stress_document(few), 160)
     tests = sum(line.kind == "attack" for line in whole.lines)
-    assert lines[0].rstrip() == f"pic (tuned): passes {tests} of {tests}."
-    (pit,) = [line for line in lines if line.startswith(f"pit (tuned): passes 0 of {tests}; first failure: ")]
+    assert lines[0].rstrip() == f"pic (event-driven): passes {tests} of {tests}."
+    (pit,) = [line for line in lines if line.startswith(f"pit: passes 0 of {tests}; first failure: ")]
     assert pit.rstrip().endswith(").")
-    (row,) = [line.split() for line in lines if line.startswith("pic tuned ")]
+    (row,) = [line.split() for line in lines if line.startswith("pic event-driven ")]
     assert "".join(row[2:-1]) == "=" * tests
     stood = Line("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
     spot = Spot("attack", "gap", "pit/tuned", SpotEnding.GIVES_WAY, 1e-3, stands_at=1e-2)
     gap = replace(few, lines=(stood,), methods=(METHODS[2],), spots={("gap", "pit/tuned"): spot})
     told = printed(stress_document(gap), 80)
-    assert told[0].rstrip() == "pit (tuned): passes 0 of 1; first failure: gap at 0.001 (a gap)."
-    assert any(line.split() == ["pit", "tuned", "5", "0"] for line in told)
+    assert told[0].rstrip() == "pit: passes 0 of 1; first failure: gap at 0.001 (a gap)."
+    assert any(line.split() == ["pit", "5", "0"] for line in told)
 
 
 def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:

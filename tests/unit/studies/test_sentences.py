@@ -181,16 +181,16 @@ UNPROVEN = "None of these scenes has a known answer: PIC is the reference, witho
             (
                 [MINE],
                 ["pit"],
-                [r"mine at 1/24 s: PIT tuned: velocities off by \S+ % of the greatest speed\.", UNPROVEN],
+                [r"mine at 1/24 s: PIT: velocities off by \S+ % of the greatest speed\.", UNPROVEN],
             ),
-            ([HEAD_ON], ["pit"], [r"head-on at 1/24 s: PIT tuned: \S+ ms late\.", UNPROVEN]),
+            ([HEAD_ON], ["pit"], [r"head-on at 1/24 s: PIT: \S+ ms late\.", UNPROVEN]),
             (
                 [AT_A_FRAME],
                 ["pit"],
                 [
-                    r"at-a-frame at 1/24 s: PIT tuned: exact\.",
+                    r"at-a-frame at 1/24 s: PIT: exact\.",
                     UNPROVEN,
-                    r"PIT tuned: its grade depends on the phase of the step; "
+                    r"PIT: its grade depends on the phase of the step; "
                     r"sampling alone is equally accurate at \d+ of \d+ phases\.",
                 ],
             ),
@@ -198,7 +198,7 @@ UNPROVEN = "None of these scenes has a known answer: PIC is the reference, witho
                 find_scenes(["paper/missed"]),
                 ["pit"],
                 [
-                    r"paper/missed at 1/24 s: PIT tuned: 1 missed of 1 impact\.",
+                    r"paper/missed at 1/24 s: PIT: 1 missed of 1 impact\.",
                     r"PIC reproduces the one known answer \(largest deviation \S+\)\.",
                 ],
             ),

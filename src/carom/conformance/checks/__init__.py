@@ -1,1 +1,1 @@
-"""The checks: functions of a subject that return nothing, raise a `Violation`, or say why they do not apply."""
+"""The checks: functions of a subject that return None, raise a `Violation`, or raise why they do not apply."""

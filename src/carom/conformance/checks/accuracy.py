@@ -1,10 +1,9 @@
 """Hit or miss, times and velocities of scenes whose every impact is known, no worse than declared.
 
-What checking once per step costs a method is measured, not guessed: PIT runs the same scene at the same step. An
-adapter may be as bad as that, and on top of it by what its profile's `Accuracy` owns up to. A profile whose steps are
-cut does not check once per step but where bodies begin to touch, so it is allowed rounding and its promise alone. A
-promised margin allows each impact what `carom.conformance.contact_margin` finds of it, instead of sampling and not on
-top.
+The cost of checking once per step is measured: PIT runs the same scene at the same step. An adapter's errors may be as
+large as PIT's plus those that its profile's `Accuracy` declares. A profile with cut steps checks where bodies begin to
+touch, so only rounding and its declaration are allowed. A promised margin allows the errors that
+`carom.conformance.contact_margin` finds for each impact, instead of those of sampling.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from carom.support.formatting import instant, number, seconds, steps
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
-    """Every impact is found that PIT finds at this step, and none is invented, except what a promised margin makes."""
+    """Every impact that PIT finds at this step is found, and none is invented, except those of a promised margin."""
     setup, trace, score, pit = subject.score(profile, name)
     margin = subject.margin(profile, name)
     others = [pit] if margin is None else [pit, margin]
@@ -55,7 +54,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     """
     setup, _, score, pit = subject.score(profile, name)
     promise_s = subject.adapter.profiles[profile].accuracy.late_steps * setup.dt_s
-    # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
+    # The phase of an impact in its step is chance, so sampling may be late by up to a whole step.
     times = [error.time_s for error in pit.errors if math.isfinite(error.time_s)]
     sampled_s = max([setup.dt_s, *times])
     early_s = max([0.0, *(-time_s for time_s in times)])
@@ -64,7 +63,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     rounding_s = subject.rounding * setup.scene.duration_s
     margin = {error.reference: error.time_s for error in _finite(subject.margin(profile, name), "time_s")}
     for error in sorted(_compared(score, pit), key=lambda error: -abs(error.time_s)):
-        # Each impact of a chain begins with what those before left.
+        # Errors of a chain of impacts add up.
         shifted_s = margin.get(error.reference, 0.0)
         late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
         impact = all_scenes()[name].known.impacts[error.reference]
@@ -127,7 +126,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
             setup,
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
-        return  # who missed an impact is on another path
+        return  # after a missed impact the path differs
     off = score.total.final_velocity
     require(
         off <= allowed.end,
@@ -164,13 +163,13 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def _compared(score: Score, pit: Score) -> list[ImpactError]:
-    """Impacts that PIT has an error of, too; without PIT's, what sampling costs is not known."""
+    """Impacts with an error of PIT, because without it the cost of sampling is unknown."""
     common = {error.reference for error in pit.errors}
     return [error for error in score.errors if error.reference in common]
 
 
 def _finite(score: Score | None, field: str) -> list[ImpactError]:
-    """Impacts whose error in a field is known; of no score, none."""
+    """Impacts whose error in a field is known; none without a score."""
     return [error for error in score.errors if math.isfinite(getattr(error, field))] if score else []
 
 

@@ -1,4 +1,4 @@
-"""Capability honesty: what an adapter declares, it does; what it does not declare, it refuses."""
+"""Checks of capabilities: an adapter supports what it declares, and refuses what it does not."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ from carom.model.scene import Scene
 from carom.support.formatting import number
 from carom.support.limits import LARGEST
 
-#: An engine without a declared limit is tried this far out and this fast: three orders of magnitude beyond any scene
-#: of the catalogue, and still with a relative rounding of coordinates that a float64 engine does not feel.
+#: Largest coordinates and speeds for an engine without a declared limit. They are three orders of magnitude beyond any
+#: scene of the catalogue, and their rounding is negligible in float64.
 FAR_M = 1e5
 FAST_M_S = 1e5
 
-#: As far below any scene of the catalogue.
+#: Smallest sizes, as far below any scene of the catalogue.
 SMALL_M = 1e-5
 SLOW_M_S = 1e-4
 
@@ -63,7 +63,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
     setup = supported(subject, bounce_and_pair(e, wall_e, wall=can.walls))
-    # Momentum 1 * 1 - 2 * 2 = -3 is kept by 3 kg, and the closing speed of 3 m/s becomes e times itself.
+    # The momentum 1 * 1 - 2 * 2 = -3 of 3 kg is conserved, and the closing speed of 3 m/s is multiplied by e.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
 
@@ -79,7 +79,7 @@ def immovable_stays(subject: Subject, order: str) -> None:
 
 
 def posts_stand_still(subject: Subject) -> None:
-    """Immovable discs alone, in each other, are a scene in which nothing ever happens."""
+    """In a scene of overlapping immovable discs alone nothing happens."""
     setup = supported(subject, posts())
     end = subject.watch(setup).seen[-1]
     moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
@@ -89,7 +89,7 @@ def posts_stand_still(subject: Subject) -> None:
 
 
 def falls_as_declared(subject: Subject) -> None:
-    """A disc that falls has the velocity g t."""
+    """A falling disc has the velocity g t."""
     setup = supported(subject, fall())
     end_with_velocities(subject, setup, [(1.0, -8.0 * setup.scene.duration_s)], "gravity")
 
@@ -141,19 +141,19 @@ def slows_on_a_table_as_declared(subject: Subject) -> None:
 
 
 def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = DT_S) -> None:
-    """Hold a disc to what it does to an equal one at rest."""
+    """Check the impact of a disc on an equal one at rest."""
     speed = scene.discs[0].velocity_m_s[0]
     end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], where)
 
 
 def fast_as_declared(subject: Subject) -> None:
-    """At the greatest declared speed a disc hands its velocity over as at any other; steps shrink with the scene."""
+    """At the greatest declared speed a disc passes its velocity on as at any other; steps shrink with the scene."""
     speed = min(subject.capabilities().max_speed_m_s, FAST_M_S)
     _hands_over(subject, approach(speed_m_s=speed), f"at {speed:g} m/s", DT_S * 3.0 / speed)
 
 
 def far_as_declared(subject: Subject) -> None:
-    """At the greatest declared coordinate a disc hands its velocity over as anywhere else."""
+    """At the greatest declared coordinate a disc passes its velocity on as anywhere else."""
     can = subject.capabilities()
     # Beyond this a coordinate is rounded by more than a thousandth of the disc's radius, whatever the engine.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
@@ -162,7 +162,7 @@ def far_as_declared(subject: Subject) -> None:
 
 
 def moves_as_declared(subject: Subject) -> None:
-    """A disc moves as far in one step as is declared, and is where its velocity takes it."""
+    """A disc that moves as far in one step as declared ends where its velocity takes it."""
     can = subject.capabilities()
     speed = min(can.max_move_m / DT_S, can.max_speed_m_s, FAST_M_S)
     setup = Setup(alone(speed_m_s=speed))
@@ -174,29 +174,29 @@ def moves_as_declared(subject: Subject) -> None:
 
 
 def small_as_declared(subject: Subject) -> None:
-    """At the least declared radius a disc hands its velocity over as at any other."""
+    """At the least declared radius a disc passes its velocity on as at any other."""
     radius = subject.capabilities().min_radius_m or SMALL_M
-    # Lengths shrink by 2 r, times and speeds by its root: as the same scene is seen on another scale under gravity.
+    # Lengths shrink by 2 r, times and speeds by its root, as in a scaled scene under gravity.
     root = math.sqrt(2 * radius)
     scene = approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
     _hands_over(subject, scene, f"radius {radius:g} m", DT_S * root)
 
 
 def large_as_declared(subject: Subject) -> None:
-    """At the greatest declared radius a disc hands its velocity over as at any other."""
+    """At the greatest declared radius a disc passes its velocity on as at any other."""
     can = subject.capabilities()
     radius = min(can.max_radius_m, FAR_M, can.max_coordinate_m / 4)
     _hands_over(subject, approach(radius_m=radius), f"radius {radius:g} m")
 
 
 def slow_as_declared(subject: Subject) -> None:
-    """Discs that close at twice the speed up to which contacts are declared inelastic hand their velocity over."""
+    """A disc at twice the speed up to which contacts are declared inelastic passes its velocity on."""
     speed = 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S
     _hands_over(subject, approach(speed_m_s=speed), f"at {speed:g} m/s", DT_S * 3.0 / speed)
 
 
 def detects_continuously(subject: Subject) -> None:
-    """A disc that would pass another whole in one step hits it, in whatever phase of its step it comes."""
+    """A disc that would pass through another in one step hits it at every phase."""
     declared(subject, "continuous_detection")
     for k in range(PHASES):
         setup = Setup(bullet(k / PHASES), dt_s=1 / 60)
@@ -207,7 +207,7 @@ def detects_continuously(subject: Subject) -> None:
 
 
 def _twice(limit: float, what: str) -> Scene | None:
-    """Return a disc beyond an upper limit; a number beyond 1e150 squares to infinity, so there none is."""
+    """Return a disc beyond an upper limit; None beyond 1e150, whose square is infinite."""
     return None if 2 * limit > 1e150 else alone(**{what: 2 * limit})
 
 
@@ -238,14 +238,14 @@ def _bouncing(restitution: float) -> Scene:
 
 
 def _uncombined(can: Capabilities) -> Scene | None:
-    """Return a wall with a coefficient that the rule declared excludes with that of the discs."""
+    """Return a wall with a coefficient that the declared rule excludes together with that of the discs."""
     low, high = can.restitution
     least, greatest = COMBINE_RULES[can.restitution_combine](pair := (low + high) / 2, high)
     beyond = next((wall for wall in (low, high) if not least <= wall <= greatest), None)
     return None if beyond is None or not can.walls else bounce_and_pair(pair, beyond, wall=True)
 
 
-#: What may be missing from the declaration: the field, and the scene that needs more (None where nothing is more).
+#: Possible undeclared capabilities: the field, and a scene that needs it (None if none does).
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda can: None if can.walls else walled_box()),
     "segments": ("segments", lambda can: None if can.segments else either_side(can.restitution[1])),
@@ -314,7 +314,7 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
 
 
 def refuses(subject: Subject, what: str) -> None:
-    """A scene that needs what is not declared is refused by `prepare` with an AdapterError, never silently wrong."""
+    """`prepare` refuses a scene with undeclared needs by an AdapterError."""
     field, needing_more = REFUSALS[what]
     value, scene = getattr(subject.capabilities(), field), needing_more(subject.capabilities())
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"

@@ -1,4 +1,4 @@
-"""What checks share: leaving one that does not apply, the comparison of velocities, and how a vector is written."""
+"""Shared by checks: exits of checks that do not apply, comparison of velocities, and text of vectors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def declared(subject: Subject, field: str) -> Capabilities:
     """Return what an adapter can do, with `field` among it.
 
     Raises:
-        NotApplicable: That capability is declared to be False.
+        NotApplicable: The capability is declared to be False.
     """
     can = subject.capabilities()
     if not getattr(can, field):
@@ -25,10 +25,10 @@ def declared(subject: Subject, field: str) -> Capabilities:
 
 
 def supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
-    """Return how a check runs its scene.
+    """Return the setup of a check's scene.
 
     Raises:
-        NotApplicable: A declared capability excludes the scene; with that as the reason.
+        NotApplicable: A declared capability excludes the scene; it is the reason.
     """
     setup = Setup(scene, profile)
     if reason := subject.unsupported(setup):
@@ -39,10 +39,10 @@ def supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
 def end_with_velocities(
     subject: Subject, setup: Setup, expected: Sequence[tuple[float, float]], what: str
 ) -> Observation:
-    """Run head-on impacts, exact at any step, hold the final velocities against the known ones, and return the end.
+    """Run head-on impacts, exact at any step, compare the final velocities with the known ones, and return the end.
 
     Raises:
-        Violation: One is off by more than rounding and what the profile promises.
+        Violation: An error exceeds rounding and the profile's promise.
     """
     end = subject.watch(setup).seen[-1]
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
@@ -56,5 +56,5 @@ def end_with_velocities(
 
 
 def numbers(vector: Sequence[float]) -> str:
-    """Return a vector as (x, y), no longer than it has to be."""
+    """Return a vector as (x, y), as short as possible."""
     return f"({', '.join(f'{number(x, 10)}' for x in vector)})"

@@ -1,4 +1,4 @@
-"""Conduct: repeatable, unmoved by being looked at, silent, tidy, and letting go of what it holds."""
+"""Checks of conduct: repeatable, independent of observations, silent, without leftovers or leaks."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Observation
 from carom.support.formatting import number
 
-#: An idle pymunk space, the smallest world there is, holds 10 kB: 180 that are not let go of leave 1.8 MB.
+#: An idle pymunk space, the smallest world, takes 10 kB, so 180 unreleased ones leak 1.8 MB.
 WORLDS = 190
 LEAK_BYTES = 1_800_000
-#: What leaks grows in every round; what grows once or is collected late does not. Node comes to rest within five.
+#: A leak grows in every round; memory that grows once or is collected late does not. Node comes to rest within five.
 ROUNDS = 10
 
 
 def repeats_to_the_bit(subject: Subject, profile: str) -> None:
-    """Where determinism is declared, a run repeats to the bit, also after worlds with other settings."""
+    """If determinism is declared, a repeated run is bit-identical, also after worlds with other settings."""
     declared(subject, "deterministic")
     setup = Setup(crowd(), profile)
     first = subject.seen(setup).seen
@@ -44,7 +44,7 @@ def looking_changes_nothing(subject: Subject, profile: str) -> None:
 
 
 def steps_singly_or_together(subject: Subject, profile: str) -> None:
-    """Taking all steps in one call, as when timed, ends in the same bits as stopping after each to look."""
+    """All steps in one call, as in timing, end with the same bits as single observed steps."""
     declared(subject, "deterministic")
     setup = Setup(crowd(), profile)
     watched, at_once = subject.seen(setup).seen[-1], subject.watch(setup, looks=0).seen[-1]
@@ -56,7 +56,7 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
 
 
 def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
-    """A step that is tried and taken back, and being asked what touches, leave no trace in what follows."""
+    """A step that is tried and undone, and queries of contacts, do not change the run."""
     declared(subject, "deterministic")
     setup = Setup(approach(), profile)
     runs = []
@@ -75,7 +75,7 @@ def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
 
 
 def keeps_what_it_showed(subject: Subject, profile: str) -> None:
-    """An observation stays as it was when the world goes on: its arrays are no views of the engine's memory."""
+    """Later steps do not change an observation, so its arrays are no views of the engine's memory."""
     setup = Setup(crowd(), profile)
     altered = subject.seen(setup).altered
     what, found = "an observation is altered by later steps", f"observation {altered} changed"
@@ -83,7 +83,7 @@ def keeps_what_it_showed(subject: Subject, profile: str) -> None:
 
 
 def is_silent_and_tidy(subject: Subject) -> None:
-    """Starting the engine and running a scene with each profile prints nothing and leaves no file behind."""
+    """Starting the engine and running a scene with each profile prints nothing and leaves no file."""
     with subject.another() as fresh:
         for profile in subject.adapter.profiles:
             setup = Setup(crowd(), profile)
@@ -94,7 +94,7 @@ def is_silent_and_tidy(subject: Subject) -> None:
 
 
 def closes_after_errors(subject: Subject) -> None:
-    """A world closed before its first step, and a refused one, leave an engine that runs as if they had never been."""
+    """A world closed before its first step, and a refused one, do not change later runs."""
     setup = Setup(crowd())
     clean = subject.seen(setup).seen
     subject.growth_bytes(setup, 2, step=False)
@@ -105,7 +105,7 @@ def closes_after_errors(subject: Subject) -> None:
 
 
 def lets_go_of_worlds(subject: Subject) -> None:
-    """200 worlds made, stepped and closed one after another leave less behind than that many small ones hold."""
+    """200 worlds that are made, stepped and closed leak less memory than as many small ones take."""
     setup, least = Setup(approach()), math.inf
     for _ in range(ROUNDS):
         grown = subject.growth_bytes(setup, WORLDS)

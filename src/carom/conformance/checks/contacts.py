@@ -1,4 +1,4 @@
-"""Contacts: well formed, stamped within their step, and together all that changes a velocity."""
+"""Checks of contacts: well formed, stamped within their step, and the only causes of changed velocities."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def _steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, O
 
 
 def contacts_are_well_formed(subject: Subject, profile: str) -> None:
-    """A contact is of a disc and a disc of a higher number or a wall, its normal a unit vector from first to second.
+    """A contact is between a disc and a disc of a higher number or a wall, with a unit normal from first to second.
 
-    An impulse is 0 or more, and one of 0 did nothing.
+    An impulse is 0 or more, and one of 0 has no effect.
     """
     setup = _setup(subject, profile)
     discs, walls = len(setup.scene.discs), len(setup.scene.walls)
@@ -103,7 +103,7 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
 
 
 def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
-    """Direction from the first body of a contact to the second, as they lay before the step."""
+    """Direction from the first body of a contact to the second before the step."""
     if contact.second < 0:
         x, y = setup.scene.half_planes()[wall_index(contact.second)].normal
         return (-x, -y)

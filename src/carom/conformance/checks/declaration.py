@@ -1,4 +1,4 @@
-"""What an adapter declares: complete, sensible, and to be had without its engine."""
+"""Checks of declarations: complete, valid, and available without the engine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PROFILES = ("default", "tuned")
 
 
 def declares_capabilities(subject: Subject) -> None:
-    """The adapter has every attribute of the seam, under its entry point's name, with values that mean something."""
+    """The adapter has every attribute of the interface, its entry point's name, and valid values."""
     adapter = subject.adapter
     what = "the adapter does not describe itself as the seam asks"
     require(isinstance(adapter, Adapter), what, "the attributes of carom.engines.api.Adapter", type(adapter))
@@ -47,7 +47,7 @@ def declares_capabilities(subject: Subject) -> None:
 
 
 def declares_profiles(subject: Subject) -> None:
-    """There are `default` and `tuned`; every profile has a sentence, plain settings with the step, and a promise."""
+    """There are `default` and `tuned`; every profile has a description, plain settings with the step, and a promise."""
     profiles = subject.adapter.profiles
     for name in PROFILES:
         require(name in profiles, "a profile is missing", name, ", ".join(profiles))

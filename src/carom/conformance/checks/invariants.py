@@ -1,4 +1,4 @@
-"""What no impact changes: the momentum of free discs, and the energy of elastic ones."""
+"""Checks of invariants: the momentum of free discs, and the energy of elastic ones."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from carom.engines.api import Observation
 from carom.model.trace import kinetic_energy
 from carom.support.formatting import number
 
-#: The comparator's own threshold: float32 engines drift by 1e-7 through rounding, and that is no gain or loss.
+#: The comparator's threshold, because float32 engines drift by 1e-7 through rounding without gain or loss.
 ENERGY = 1e-6
 
 
 def momentum_is_kept(subject: Subject, profile: str) -> None:
-    """After every step the discs of a crowd in the open have together the momentum that they began with."""
+    """After every step the discs of a crowd without walls have their initial total momentum."""
     setup = Setup(crowd(), profile)
     seen = subject.seen(setup).seen
     start = momentum(setup.scene, seen[0])
@@ -31,11 +31,11 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
 
 
 def energy_is_kept(subject: Subject, profile: str) -> None:
-    """Elastic impacts leave the kinetic energy as it was, to what the profile promises."""
+    """Elastic impacts conserve the kinetic energy, to the profile's promise."""
     setup = Setup(crowd(), profile)
     seen = subject.seen(setup).seen
     start = kinetic_energy(setup.scene, seen[0].velocity_m_s)
-    # A soft contact holds energy while it lasts, so the last state counts in which there is none.
+    # A soft contact stores energy while it lasts, so the last state without one counts.
     last = next((now for now in reversed(seen) if not now.contacts), seen[-1])
     found = kinetic_energy(setup.scene, last.velocity_m_s)
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)

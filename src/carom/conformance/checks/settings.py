@@ -1,4 +1,4 @@
-"""Settings: read back as asked for, and refused where they would be without effect; and the start as written."""
+"""Checks of settings: read back as requested, and refused if without effect; and of the start state."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FLOATS = {32: np.float32, 64: np.float64}
 
 
 def settings_are_read_back(subject: Subject, profile: str) -> None:
-    """A world reports every setting of its profile with the value asked for, to the declared width of numbers."""
+    """A world reports every setting of its profile with the requested value, to the declared width of numbers."""
     setup = Setup(crowd(), profile)
     used = subject.seen(setup).settings
     bits = subject.capabilities(profile).float_bits
@@ -33,7 +33,7 @@ def settings_are_read_back(subject: Subject, profile: str) -> None:
 
 
 def _same(asked: Setting, found: Setting, bits: int) -> bool:
-    """Whether two settings are one value to an engine whose floats have this many bits."""
+    """Whether two settings are equal for an engine whose floats have this many bits."""
     if isinstance(asked, str) or isinstance(found, str) or not isinstance(asked + found, float):
         return asked == found
     with np.errstate(over="ignore"):  # beyond the greatest float of this width both are infinite

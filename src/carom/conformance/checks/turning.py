@@ -1,4 +1,4 @@
-"""Spin and friction: coefficients and inertias come out as asked for, and contacts tell what turned a disc."""
+"""Checks of spin and friction: coefficients and inertias have their effect, and contacts report changes of spin."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from carom.support.limits import LARGEST
 #: Within the declared range: the ends of it, and a coefficient at which the suite's discs slide through their impacts.
 FRICTIONS = ("least", "sliding", "greatest")
 
-#: The least inertia factor that is declared, a sphere's, a hoop's, and that of a disc that does not turn.
+#: Inertia factors: the least declared one, a sphere's, a hoop's, and that of a disc that does not turn.
 INERTIAS = {"least": 0.0, "sphere": 0.4, "hoop": 1.0, "unturnable": math.inf}
 
-#: An engine without a declared limit is tried with so little, or spinning so fast: beyond any scene of the catalogue.
+#: Limits for an engine without declared ones: an inertia and a spin beyond any scene of the catalogue.
 SMALL_INERTIA = 1e-6
 FAST_RAD_S = 1e5
 
@@ -40,7 +40,7 @@ def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
 
 
 def inertia_as_declared(subject: Subject, inertia: str) -> None:
-    """A disc is as hard to turn as its inertia factor says, from the least declared to one that does not turn."""
+    """A disc turns according to its inertia factor, from the least declared to one that does not turn."""
     can = _rubbing_capabilities(subject)
     factor = INERTIAS[inertia] or can.min_inertia_factor or SMALL_INERTIA
     if not can.spin and math.isfinite(factor):
@@ -110,7 +110,7 @@ def _spins(now: Observation, setup: Setup) -> list[float]:
 
 
 def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
-    """Hold velocities and spins at the end of `rubbing` against the closed form of a central impact with friction."""
+    """Compare final velocities and spins of `rubbing` with the closed form of a central impact with friction."""
     setup = supported(subject, scene)
     first, second, *more = scene.discs
     wanted = [*_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
@@ -209,7 +209,7 @@ def _require_whole_change(
 
 
 def _overlap(scene: Scene, contact: Contact, state: Observation) -> float:
-    """Return by how much the bodies of a contact overlap, metres; 0 where they do not."""
+    """Return the overlap of a contact's bodies, metres; 0 without one."""
     first, here = scene.discs[contact.first], state.position_m[contact.first]
     if contact.second < 0:
         wall = scene.half_planes()[-1 - contact.second]

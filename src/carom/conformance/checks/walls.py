@@ -1,4 +1,4 @@
-"""Walls other than plain half-planes, and driven bodies: what an adapter declares of them, it does."""
+"""Checks of declared walls other than plain half-planes, and of driven bodies."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def posts_as_declared(subject: Subject) -> None:
 
 
 def paddles_as_declared(subject: Subject) -> None:
-    """A disc leaves a driven wall at the wall's velocity and its share of that at which they closed."""
+    """A disc leaves a driven wall at the wall's velocity plus e times the closing speed."""
     can = declared(subject, "driven_walls")
     e = can.restitution[1]
     for edge in (False, True) if can.segments else (False,):
@@ -52,7 +52,7 @@ def paddles_as_declared(subject: Subject) -> None:
 
 
 def mallets_as_declared(subject: Subject) -> None:
-    """A disc leaves a driven disc as it leaves a driven wall, and that goes on as before."""
+    """A disc leaves a driven disc like a driven wall, and the driven disc keeps its velocity."""
     e = declared(subject, "driven_discs").restitution[1]
     setup = supported(subject, mallet(e))
     end_with_velocities(subject, setup, [(1.0, 0.0), (1 + 4 * e, 0.0)], "a driven disc")

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from heapq import nlargest
 
 from carom.engines.api.protocol import Capabilities
 from carom.errors import AdapterError
-from carom.model.scene import Disc, Need, Scene
+from carom.model.scene import Chain, Disc, Need, Ring, Scene, Wall
 from carom.model.trace import Setting
 from carom.support.formatting import number
 
@@ -139,7 +140,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             return f"{name} is {value:g}, and this method simulates {low:g} to {high:g} as asked for"
     if reason := _combined(capabilities.friction_combine, rubbed, high):
         return reason
-    fastest = max(disc.drive.fastest for disc in scene.discs)
+    disc_speeds = [_greatest_speed(disc) for disc in scene.discs]
+    fastest = max(disc_speeds)
     if fastest > capabilities.max_speed_m_s:
         return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
     spin = max(abs(disc.spin_rad_s) for disc in scene.discs)
@@ -148,27 +150,26 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     if spin * dt_s > capabilities.max_turn_rad:
         turned = f"a disc at {spin:g} rad/s turns by {spin * dt_s:g} rad in a step of {dt_s:g} s"
         return f"{turned}, and this method turns none by more than {capabilities.max_turn_rad:g} rad"
-    for name, disc in ((f"discs[{i}].inertia_factor", disc) for i, disc in enumerate(scene.discs)):
-        if needs & {Need.SPIN, Need.FRICTION} and disc.inertia_factor < capabilities.min_inertia_factor:
+    for i, disc in enumerate(scene.discs if needs & {Need.SPIN, Need.FRICTION} else ()):
+        if disc.inertia_factor < capabilities.min_inertia_factor:
             limits = f"{capabilities.min_inertia_factor:g} to 1, or a disc that does not turn"
-            return f"{name} is {disc.inertia_factor:g}, and this method simulates {limits}"
-    bodies = [*scene.discs, *(wall for wall in scene.walls if wall.driven)]
-    speeds = sorted((body.drive.fastest for body in bodies), reverse=True)
-    closing, threshold = sum(speeds[:2]), capabilities.restitution_threshold_m_s
+            return f"discs[{i}].inertia_factor is {disc.inertia_factor:g}, and this method simulates {limits}"
+    wall_speeds = [_greatest_speed(wall) for wall in scene.walls if wall.driven]
+    closing, threshold = sum(nlargest(2, [*disc_speeds, *wall_speeds])), capabilities.restitution_threshold_m_s
     if 0 < closing <= threshold and any(value > 0 for _, value in used):
         slow = f"no two bodies close at more than {closing:g} m/s"
         return f"{slow}, and this method makes contacts of up to {threshold:g} m/s inelastic"
     if fastest * dt_s > capabilities.max_move_m:
         moved = f"a disc at {fastest:g} m/s moves {fastest * dt_s:g} m in a step of {dt_s:g} s"
         return f"{moved}, and this method moves none by more than {capabilities.max_move_m:g} m"
-    for name, disc in ((f"discs[{i}].radius_m", disc) for i, disc in enumerate(scene.discs)):
+    for i, disc in enumerate(scene.discs):
         if not capabilities.min_radius_m <= disc.radius_m <= capabilities.max_radius_m:
             limits = f"{capabilities.min_radius_m:g} to {capabilities.max_radius_m:g} m"
-            return f"{name} is {disc.radius_m:g}, and this method simulates {limits}"
-    for name, disc in ((f"discs[{i}].mass_kg", disc) for i, disc in enumerate(scene.discs)):
+            return f"discs[{i}].radius_m is {disc.radius_m:g}, and this method simulates {limits}"
+    for i, disc in enumerate(scene.discs):
         if not (disc.immovable or capabilities.min_mass_kg <= disc.mass_kg <= capabilities.max_mass_kg):
             limits = f"{capabilities.min_mass_kg:g} to {capabilities.max_mass_kg:g} kg, or an immovable disc"
-            return f"{name} is {disc.mass_kg:g}, and this method simulates {limits}"
+            return f"discs[{i}].mass_kg is {disc.mass_kg:g}, and this method simulates {limits}"
     farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
     if farthest > capabilities.max_coordinate_m:
         return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
@@ -210,6 +211,11 @@ def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float)
             beside, can_be = f"{wall_name} is {wall:g} with a {name} of {pair:g}", f"{least:g} to {greatest:g}"
             return f"{beside}, and this method combines coefficients by {rule!r}, so that it can be {can_be}"
     return ""
+
+
+def _greatest_speed(body: Disc | Wall | Chain | Ring) -> float:
+    """Return the greatest speed of a body by its own velocities, metres a second."""
+    return body.drive.fastest if body.legs else math.hypot(*body.velocity_m_s)
 
 
 def _can_turn(disc: Disc) -> bool:

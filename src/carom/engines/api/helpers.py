@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
-from carom.engines.api.protocol import Contact
+from carom.engines.api.protocol import Contact, Profile
 from carom.model.scene import Disc, Scene
 
 Vector = tuple[float, float]
@@ -16,6 +18,29 @@ VANISHING = 2.0**-600
 #: Number of impacts on driven bodies for which replacements of half-planes are long enough. A paddle or a piston has
 #: few; for a disc that is crushed, no number is enough.
 DRIVEN_IMPACTS = 32
+
+
+class AliasedProfiles(dict[str, Profile]):
+    """Profiles of which some have further names. Lookups know these, and listings leave them out.
+
+    Args:
+        profiles: The profiles by name.
+        aliases: Names by further names.
+    """
+
+    def __init__(self, profiles: Mapping[str, Profile], aliases: Mapping[str, str]) -> None:
+        super().__init__(profiles)
+        self._aliases = aliases
+
+    def __missing__(self, name: str) -> Profile:
+        return self[self._aliases[name]]
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(self._aliases.get(str(name), name))
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return a profile by a name or a further name."""
+        return super().get(self._aliases.get(name, name), default)
 
 
 class StepClock:

@@ -305,6 +305,20 @@ class TimedWorld(World, Protocol):
 
 
 @runtime_checkable
+class QuietWorld(World, Protocol):
+    """A world that takes many steps at once, for methods whose contacts are impacts by themselves. Optional."""
+
+    def take_quiet_steps(
+        self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
+    ) -> int:
+        """Take steps up to one with contacts or a warning, and return their number.
+
+        The state after each step is written to a row of the arrays, one per step at most: shapes ``(k, n, 2)``,
+        ``(k, n, 2)`` and ``(k, n)``. `observe` then returns the last step.
+        """
+
+
+@runtime_checkable
 class CuttableWorld(World, Protocol):
     """A world whose steps can be cut and undone, for profiles with ``located``."""
 

@@ -288,7 +288,7 @@ def _order(found: StepRange) -> float:
 
 
 def _name(method: Method) -> str:
-    return f"{method.engine} {method.profile}"
+    return method.label
 
 
 def _rate(dt_s: float) -> str:

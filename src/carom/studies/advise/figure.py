@@ -39,7 +39,7 @@ def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
         rates = [1.0 / trial.dt_s for trial in found]
         # A logarithm has no 0, so exact results are on the lower edge.
         degrees = [max(math.degrees(trial.direction_error_rad), _LEAST_DEG) for trial in found]
-        axes.plot(rates, degrees, label=f"{answer.method.engine} {answer.method.profile_shown}", **style)
+        axes.plot(rates, degrees, label=answer.method.label, **style)
         lost = [(rate, error) for rate, error, trial in zip(rates, degrees, found, strict=True) if trial.lost]
         axes.plot(*zip(*lost, strict=True), "x", color=style["color"], markersize=9.0) if lost else None
     demand = math.degrees(advice.demand.direction_error_rad)

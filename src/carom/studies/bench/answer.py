@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, run_s
@@ -30,11 +31,24 @@ def answers(bench: Bench) -> Iterator[str]:
         best = formatting.listed([f"{name} on {count}" for name, count in tally.most_common()])
         best = best.removesuffix(f" on {len(found)}")
         parts.append(f"cheapest engine for {wanted}: {best}")
-    if unreached := found.count(None):
-        parts.append(f"no engine reaches {wanted} on {unreached if tally else 'any'}")
+    unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
+    lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
+    if lossy:
+        parts.append(f"every engine misses or invents impacts on {_share(lossy, bench)}")
+    if len(unreached) > len(lossy):
+        parts.append(f"no engine reaches {wanted} on {len(unreached) - len(lossy) if tally or lossy else 'any'}")
     yield formatting.capitalised(f"{'; '.join(parts)}.")
     if len(bench.scenes) <= SCENES_TOLD:
         yield from (scene_answer(scene, target, kind, next_best=False) for scene in bench.scenes)
+
+
+def _share(scenes: list[SceneBench], bench: Bench) -> str:
+    """Return scenes by name if a terminal shows each, or else their number."""
+    if len(scenes) == len(bench.scenes):
+        return "every scene"
+    return (
+        formatting.listed([one.scene.name for one in scenes]) if len(bench.scenes) <= SCENES_TOLD else str(len(scenes))
+    )
 
 
 def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best: bool = True) -> str:
@@ -85,7 +99,7 @@ def _told(point: Point, kind: ErrorKind) -> str:
 
 
 def _method(point: Point) -> str:
-    return f"{point.engine} ({point.profile})"
+    return Method(point.engine, point.profile).phrase
 
 
 def _in(point: Point) -> str:

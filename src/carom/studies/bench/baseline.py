@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from carom.errors import InputError
 from carom.execution.environment import Environment
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import IN_FULL, Cell, Column, Section, Table
 from carom.report.files import FORMATS
@@ -98,7 +99,7 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
             raise InputError(f"{file} has format {content['format']}; this version of Carom reads {FORMATS['bench']}")
         machine = tuple(content["environment"][name] for name in ("system", "processor", "cores"))
         found = {
-            (scene["scene"], point["engine"], point["profile"], point["dt_s"]): _before(point)
+            (scene["scene"], *_method(point), point["dt_s"]): _before(point)
             for scene in content["scenes"]
             for curve in scene["curves"]
             for point in curve["points"]
@@ -114,6 +115,11 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
             "run times are comparable only on one machine"
         )
     return found
+
+
+def _method(point: dict[str, Any]) -> tuple[str, str]:
+    method = Method(point["engine"], point["profile"])  # whose profile an earlier Carom called by another name
+    return method.engine, method.profile
 
 
 def _before(point: dict[str, Any]) -> Before:

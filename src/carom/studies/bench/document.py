@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import (
     IN_FULL,
@@ -147,7 +148,7 @@ def _unrun(bench: SceneBench) -> Iterator[str]:
             for what, reason in (("not scored", point.reason), ("not timed", point.untimed)):
                 if reason:
                     own = steps.setdefault((what, reason), {})
-                    own.setdefault(f"{curve.engine} {curve.profile}", []).append(formatting.step(point.dt_s))
+                    own.setdefault(Method(curve.engine, curve.profile).label, []).append(formatting.step(point.dt_s))
     for (what, reason), by_curve in steps.items():
         for at_steps, whose in formatting.together(
             (formatting.listed(at), who) for who, at in by_curve.items()

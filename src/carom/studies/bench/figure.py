@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from carom.comparator.thresholds import THRESHOLDS
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.svg import (
     INK,
@@ -106,7 +107,7 @@ class _Drawing:
         kept = [(place, point) for place, point in own if all(map(math.isfinite, place))]
         if not kept:
             return
-        name = {"pit": "PIT"}.get(curve.engine, f"{curve.engine} {curve.profile}")
+        name = {"pit": "PIT"}.get(curve.engine, Method(curve.engine, curve.profile).label)
         end = kept[-1][0]
         if curve.exact:
             name, end = "PIC", (self.axes.get_xlim()[1], end[1])

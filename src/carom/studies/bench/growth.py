@@ -225,9 +225,16 @@ def growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(wanted):
             before = time.perf_counter()
-            # Each engine has its own share of the budget.
+            # Each engine has its own share of the budget, and what is left over by those that are done.
             all_left_s = 2 * budget_s - (before - started)
-            left_s = min(all_left_s, 2 * budget_s / len(points) - spent[info.name, gravity])
+            to_run = {(one.name, falls) for _, falls, one in wanted[done:]}
+            shares_s = {
+                key: max(0.0, 2 * budget_s / len(points) - spent[key])
+                for key in to_run
+                if not (points[key] and points[key][-1].reason)
+            }
+            own_s = shares_s.pop((info.name, gravity), 0.0)
+            left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
             what = (
                 f"{size} {'falling ' if gravity else ''}discs on {info.name}, at most {max(0.0, all_left_s):.0f} s left"
             )

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import (
     IN_FULL,
@@ -102,7 +103,7 @@ _SHOWN = {"pic": "PIC", "pit": "PIT"}
 
 
 def _method(curve: GrowthCurve) -> str:
-    return f"{curve.engine} {curve.profile}"
+    return Method(curve.engine, curve.profile).label
 
 
 def _cost(point: GrowthPoint) -> str:

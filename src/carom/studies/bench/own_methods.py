@@ -10,7 +10,7 @@ from carom.execution.job import PIT_METHOD, Method
 from carom.execution.pool import Pool
 
 #: PIC: its error does not depend on the step, and its run time is the cost of exact results.
-EXACT_METHOD = Method("pic", "tuned")
+EXACT_METHOD = Method("pic", "event-driven")
 
 OWN_METHODS = (EXACT_METHOD, PIT_METHOD)
 

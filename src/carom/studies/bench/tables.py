@@ -13,6 +13,7 @@ from urllib.parse import quote
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import engine_argument
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, PAGE, Cell, Column, Media, Table
 from carom.studies.bench.axes import TARGETS, ErrorKind
@@ -39,7 +40,7 @@ LEAST_PERCENT = 1e-4
 TARGETS_SHOWN = 3
 
 #: The first column of every table of a bench.
-METHOD = Column("method", lambda of: f"{of.engine} {of.profile}")
+METHOD = Column("method", lambda of: Method(of.engine, of.profile).label)
 
 
 def error_text(error: float, kind: ErrorKind) -> str:
@@ -265,7 +266,7 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
 
 def point_name(point: Point) -> str:
     """Return the name of a point of the diagrams."""
-    return f"{point.engine} {point.profile} at {formatting.step(point.dt_s)}"
+    return f"{Method(point.engine, point.profile).label} at {formatting.step(point.dt_s)}"
 
 
 def point_anchor(scene: str, point: Point) -> str:

@@ -220,7 +220,7 @@ def impact_tables_section(grid: Grid) -> Section:
         table = Table(
             _COLUMNS if trace.spins is None else (*_COLUMNS, _SPIN_COLUMN),
             tuple(_impacts(score, trace, reference)),
-            title=f"{cell.scene} on {row.job.engine} ({cell.column.profile}), dt = {formatting.instant(row.job.dt_s)}: "
+            title=f"{cell.scene} on {row.job.method.phrase}, dt = {formatting.instant(row.job.dt_s)}: "
             f"{cell.mark.sentence}",
             note="\n".join((*cell.reasons, *more)),
             only=DETAIL,

@@ -16,7 +16,7 @@ from carom.execution.plan import Plan
 from carom.execution.reference import solve_reference
 from carom.execution.skipped import SkippedTime, is_closed_form, measure_pic_saving, measure_pit_saving, tests_per_frame
 from carom.model.scene import Scene
-from carom.model.trace import Trace
+from carom.model.trace import Trace, canonical_profile
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.support.formatting import instant, number
@@ -50,10 +50,12 @@ def explain(plan: Plan) -> Iterator[str]:
             why = "shifts that change which impacts happen are omitted"
             yield f"  phases: {kept} of {options.phases} at {instant(steps[0])}; {why}"
         for info in run:
-            for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
+            asked = plan.profiles if info.profiles else plan.profiles[-1:]
+            for profile in dict.fromkeys(canonical_profile(info.name, one) for one in asked):
                 planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
                 shown = planned[0].method.profile_shown if planned else profile
-                yield f"  {info.name} {shown}: {_describe_runs(planned, plan, info, profile, len(steps))}"
+                name = f"{info.name} {shown}".rstrip()
+                yield f"  {name}: {_describe_runs(planned, plan, info, profile, len(steps))}"
     yield from (f"{info.name} is not available: {info.unavailable}" for info in plan.engines if info not in run)
 
 

@@ -60,7 +60,7 @@ class GridColumn(NamedTuple):
     @property
     def name(self) -> str:
         """Engine and profile in one word group."""
-        return f"{self.label} {self.profile}"
+        return f"{self.label} {self.profile}".rstrip()
 
 
 @dataclass(frozen=True)

@@ -144,8 +144,8 @@ def _describe_not_run(entry: NotRun) -> str:
 
 def _missing_profiles(grid: Grid) -> Iterator[str]:
     """Describe why an engine does not have a profile that others were run with."""
-    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values())
+    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.own)
     for info in grid.results.engines:
         for profile in profiles:
-            if info.available and info.capabilities is not None and profile not in info.profiles:
+            if info.available and info.capabilities is not None and not info.own_profiles([profile]):
                 yield f"{info.name} has no profile {profile}: {missing_profile_reason(profile, info.capabilities)}"

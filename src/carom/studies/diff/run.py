@@ -381,7 +381,7 @@ def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -
     kind = _kind(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
     if kind is None:
         return None
-    methods = dict.fromkeys(f"{cell.method.engine} {cell.method.profile_shown}" for cell in (old, new) if cell)
+    methods = dict.fromkeys(cell.method.label for cell in (old, new) if cell)
     verdicts, changed = tuple(_verdicts(old, new)), tuple(_changed(old, new, versions))
     return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, verdicts, changed)
 

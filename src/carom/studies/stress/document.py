@@ -132,7 +132,7 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
         return [Column(head, say, f"of {len(kinds[kind])}", number=True, only=only)] if kinds[kind] else []
 
     attacks = kinds["attack"]
-    columns = [Column("method", lambda method: f"{method.engine} {method.profile}")]
+    columns = [Column("method", lambda method: method.label)]
     for group, own in formatting.together((line.group, line) for line in attacks).items():
         columns.append(Column(group or WORDS["attack"], partial(_heat, results, own), f"of {len(own)}"))
     columns += counted("attack", "passed", SpotEnding.STANDS)
@@ -170,7 +170,7 @@ def _sentence(results: StressResults, lines: list[Line], method: Method) -> str:
     """Return the number of stress tests that a method passes, and its first failure with the size."""
     endings = [results.spots[line.name, method.name].ending for line in lines]
     ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
-    name = f"{method.engine} ({method.profile})"
+    name = method.phrase
     if not ran:
         return f"{name}: none of {formatting.count(len(lines), WORDS['attack'])} could be run."
     unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) else ""
@@ -302,7 +302,7 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
         for method in results.methods:
             endings = [results.spots[line.name, method.name].ending for line in kinds[kind]]
             ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
-            name = f"{method.engine} ({method.profile})"
+            name = method.phrase
             if ran and ran == len(endings):
                 passed.setdefault(endings.count(good), []).append(name)
             elif ran:

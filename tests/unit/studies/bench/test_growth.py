@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import pytest
 from tests.clocks import Clock
@@ -104,3 +104,20 @@ def test_resume_is_asked_for_in_growth_as_elsewhere(tmp_path: Path, ran: list[tu
         assert result.exit_code == exit_code, result.output
         assert ("continue from them by --resume" in told(result)) == (exit_code == 2)
     assert ran == [("pit", 2), ("pit", 2)]  # plain, and falling
+
+
+def test_what_is_left_over_by_those_that_are_done_is_for_the_others(
+    monkeypatch: pytest.MonkeyPatch, ran: list[tuple[str, int]]
+) -> None:
+    """Each of the two gases has half of the budgets, and the last run has all that is left of both."""
+    allowed: list[float] = []
+
+    def note(*args: Any) -> str:
+        allowed.append(args[-1])
+        return ""
+
+    monkeypatch.setattr(growth, "_too_long", note)
+    growth.growth(GrowthOptions(["pit"], sizes=[2, 3], own=False, budget_s=100.0))
+    assert len(ran) == len(allowed) == 4
+    assert allowed[:2] == [pytest.approx(100.0, abs=10.0)] * 2
+    assert allowed[3] == pytest.approx(200.0, abs=50.0)

@@ -134,9 +134,12 @@ def test_carom_s_own_methods_are_there_whoever_is_asked_for(scene: Scene) -> Non
         (result,) = work_precision([scene], plan, InProcessPool()).scenes
         return {(curve.engine, curve.profile): len(curve.points) for curve in result.curves}
 
-    assert found(plan) == {("pic", "tuned"): 1, ("pit", "tuned"): 2}
+    assert found(plan) == {("pic", "event-driven"): 1, ("pit", "tuned"): 2}
     assert found(replace(plan, own=False)) == {("pit", "tuned"): 2}
-    assert found(replace(plan, engines=("pic",), profiles=("default",))) == {("pit", "tuned"): 2, ("pic", "default"): 2}
+    assert found(replace(plan, engines=("pic",), profiles=("default",))) == {
+        ("pit", "tuned"): 2,
+        ("pic", "frame-by-frame"): 2,
+    }
 
 
 def test_the_last_steps_go_to_the_best_profile_of_each_engine(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:

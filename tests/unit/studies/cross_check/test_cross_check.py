@@ -192,7 +192,7 @@ def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
         ({"scenes": ["paper/late", "paper/late"]}, "two scenes have the name 'paper/late'"),
         ({"dts": [0.1, math.nan]}, "dts[1]"),
         ({"engine_names": ["pimunk"]}, "no engine is named 'pimunk'; did you mean 'pymunk'? there are: "),
-        ({"profiles": ["fast"]}, "profile 'fast'; there are: default, tuned"),
+        ({"profiles": ["fast"]}, "profile 'fast'; there are: tuned"),
     ],
 )
 def test_what_makes_no_sense_is_refused_by_name_and_value(scene: Scene, given: dict[str, Any], said: str) -> None:
@@ -208,14 +208,30 @@ def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> Non
     assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
 
 
-def test_profiles_of_the_same_settings_are_run_once(scene: Scene) -> None:
-    """PIT has nothing to tune, so only one of its two profiles is run; PIC's two differ, and both are."""
+def test_pit_is_run_once_and_each_form_of_pic(scene: Scene) -> None:
+    """By the profiles that every engine has, PIT is one method, and PIC's two forms have their names."""
     results = cross_checked([scene], ["pic", "pit"], dts=[0.1])
     assert [(row.job.engine, row.job.profile) for row in results.rows] == [
-        ("pic", "default"),
-        ("pic", "tuned"),
+        ("pic", "frame-by-frame"),
+        ("pic", "event-driven"),
         ("pit", "tuned"),
     ]
+
+
+@pytest.mark.parametrize(
+    ("asked", "found"),
+    [
+        ("default", {"pic frame-by-frame", "pit"}),
+        ("tuned", {"pic event-driven", "pit"}),
+        ("event-driven", {"pic event-driven"}),
+        ("all", {"pic frame-by-frame", "pic event-driven", "pit"}),
+    ],
+)
+def test_a_profile_has_the_name_that_every_engine_has_and_its_own(scene: Scene, asked: str, found: set[str]) -> None:
+    """PIC's forms and PIT are asked for by `default` and `tuned`, too, and are shown under their own names."""
+    results = cross_checked([scene], ["pic", "pit"], dts=[0.1], profiles=[asked])
+    assert {row.job.method.label for row in results.rows} == found
+    assert {row.trace.profile for row in results.rows if row.trace} == {row.job.profile for row in results.rows}
 
 
 def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:

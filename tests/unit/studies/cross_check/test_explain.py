@@ -14,7 +14,7 @@ from carom.catalogue import catalogue
 from carom.errors import UnknownNameError
 from carom.execution import reference
 from carom.execution.engine_run import ObserveTask
-from carom.execution.job import Answer, Job, Status, Task
+from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
@@ -33,7 +33,7 @@ def plan(name: str, **options: Any) -> str:
 
 SAID = [
     ("paper/late", {}, "closed form for two discs, without queue or cells"),
-    ("paper/late", {}, "pit default: skipped: another profile has the same settings"),
+    ("paper/late", {}, "pit: run at "),
     ("paper/late", {"samples": False}, "not kept, because no report is written"),
     # after the last impact of two discs an engine is stopped; in a box it is followed to the end
     ("paper/late", {}, "stopped once the state shows only free flight"),
@@ -152,26 +152,26 @@ def test_what_is_explained_is_what_is_run(
             assert {(row.status, row.reason) for row in rows} == {(Status.UNSUPPORTED, lines["not run"])}
             assert pool.jobs == []
             continue
-        told = {f"pit tuned at {line.removeprefix('PIT at ')}" for line in lines if line.startswith("PIT at ")}
+        told = {f"pit at {line.removeprefix('PIT at ')}" for line in lines if line.startswith("PIT at ")}
         for method in {row.job.method for row in rows}:
             own = [row for row in rows if row.job.method == method]
-            fate = lines[f"{method.engine} {method.profile}"]
+            fate = lines[method.label]
             runs = re.match(r"run at ([\d.e, -]+) s", fate)
-            told |= {f"{method.engine} {method.profile} at {dt} s" for dt in (runs[1].split(", ") if runs else ())}
+            told |= {f"{method.label} at {dt} s" for dt in (runs[1].split(", ") if runs else ())}
             refused = [row for row in own if row.reason != "noted"]
             assert all(
                 fate == f"skipped: {row.reason}" or f"skipped at {row.job.dt_s:.6g} s: {row.reason}" in fate
                 for row in refused
             )
             assert bool(refused) == ("skipped" in fate)
-        asked = [f"{job.engine} {job.profile} at {job.dt_s:.6g} s" for job in pool.jobs]
+        asked = [f"{job.method.label} at {job.dt_s:.6g} s" for job in pool.jobs]
         assert sorted(asked) == sorted(told)
-        there = {f"{row.job.engine} {row.job.profile}" for row in rows}
+        there = {row.job.method.label for row in rows}
         others = [
             lines[f"{info.name} {profile}"]
             for info in planned.engines
             for profile in info.profiles
-            if profile in planned.profiles and f"{info.name} {profile}" not in there
+            if profile in planned.profiles and Method(info.name, profile).label not in there
         ]
         assert set(others) <= {"skipped: another profile has the same settings"}
 

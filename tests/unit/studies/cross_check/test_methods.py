@@ -55,8 +55,8 @@ def test_a_method_is_a_line_with_its_own_numbers(results: Results) -> None:
     (heads, rows) = tables(results, Medium.DETAIL)[0]
     missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
     lines = {row[0].line: [cell.text for cell in row] for row in rows}
-    assert lines["PIT tuned"][heads.index("impacts - +")] == f"-{missed}"
-    assert list(lines) == ["PIT tuned"]
+    assert lines["PIT"][heads.index("impacts - +")] == f"-{missed}"
+    assert list(lines) == ["PIT"]
 
 
 def test_a_terminal_counts_the_scenes_of_each_grade(results: Results) -> None:
@@ -64,7 +64,7 @@ def test_a_terminal_counts_the_scenes_of_each_grade(results: Results) -> None:
     (heads, rows) = tables(results, Medium.TERMINAL)[0]
     ((name, *counts),) = [[cell.text for cell in row] for row in rows]
     marks = [cell.mark.word for row in build_grid(results).rows for cell in row.cells if cell.column.engine == "pit"]
-    assert name == "PIT tuned"
+    assert name == "PIT"
     assert counts[heads.index("wrong") - 1] == str(marks.count("wrong"))
     assert sum(int(count or 0) for count in counts) == len(marks)
 
@@ -76,7 +76,7 @@ def test_one_scene_is_told_in_physical_units() -> None:
     (heads, ((*cells,),)) = coarse
     shown = dict(zip((head.split()[0] for head in heads), (cell.text for cell in cells), strict=True))
     assert (shown["method"], shown["impacts"], shown["time"], shown["energy"]) == (
-        "PIT tuned",
+        "PIT",
         "1/1",
         "+37.5",
         "0",
@@ -149,8 +149,8 @@ def test_among_equals_the_better_grade_and_the_lower_price_stand_first(several: 
 def test_pic_stands_once_in_the_table_of_every_scene(several: Results) -> None:
     """PIC's two profiles say the same of every scene, so there is one column of PIC; an engine keeps all."""
     grid = build_grid(several)
-    assert [column.name for column in grid.columns.values()][:2] == ["PIC default", "PIC tuned"]
+    assert [column.name for column in grid.columns.values()][:2] == ["PIC frame-by-frame", "PIC event-driven"]
     section = scenes_section(grid)
     (table,) = (block for block in section.shown(Medium.PAGE) if isinstance(block, Table))
     heads = [column.line for column in table.shown(Medium.PAGE)[0]]
-    assert heads == ["scene", "PIC", "PIT tuned", "pymunk default", "pymunk tuned", "pymunk located"]
+    assert heads == ["scene", "PIC", "PIT", "pymunk default", "pymunk tuned", "pymunk located"]

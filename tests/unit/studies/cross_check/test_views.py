@@ -256,7 +256,7 @@ def test_the_trend_has_pic_once() -> None:
         ["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24, 1 / 96]
     )
     assert [series.name for series in build_trend(build_grid(results)).series] == [
-        *("PIC", "PIT tuned", "pymunk default", "pymunk tuned")
+        *("PIC", "PIT", "pymunk default", "pymunk tuned")
     ]
 
 

@@ -28,7 +28,7 @@ from carom.execution.job import Job, Method, Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
 from carom.report.mark import Mark
-from carom.report.record import records_schema
+from carom.report.record_json import records_schema
 from carom.report.records import records
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
@@ -75,6 +75,17 @@ def write(tmp_path: Path) -> Write:
         return path
 
     return write
+
+
+def test_results_with_the_earlier_names_of_pics_forms_are_compared(write: Write, tmp_path: Path) -> None:
+    """A file that calls PIC's event-driven form `tuned` has the same cells as one that calls it by its name."""
+    new = write("new", {"pic": REFERENCE, "pit": PIT})
+    assert '"profile":"event-driven"' in new.read_text()
+    old = tmp_path / "results.jsonl"
+    old.write_text(new.read_text().replace("event-driven", "tuned"))
+    found = diff(old, new)
+    assert (found.unchanged, found.changes) == (2, ())
+    assert carom_command("report", old).output == carom_command("report", new).output
 
 
 def only(found: Diff) -> Any:

@@ -46,16 +46,17 @@ def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
 def test_the_methods_are_told_apart(results: StressResults) -> None:
     """PIC passes any speed, PIT fails between one and a few radii a step, and gravity is a reason."""
     cells = results.spots
-    assert cells["tunnelling", "pic/tuned"].ending is SpotEnding.STANDS
+    assert cells["tunnelling", "pic/event-driven"].ending is SpotEnding.STANDS
     fell = cells["tunnelling", "pit/tuned"]
     assert fell.ending is SpotEnding.GIVES_WAY
     assert fell.value is not None
     # Head-on, the approaching half of the chord is two radii: beyond that there may be no frame.
     assert 1.0 < fell.value <= 10.0
-    assert cells["reversal", "pic/tuned"].ending is SpotEnding.HOLDS
-    assert cells["mujoco-441", "pic/tuned"].ending is SpotEnding.DOES_NOT
+    assert cells["reversal", "pic/event-driven"].ending is SpotEnding.HOLDS
+    assert cells["mujoco-441", "pic/event-driven"].ending is SpotEnding.DOES_NOT
     assert cells["mujoco-441", "pit/tuned"].ending is SpotEnding.STILL_DOES
-    assert "gravity" in cells["rapier-97", "pic/tuned"].reason or cells["rapier-97", "pic/tuned"].value is not None
+    falling = cells["rapier-97", "pic/event-driven"]
+    assert "gravity" in falling.reason or falling.value is not None
 
 
 @pytest.mark.long
@@ -132,7 +133,7 @@ def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None
         headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
         assert headings == ["Results by method", *(kinds if full else ())]
         told = [item for item in shown if isinstance(item, str)]
-        assert any(line.startswith("pit (tuned): passes 0 of 1; first failure: tunnelling at ") for line in told)
+        assert any(line.startswith("pit: passes 0 of 1; first failure: tunnelling at ") for line in told)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,64 @@
+"""Steps of Carom's own methods, whose runs record impacts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from carom.engines.api import Contact, Observation, Setting
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from carom.solvers.run import RunImpacts
+
+    Array = NDArray[np.float64]
+
+
+class RecordedWorld:
+    """A run of Carom's own, observed at the ends of steps. The observations do not change it."""
+
+    def __init__(self, run: Any, settings: Mapping[str, Setting]) -> None:
+        self.settings = settings
+        self._run = run
+        self._seen = 0
+        self._warning = ""
+
+    def advance(self, steps: int) -> None:
+        """Take steps, with all their impacts."""
+        raise NotImplementedError
+
+    def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
+        """Take steps up to one with an impact or a warning, see `carom.engines.api.QuietWorld`."""
+        run, turns = self._run, self._run.spins() is not None
+        for k in range(len(position_m)):
+            self.advance(1)
+            position_m[k], velocity_m_s[k] = run.positions(), run.velocities()
+            if turns:
+                spin_rad_s[k] = run.spins()
+            if len(run.log) > self._seen or self._warning:
+                return k + 1
+        return len(position_m)
+
+    def observe(self) -> Observation:
+        """Return the state at the end of the last step, and the impacts since the previous observation."""
+        contacts = contacts_since(self._run.log, self._seen)
+        self._seen += len(contacts)
+        run = self._run
+        return Observation(run.positions(), run.velocities(), contacts, self._warning, spin_rad_s=run.spins())
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+
+def contacts_since(log: RunImpacts, seen: int) -> tuple[Contact, ...]:
+    """Return the impacts after the first `seen` ones, with the velocities around each: a step may have several."""
+    if len(log) == seen:  # as after most steps
+        return ()
+    impacts, turned = log.array()[seen:].tolist(), log.spins()
+    spins = [None] * len(impacts) if turned is None else turned[seen:].tolist()
+    return tuple(
+        Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)), spins_rad_s=spin)
+        for (time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h)), spin in zip(impacts, spins, strict=True)
+    )
