@@ -17,7 +17,8 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = "src/carom/"
 #: Packages that are no part of the harness.
 LEFT_OUT = (
-    *("core", "solvers", "model/broad_phase", "comparator/stepwise", "model/step_windows.py"),
+    *("core", "solvers", "model/broad_phase", "model/step_windows.py"),
+    *("comparator/stepwise", "comparator/measure/steps.py", "comparator/measure/reports.py"),
     *("physics", "broad_phase", "comparator/local_truth", "windows.py"),  # of earlier revisions
 )
 
