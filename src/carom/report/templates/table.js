@@ -60,9 +60,9 @@
   }
 
   const show = () => {
-    // A column without a profile stands for all of them.
+    // A row or a column without a profile stays with each of them.
     const kept = columns.map(([engine, profile]) => (!chosen.engine || engine === chosen.engine) && (!chosen.profile || !profile || profile === chosen.profile || only(engine)));
-    for (const row of ranking) row.hidden = Boolean(chosen.profile) && profileOf(row) !== chosen.profile && !only(engineOf(row));
+    for (const row of ranking) row.hidden = Boolean(chosen.profile && profileOf(row)) && profileOf(row) !== chosen.profile && !only(engineOf(row));
     for (const { firstChild: radio } of radios) radio.checked = radio.value === (chosen.profile ?? "");
     for (const row of [table.tHead.rows[0], ...scenes]) kept.forEach((keep, k) => { row.cells[k + 1].hidden = !keep; });
     let count = 0;
