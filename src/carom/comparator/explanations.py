@@ -8,142 +8,140 @@ from carom.comparator.verdict import Verdict
 #: Condition of each verdict. A test compares this with the table of `docs/theory/scoring.md`.
 SAID_WHEN = {
     Verdict.MISSED: (
-        "one impact of the reference has none of the run to go with it: the two bodies passed through each other, or "
-        "never came to meet"
+        "the run has no impact that matches one of the reference: the two bodies passed through each other, or never "
+        "met"
     ),
     Verdict.LATE: (
-        "a time error above 0, by more than `1e-12` of the duration; the paper's second case, where the path is wrong "
-        "with it"
+        "a time error above 0, by more than `1e-12` of the duration. It is the paper's second case, in which the path "
+        "is wrong, too"
     ),
     Verdict.WRONG_DIRECTION: "a direction error above 1°",
-    Verdict.MULTIPLE_MISSED: "more than one is missed, each as above",
+    Verdict.MULTIPLE_MISSED: "more than one impact is missed",
     Verdict.EARLY: "a time error below 0, by more than `1e-12` of the duration",
     Verdict.WRONG_VELOCITY: "a velocity error above `1e-12` of the scene's speed",
     Verdict.WRONG_SPIN: "a spin error above `1e-12` of the scene's speed of rims",
     Verdict.SLID: (
-        "friction's impulse, with the run's own velocities before, normal and push, is nearer to that of sliding than "
-        "to that of sticking, which is less"
+        "friction's impulse is nearer to that of sliding than to that of sticking, which is smaller; both follow from "
+        "the run's own velocities before, normal and impulse"
     ),
     Verdict.STUCK: (
-        "friction's impulse, likewise, is nearer to that of sticking than to that of sliding, which is less"
+        "friction's impulse is nearer to that of sticking than to that of sliding, which is smaller; both are computed "
+        "as for the opposite verdict"
     ),
-    Verdict.WRONG_ORDER: (
-        "at least one inversion; the times of the inverted impacts are not called late or early as well"
-    ),
-    Verdict.SPURIOUS: ("at least one spurious: an impact of the run that has none of the reference to go with it"),
+    Verdict.WRONG_ORDER: "at least one inversion. The inverted impacts are not reported as late or early, too",
+    Verdict.SPURIOUS: "at least one impact of the run matches none of the reference",
     Verdict.ENERGY_GAINED: (
-        "by more than `1e-6` of the energy at the start, in scenes without gravity; where restitution takes energy, "
-        "that is no gain of the run alone"
+        "by more than `1e-6` of the energy at the start, in scenes without gravity. Energy that restitution would have "
+        "taken is not a gain of the run alone"
     ),
     Verdict.ENERGY_LOST: "by more than `1e-6` of the energy at the start, in scenes without gravity",
-    Verdict.NOT_TOLD_APART: "with other verdicts; a run that conforms says it in its reason",
-    Verdict.LUCKY_PHASE: "*close*, and PIT's impacts; a run that conforms says it in its reason",
-    Verdict.CUT_SHORT: ("standstill, an engine's own warning, a state that is not finite, a clock short of the end"),
+    Verdict.NOT_TOLD_APART: "with other verdicts. The reason of a run that conforms contains it",
+    Verdict.LUCKY_PHASE: "*close*, and PIT's impacts. The reason of a run that conforms contains it",
+    Verdict.CUT_SHORT: "standstill, a warning of the engine, a state that is not finite, or a clock short of the end",
     Verdict.WENT_ON: "PIC's impacts come without end at one instant, and the run completes",
     Verdict.CONVENTION: "impacts that share a movable disc at one instant",
-    Verdict.UNDECIDED: "at least one undecided",
+    Verdict.UNDECIDED: "at least one impact is undecided",
     Verdict.UNCOMPARED: "errors, and no `sampling` given",
-    Verdict.MISPLACED: ("final positions off by more than rounding (`1e-12` of the reach, and half a unit a step)"),
+    Verdict.MISPLACED: "final positions off by more than rounding (`1e-12` of the reach, and half a unit a step)",
     Verdict.WRONG_END: "final velocities off by more than `1e-12` of the speed",
     Verdict.WRONG_LAST_SPIN: "final spins off by more than `1e-12` of the speed of rims",
     Verdict.DRIFTS: (
-        "a run's own positions part from its own velocities; the reason says what of it a step does not explain"
+        "a run's positions do not follow from its own velocities. The reason gives the part that a step does not "
+        "explain"
     ),
-    Verdict.TURNS: ("a velocity before an impact, or at the end, is not that after the impact before"),
-    Verdict.SPINS: ("a spin before an impact, or at the end, is not that after the impact before"),
+    Verdict.TURNS: "a velocity before an impact, or at the end, differs from that after the impact before",
+    Verdict.SPINS: "a spin before an impact, or at the end, differs from that after the impact before",
     Verdict.WRONG_STAMP: "or outside the run",
-    Verdict.WRONG_NORMAL: "they are not what velocities change along, or no unit vectors",
-    Verdict.MOMENTUM: "the centre of mass of two discs is faster or slower after it",
+    Verdict.WRONG_NORMAL: "velocities do not change along the normals, or normals are not unit vectors",
+    Verdict.MOMENTUM: "the velocity of the centre of mass of two discs changes",
     Verdict.ANGULAR: (
-        "the spin changes by more or less than friction at the full radius turns it; the reason says at how much of "
+        "the spin changes by more or less than friction at the full radius turns it. The reason gives the fraction of "
         "the radius"
     ),
     Verdict.NOT_FINITE: "see section 0",
     Verdict.PARTED: (
-        "an impact missed, found in addition or out of order by the trajectory, and until then none by any step from "
-        "its own state; the reason says when, when PIT's trajectory leaves, and how good the steps are"
+        "the trajectory misses, invents or reorders an impact, and until then no step does from its own state. The "
+        "reason says when, when PIT's trajectory leaves, and how good the steps are"
     ),
     Verdict.MISREPORTED: (
-        "with *the trajectory has left*: a report that no state of its pair shows within two steps (a pair that rests, "
-        "or hops by less than what it falls in 2.5 steps, shows one where a velocity changes), or an impact alone in "
-        "its step that is shown and not reported"
+        "with *the trajectory has left*: an impact is reported and the states of its pair show none within two steps; "
+        "or an impact alone in its step is shown and not reported. A pair at rest shows one where a velocity changes, "
+        "and so does a pair that hops by less than its fall in 2.5 steps"
     ),
     Verdict.PASSED_THROUGH: (
-        "a step, or a chain of steps, in which two bodies that must meet from the run's own state go on unturned; not "
-        "said again where the trajectory misses as many. The reason counts those that PIT misses, too, from the same "
+        "a step, or a chain of steps, in which two bodies that must meet from the run's own state continue unturned. "
+        "It is left out if the trajectory misses as many. The reason also counts those that PIT misses from the same "
         "states"
     ),
-    Verdict.TURNED_ALONE: (
-        "a velocity or a spin changes by more than 1 % of itself with no other body within two steps"
-    ),
+    Verdict.TURNED_ALONE: "a velocity or a spin changes by more than 1 % of itself with no other body within two steps",
     Verdict.POLYGON: (
-        "with other verdicts: steps are straight where paths are parabolas, which is the engine's integrator; the "
-        "reason says by how much a step is off"
+        "with other verdicts: steps are straight where paths are parabolas, which is the engine's integrator. The "
+        "reason gives the error of a step"
     ),
     Verdict.DAMPED_POLYGON: (
-        "with other verdicts: in a step a disc goes as far as one speed takes it, where damping or a table slows it "
-        "down meanwhile, which is the engine's integrator; the reason says by how much a step is off"
+        "with other verdicts: in a step a disc keeps one speed although damping or a table slows it down, which is the "
+        "engine's integrator. The reason gives the error of a step"
     ),
-    Verdict.SINKS: ("deeper than rounding; the reason says whether falling for each step anew explains it"),
+    Verdict.SINKS: "deeper than rounding. The reason says whether a fall from rest in each step explains it",
     Verdict.WORSE_STEPS: (
-        "the steps are *inaccurate*, and the trajectory is not the place to say so: it has parted, or is compared up "
-        "to a horizon or a rest only"
+        "the steps are *inaccurate*, and the trajectory does not show it: it has parted, or is compared up to a "
+        "horizon or a rest only"
     ),
-    Verdict.SAMPLED_STEPS: "the steps are *close* or *sampled*, and nothing else is said",
+    Verdict.SAMPLED_STEPS: "the steps are *close* or *sampled*, and there is no other verdict",
     Verdict.CONTACT: (
         "after discs begin to slide, roll or rest on a wall their places, velocities or spins leave those of the "
-        "closed form by more than rounding; the reason says by how much, and by how much PIT's do"
+        "closed form by more than rounding. The reason gives the differences, and those of PIT"
     ),
-    Verdict.RESTED: ("contact lasts from there on; the reason says whether the steps beyond were looked at"),
-    Verdict.NO_IMPACT: "the reference has none, and nothing else is said",
+    Verdict.RESTED: "contact lasts from there on. The reason says whether later steps were checked",
+    Verdict.NO_IMPACT: "the reference has none, and there is no other verdict",
     Verdict.NOTHING_COMPARED: "there is a horizon, and no impact of the reference before it",
     Verdict.CONFORMS: (
-        "nothing else is said; the reason counts the impacts, up to the horizon where there is one, and says whether "
-        "the steps beyond were looked at"
+        "there is no other verdict. The reason counts the impacts, up to the horizon if there is one, and says whether "
+        "later steps were checked"
     ),
 }
 
 #: Condition of each grade, with the same test.
 GRADED_WHEN = {
     Grade.EXACT: (
-        "every impact found; times, velocities, spins, energy and final state right to the rounding of the floats "
-        "that the method declares, and the run in agreement with itself to as much. 64 bits: `1e-12` of the duration, "
-        "the speed, the reach. 32 bits: `1e-5`, no time off by more than is close, the energy by no more than a "
-        'millionth; the report says "exact (float32)"; every step from its own state right to ten times that, to the '
-        "end of the run; and the scene has an impact"
+        "every impact found. Times, velocities, spins, energy and final state are right to the rounding of the floats "
+        "that the method declares, and the run agrees with itself to the same rounding. With 64 bits that is `1e-12` "
+        "of the duration, the speed and the reach. With 32 bits it is `1e-5`, times as for *close*, the energy to a "
+        'millionth, and the report says "exact (float32)". Every step from its own state is right to ten times that, '
+        "to the end of the run. The scene has an impact"
     ),
     Grade.CLOSE: (
-        "every impact found; times right to a hundredth of a step, each velocity and each spin to a hundredth of its "
-        "price of sampling up to its impact; energy and final state to a hundredth of what PIT's are off by at worst "
-        "over the phases, or as its own impacts make it end; in agreement with itself, except for what sampling "
-        "explains; no step worse than a hundredth of what PIT pays from the same state"
+        "every impact found. Times are right to a hundredth of a step, each velocity and spin to a hundredth of the "
+        "cost of sampling up to its impact. Energy and final state are right to a hundredth of PIT's worst error over "
+        "the phases, or end as the run's own impacts imply. The run agrees with itself, except for what sampling "
+        "explains. No step is worse than a hundredth of PIT's cost from the same state"
     ),
     Grade.SAMPLED: (
-        "every impact found; none worse in velocity or in spin than PIT at the same step has been at it or before it, "
-        "at this phase, at another at which it finds all up to there, or at the run's own lateness; none later than "
-        "PIT has been up to it, or one step, and none early on its own account; energy no further off than PIT's, or "
-        "a millionth; ends no further off than PIT (at this phase, or, where every step is *sampled* or better, at any "
-        "at which PIT finds all), or where its own impacts make it end; in agreement with itself, "
-        "except for what sampling explains; no step worse than PIT at its worst phase, or at the run's own lateness, "
-        "from the same state; falling along polygons, damped steps at one speed, and sinking at rest by no more than "
-        "the fall of a step, are sampling's"
+        "every impact found. No velocity or spin is worse than PIT's at the same step up to that impact: at this "
+        "phase, at another at which PIT finds all impacts up to there, or at the run's own lateness. No impact is "
+        "later than PIT's up to it, or than one step, and none is early on its own account. The energy is no further "
+        "off than PIT's, or than a millionth. The end is no further off than PIT's at this phase, or is what the run's "
+        "own impacts imply. If every step is *sampled* or better, any phase counts at which PIT finds all. The run "
+        "agrees with itself, except for what sampling explains. No step is worse than PIT's at its worst phase, or at "
+        "the run's own lateness, from the same state. Sampling explains falls along polygons, damped steps at one "
+        "speed, and sinking at rest by at most the fall of a step"
     ),
     Grade.INACCURATE: (
-        "worse than that: early, later, or with more error than PIT at any phase, or from the same state; or in "
-        "contradiction with itself; but nothing missed, invented or out of order"
+        "worse than that: early, later, or with more error than PIT at any phase or from the same state; or in "
+        "contradiction with itself. No impact is missed, invented or out of order"
     ),
     Grade.PARTED: (
-        "the trajectory misses, invents or swaps impacts, and no step does from its own state: the steps are "
+        "the trajectory misses, invents or reorders impacts, and no step does from its own state: the steps are "
         "*sampled* or better"
     ),
     Grade.PARTED_INACCURATE: "as *parted*, and the steps are *inaccurate*",
     Grade.WRONG: (
-        "misses or invents an impact, takes impacts in the wrong order, and not by a trajectory alone that parted; "
-        "ends where the reference does not; or holds a number that is NaN or infinite. Beyond the horizon a miss that "
-        "PIT has from the same state is sampling's"
+        "misses or invents an impact, or has impacts in the wrong order, and not only by a trajectory that parted; "
+        "ends in another way than the reference; or has a number that is NaN or infinite. Beyond the horizon a miss "
+        "that PIT has from the same state is part of sampling"
     ),
     Grade.UNGRADED: (
-        "the scene has no unique answer; or an impact is undecided; or there are errors and no PIT to compare with; "
-        "or no impact lies within the horizon; or there is no impact, and nothing wrong"
+        "the scene has no unique answer; an impact is undecided; there are errors and no PIT to compare with; no "
+        "impact is within the horizon; or there is no impact and no fault"
     ),
 }
