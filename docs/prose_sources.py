@@ -22,6 +22,7 @@ ENDINGS = {".py", ".pyx", ".pxd", ".c", ".h"}
 UNCHECKED = {
     "*.[ch]": "a new comment would need a new core.wasm, which contains their digest",
     "*.py[xd]": "a new comment would need a new build of the extension, which contains their digest",
+    "src/carom/comparator/verdict.py": "its strings are values in results.jsonl",
 }
 #: A shorter string is a name, a key or a piece of code.
 LEAST_WORDS = 4

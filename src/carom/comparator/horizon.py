@@ -174,7 +174,7 @@ def _belongs_to_landing(certified: Trace, trace: Trace, alike_s: float) -> NDArr
 
 
 def estimate_horizon(reference: Trace) -> float | None:
-    """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None where all of it is.
+    """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None if the whole trace is.
 
     The scene is solved again with every number of its start moved by one unit in the last place. Rounding has a similar
     effect at each impact, so neither run is reliable after they diverge. This is an estimate; `carom certify` gives a

@@ -22,13 +22,13 @@ class Scales:
     Attributes:
         length_m: Radius of the largest disc.
         speed_m_s: Greatest speed of any disc in the reference; 1 m/s in a scene in which nothing moves.
-        rim_m_s: Greatest speed of any disc, or of any rim as seen from its centre: what errors of spins, times the
-            radius, are divided by. The slip adds up the two, so a rim is as exact as the larger of them; a velocity is
-            no less exact for a fast rim that slides.
+        rim_m_s: Greatest speed of any disc, or of any rim relative to its centre. Errors of spins, times the radius,
+            are divided by it. The slip is the sum of the two, so a rim is as exact as the larger of them. A fast rim
+            that slides makes no velocity less exact.
         time_s: The scene's duration.
-        energy_j: Kinetic energy of the movable discs at the start, that of turning with it; or, where that is more, the
-            work of driven bodies in the reference, given and taken.
-        reach_m: Farthest that a coordinate can come to lie from the origin, which rounding is in proportion to.
+        energy_j: Kinetic energy of the movable discs at the start, including rotation, or the work of driven bodies in
+            the reference, given and taken, if that is more.
+        reach_m: Largest distance of a coordinate from the origin, to which rounding is proportional.
     """
 
     length_m: float
@@ -70,11 +70,11 @@ class OwnScales:
     rounding of those speeds. Unrelated bodies add nothing.
 
     Attributes:
-        speed_m_s: Of each impact of a trace, shape ``(m,)``.
+        speed_m_s: Speed scale of each impact of a trace, shape ``(m,)``.
         rim_m_s: The same of speeds and of rims, shape ``(m,)``.
-        final_speed_m_s: Of each disc at the end, shape ``(n,)``.
+        final_speed_m_s: Speed scale of each disc at the end, shape ``(n,)``.
         final_rim_m_s: The same of speeds and of rims, shape ``(n,)``.
-        reach_m: Farthest that a coordinate of each disc's rim can come to lie from the origin, shape ``(n,)``.
+        reach_m: Largest distance of a coordinate of each disc's rim from the origin, shape ``(n,)``.
     """
 
     speed_m_s: Array

@@ -17,16 +17,16 @@ def require_sound(trace: Trace) -> None:
     """Raise an error for a trace that is not possible in its scene, whatever the accuracy of its numbers.
 
     Raises:
-        InputError: The trace declares floats of another width than 32 or 64 bits, an impact is of a body that the scene
-            does not have, a wall turns or moves differently from the scene, discs turn and no spins are reported, or
-            the run goes on beyond the scene.
+        InputError: The trace declares floats of another width than 32 or 64 bits. An impact is of a body that the scene
+            does not have. A wall turns, or moves differently from the scene. Discs turn and no spins are reported. The
+            run continues beyond the scene.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins
     of = f"the trace of {trace.method!r} of scene {scene.name!r}"
     if trace.float_bits not in MANTISSA_BITS:
         raise InputError(
-            f"float_bits of {of} is {trace.float_bits}, and must be one of {sorted(MANTISSA_BITS)}: what counts as "
-            "rounding is known of these; declare 32 for narrower floats"
+            f"float_bits of {of} is {trace.float_bits}, and must be one of {sorted(MANTISSA_BITS)}: rounding "
+            "is known for these; declare 32 for narrower floats"
         )
     for side, lowest in (("first", 0), ("second", wall_body(len(scene.walls) - 1) if scene.walls else 0)):
         body = impacts[side]

@@ -18,9 +18,12 @@ def engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
     known = [(info.name, info.capabilities, info) for info in infos if info.capabilities is not None]
     heading = ("name", "version", "swept in", "friction", "spin", "floats")
     lines = _aligned([heading, *(_engine_row(info, able) for _, able, info in known)])
-    told = dict(zip((name for name, _, _ in known), lines[1:], strict=True))
-    # Of an adapter that can't say what its engine can do, the reason is all there is.
-    return [lines[0], *(told.get(info.name, f"{info.name}  unavailable: {info.unavailable}") for info in infos)]
+    lines_by_name = dict(zip((name for name, _, _ in known), lines[1:], strict=True))
+    # An adapter without capabilities has only the reason why it is unavailable.
+    return [
+        lines[0],
+        *(lines_by_name.get(info.name, f"{info.name}  unavailable: {info.unavailable}") for info in infos),
+    ]
 
 
 def _engine_row(info: EngineInfo, able: Capabilities) -> tuple[str, ...]:

@@ -79,7 +79,7 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     """Draw traces of one scene next to each other, to one scale, on axes of a new figure, and return these.
 
     Args:
-        traces: At least one; what lies beyond the picture of the first by more than some of its extent is cut off.
+        traces: At least one. Parts far outside the picture of the first are cut off.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.

@@ -251,9 +251,9 @@ def _number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
 
 
 def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
-    """Show what lies between two corners, to one scale, and draw the walls there; return what each is drawn by.
+    """Set the limits of a picture, to one scale, and draw the walls in it; return the artists of each.
 
-    They are drawn where they begin, and of driven ones faintly where they end, if asked for.
+    Walls are drawn at their start, and driven walls also faintly at their end, if `ends` is true.
     """
     low, high = limits
     axes.set_xlim(low[0], high[0])
@@ -334,7 +334,7 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
         axes.plot(along, times, color=colour, linewidth=1.2)
         _number(axes, k, np.array([along[0], 0.0]))
     for wall in scene.half_planes():
-        if abs(wall.normal[axis]) > math.sqrt(0.5):  # it stands across the line of motion
+        if abs(wall.normal[axis]) > math.sqrt(0.5):  # it is across the line of motion
             end = low if wall.normal[axis] > 0 else high
             begin = wall.point_m[axis]
             if wall.driven:

@@ -32,12 +32,12 @@ from carom.support.escaping import visible
 
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
-#: What the exact path may be off by where a disc slides, rolls or rests, in parts of the scene's extent: the page draws
-#: flights of one acceleration, so it is told more of them there. A hundredth of a pixel in a picture of a hundred.
+#: Largest error of the exact path while a disc slides, rolls or rests, as a part of the scene's extent: a hundredth of
+#: a pixel in a picture of a hundred. The page draws flights of one acceleration, so it gets more of them there.
 _NEAR_IN_CONTACT = 1e-4
 
 #: Reasons why a cause is not known.
-UNKNOWN = "not told apart: its own state before is not known"
+UNKNOWN = "unknown: its own state before the impact is not known"
 
 Json = dict[str, Any]
 
@@ -191,8 +191,8 @@ def _of_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
 def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
     """Return the instant at which a replay shows a fault, seconds: its report, or the best view of a miss.
 
-    Of a miss that is half way from touching to parting, when the two are deepest in each other, but two steps late at
-    the most: longer overlaps are not why it is missed.
+    The best view of a miss is half way from touching to parting, when the overlap is deepest, but at most two steps
+    late: longer overlaps are not the reason of the miss.
     """
     if row.get("reported") is not None:
         return float(row["reported"])
@@ -256,7 +256,7 @@ def _of_track(track: Track, places: int | None) -> list[list[float]]:
     columns = (track.time_s, *track.position_m.T)
     if places is None:
         return [column.tolist() for column in columns]
-    # Python's own rounding: NumPy's multiplies first, which a large number does not stand.
+    # Python's own rounding: NumPy's multiplies first, which overflows for a large number.
     return [columns[0].tolist(), *([round(value, places) for value in column.tolist()] for column in columns[1:])]
 
 

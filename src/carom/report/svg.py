@@ -26,8 +26,8 @@ MUTED = "#66707f"
 GRID = "#d8dde4"
 SURFACE = "#fefefd"
 WALL = "#8b94a1"
-#: Told apart, in the light and in the dark, by people who lack one kind of cones; a test simulates it.
-#: The first three are those that the source paper's figures, and the scenes after them, speak of: green, blue, red.
+#: Colours that people without one kind of cones can distinguish, in the light and in the dark; a test simulates it.
+#: The first three are named in the source paper's figures and in the scenes from it: green, blue, red.
 SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#d94fd0", "#4b2d00", "#0f3c69", "#6a1fe0", "#74777c")
 
 _AIM_PT = 11.0
@@ -132,7 +132,7 @@ _ENGINES = (
 
 
 def _look(engine: str) -> tuple[str, str]:
-    """Return colour and mark of an engine, the same in every diagram, whichever others stand next to it."""
+    """Return colour and mark of an engine, the same in every diagram."""
     if engine == "pic":
         return SERIES[0], _MARKERS[0]
     lap = len(SERIES) - 1
@@ -144,8 +144,7 @@ def _look(engine: str) -> tuple[str, str]:
 def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
     """Return the line style of an engine in every diagram: a colour and a mark per engine, a dash per profile.
 
-    PIT is the line that others are to be seen on, so it is broad and lies below them; that of an engine as it comes
-    has hollow marks.
+    PIT's line is broad and below the others, which stay visible on it. Default settings have hollow marks.
     """
     hollow, pit = profile in {"default", "frame-by-frame"}, engine == "pit"
     colour, marker = _look(engine)
@@ -183,7 +182,7 @@ def framed(
         title: The title above.
         foot: The lines.
         narrow: Whether it has the width of a phone.
-        below: Names in a legend at the foot of a narrow one; 0 where the names stand on the right.
+        below: Names in a legend at the foot of a narrow one; 0 if the names are on the right.
     """
     if narrow:
         width_in, height_in = _NARROW_IN[0], _NARROW_IN[1] + _ENTRY_IN * math.ceil(below / 2)
@@ -331,7 +330,7 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     text = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", text)
     used = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
     text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
-    # A hundredth of a point is nothing that an eye can see; what stands between the tags is text, and stays.
+    # A hundredth of a point is not visible. Numbers between tags are text and stay.
     text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
     # Paths are read without blanks round their letters, and elements without indents.
     text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s*([A-Za-z])\s*", r"\1", path[0]), text)

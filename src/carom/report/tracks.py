@@ -17,8 +17,8 @@ from carom.model.trace import Flight, Trace, free_flights
 
 Array = NDArray[np.float64]
 
-#: A sampled state is left out where the flight between its neighbours passes it by no more than this part of the
-#: scene's extent: a thousandth of a pixel in a picture of a hundred pixels, a fiftieth in the largest.
+#: A sampled state is left out if the flight between its neighbours passes it within this part of the scene's extent.
+#: That is a thousandth of a pixel in a picture of a hundred pixels, a fiftieth in the largest.
 SHARPNESS = 1e-5
 #: Between two of as many pieces a spin that changes evenly is off by 1/576 of what its change turns the disc by.
 _PIECES_OF_A_SLIDE = 12
@@ -152,7 +152,7 @@ def reference_tracks(trace: Trace) -> tuple[Track, ...]:
 
 
 def _knots(flight: Flight) -> list[float]:
-    """Return the times at which a flight is told, the last its end: with damping, as many as even steps between need.
+    """Return the times that describe a flight, the last its end; with damping, as many as even steps between them need.
 
     A disc between two knots that are h apart is off by up to c v h^2 / 8, which is to be no more than `SHARPNESS` of
     the way of the flight. Where less than that is left of the way, it is drawn at rest.

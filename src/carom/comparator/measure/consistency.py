@@ -1,7 +1,7 @@
 """Consistency of a run: whether its reported impacts and its own states agree.
 
-What is asked, and what of it sampling and gravity explain, stands in `docs/theory/scoring.md`, section 5. It is asked
-of every run, beyond any horizon, without any reference.
+`docs/theory/scoring.md`, section 5, has the checks, and what sampling and gravity explain. They apply to every run,
+also beyond a horizon, and need no reference.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Consistency:
         spin: The same of a spin times its radius, over the scene's speed of rims; 0 if no disc spins.
         position: Largest distance of a disc from where its own velocities lead, over the scene's length.
         excess: The largest of these beyond what bodies close in a step at the impacts before and after it.
-        stamp_s: How far the stamp of an impact lies outside the step that reported it, or outside the run, seconds.
+        stamp_s: How far the stamp of an impact is outside the step that reported it, or outside the run, seconds.
         across: Largest part across its normal of the change of velocity at an impact, over the scene's speed; the whole
             of the change where it is not towards the normal.
         normal_rad: Angle between that normal and the change, radians.
@@ -233,10 +233,10 @@ def _stamps(trace: Trace) -> float:
 def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     """Return the largest change of velocity across the normal, over the speed, and the angle between the two.
 
-    A half-plane's normal is known. Of a finite wall, as between discs it is along what the impact changes of their
-    relative velocity, except for what friction adds across it (its coefficient times the part along it, at most) and
-    gravity where it acts on one alone.
-    Where several contacts of one step share a disc, nobody knows which of them changed what.
+    A half-plane's normal is known. For a finite wall and for two discs, the normal is the direction of the change of
+    relative velocity, except for two parts. Friction adds at most its coefficient times the normal part. Gravity adds
+    its part if it acts on one body alone. If several contacts of one step share a disc, their changes can't be
+    separated.
     """
     impacts, movable = trace.impacts, trace.scene.arrays.movable
     first, second = velocities(impacts, "after") - velocities(impacts, "before")
@@ -288,12 +288,12 @@ def _momentum(trace: Trace) -> float:
 def _angular(trace: Trace) -> tuple[float, float, float]:
     """Return the largest change of angular momentum about a contact, its part beyond sampling, and the arm.
 
-    An impulse at the contact has no moment about it: what friction takes of a disc's velocity across the normal, it
-    takes of ``k R w``, k the inertia factor, and of the second body the opposite. In metres a second, over the mass and
-    the radius. Bodies that are found in contact overlap by as much as they close in a step, so that an arm may be that
-    much shorter, but not longer; of a contact of several steps the normal turns, and with it the direction. So much
-    sampling explains, as it does of places. What gravity adds across the normal while the contact lasts is no fault,
-    and what nobody can tell apart is not asked for; nor of walls that resist rolling, which do change it.
+    An impulse at the contact has no moment about it: friction changes a disc's velocity across the normal and
+    ``k R w`` (k is the inertia factor) by the same amount, and those of the second body by the opposite. The result is
+    in metres a second: over the mass and the radius. Bodies that are found in contact overlap by at most their approach
+    in a step. The arm may be shorter by that, but not longer. In a contact of several steps the normal turns, and with
+    it the direction. Sampling explains this much. Gravity's part across the normal during the contact is no fault.
+    Impacts that can't be separated are not checked, nor those on walls with rolling resistance, which changes it.
     """
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")

@@ -1,10 +1,9 @@
 """Simultaneous impacts that share a disc: the admissible outcomes, and the one that a trace took.
 
-Where several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique
-answer. Admissible is what some order of impacts, one pair at a time, leads to, until no contact approaches; and, where
-there is one, the answer of all impulses at once: each contact that pushes separates at e times its approach, none that
-does not push ends slower than that (D. Baraff, Analytical methods for dynamic simulation of non-penetrating rigid
-bodies, SIGGRAPH 1989).
+If several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique answer.
+Each order of impacts, one pair at a time until no contact approaches, leads to an admissible outcome. All impulses at
+once may give another: each contact that pushes separates at e times its approach, and none that does not push ends
+slower than that (D. Baraff, Analytical methods for dynamic simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ class LocalScore:
         due: Impacts of PIC in them.
         missed: Pairs that passed through each other.
         missed_by_pit: How many of these PIT misses, too, from the same state.
-        missed_within: How many of the missed lie within the horizon.
+        missed_within: Number of the missed pairs within the horizon.
         first_missed: The first of them, empty where there is none.
         first_missed_s: When; NaN where there is none.
         invented: Steps in which bodies turned with nothing near, by more than a hundredth of their speed.

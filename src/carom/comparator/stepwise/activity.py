@@ -35,8 +35,8 @@ class Activity:
     """Activity of the pairs of a block by step.
 
     Attributes:
-        due: Of each step, the pairs that are active in it, each with the seconds from the step's start to the meeting;
-            NaN of a pair that only pushes.
+        due: The active pairs of each step, with the seconds from the step's start to the meeting; NaN for a pair that
+            only pushes.
         follows: Steps and pairs that meet as a consequence of another meeting in the same step.
         resting: In which steps which discs are held by what they rest on, shape ``(k, n)``.
         overlapping: In which steps which discs begin in overlap, shape ``(k, n)``.

@@ -47,7 +47,7 @@ class Groups:
         self._parent: dict[Hashable, Hashable] = {}
 
     def find(self, item: Hashable) -> Hashable:
-        """Return the one that stands for the set of an item."""
+        """Return the item that represents the set of an item."""
         while self._parent.setdefault(item, item) != item:
             self._parent[item] = self._parent[self._parent[item]]
             item = self._parent[item]
@@ -73,7 +73,7 @@ class Chains:
 
     @property
     def settled_to(self) -> int:
-        """No step before this one can come to be in another chain than it is in."""
+        """First step whose chain may still change."""
         return max(self._next + 1 - LONGEST, 0)
 
     def held(self) -> list[StepChain]:

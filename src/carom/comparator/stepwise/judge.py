@@ -81,9 +81,9 @@ def judge(
         block: The steps.
         chain: The steps and bodies of the window.
         activity: The activity of the pairs in them.
-        found_by_pit: Of the pairs of a chain that was cut, whether PIT found them from the state at its very beginning.
+        found_by_pit: Whether PIT found the pairs of a cut chain from the state at its very beginning.
         ends: Whether the run ends with the block.
-        speed_before: Of a chain that continues, the greatest speed of its discs before, metres a second.
+        speed_before: Greatest earlier speed of the discs of a chain that continues, metres a second.
     """
     if not block.is_possible(chain.begin, block.law.pairs_of(chain.discs)):
         return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
@@ -93,7 +93,7 @@ def judge(
         return _judge_nothing_due(window, judged)
     found = window.nearest(window.now, window.truth, window.lasts, window.resting)
     judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
-    # Of a chain that was cut, what overlaps at the cut was due before.
+    # Pairs of a cut chain that overlap at the cut were due before.
     known = sum(met.time_s == 0.0 for met in window.truth[: found.impacts]) if chain.continues else 0
     judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
     judged.entangled = _is_entangled(window, found)
@@ -263,7 +263,7 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     if contact.friction == 0.0 and size > window.still:
         normal = (change[0] / size, change[1] / size)  # the run's own
         closed = was[0] * normal[0] + was[1] * normal[1]
-        if closed != 0.0:  # as it is of a disc that turned for nothing, before a driven wall came to it
+        if closed != 0.0:  # it is 0 for a disc that turned before a driven wall met it
             judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - law.restitution(first.pair)
 
 
@@ -317,7 +317,7 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
         looks.append(truth[0].time_s + judged.late_steps * dt_s)
     until_s = truth[need - 1].time_s + 2.0 * dt_s
     until_there = [met for met in truth if met.time_s <= until_s]
-    # As the run's own errors are told, at the window's end: damping leaves the same part of all, a table does not.
+    # Errors refer to the window's end, as those of the run do. Damping leaves the same part of all, a table does not.
     slowing, told_s = window.law.slowing, until_s
     kept = slowing.damping.kept(window.lasts - until_s)
     if slowing.table_m_s2:

@@ -58,18 +58,18 @@ class Law:
         self.disc_drives = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self.belts = arrays.belts_m_s
         self.fastest_wall = max((drive.fastest for drive in self.wall_drives), default=0.0)
-        #: Whether something gives discs energy: then no gain of it is wrong by itself.
+        #: Whether driven bodies give discs energy. If so, a gain of energy alone is no fault.
         self.driven = arrays.driven
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.slowing = Slowing.of(scene)
-        # What is asked of every body in every step of every window, and is the same in all of them.
+        # Needed for every body in every step of every window, and the same in all of them.
         self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
         self._stand = [drive.stands for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
         self.slows = bool(self.slowing)
         self.pulls = [scene.gravity_m_s2 if self.falls(disc) else (0.0, 0.0) for disc in range(self.n)]
-        #: What speeds on a table round to besides their own, metres a second: what is slow there was fast before.
+        #: Speed to which velocities on a table also round, metres a second: a slow disc was fast before.
         self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
         self.rolling_resistance = scene.wall_rolling_resistance
         self.disc_restitution = scene.restitution
@@ -126,14 +126,14 @@ class Law:
         return distance - shape.outline.half_width, nx, ny
 
     def seen_from(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
-        """Return a point as seen from a wall, which stands where it began."""
+        """Return a point relative to a wall, as if the wall were at its start."""
         if self._stand[wall]:
             return x, y
         wx, wy = self.wall_drives[wall].leg_at(time_s * TOUCH).moved_at(time_s)
         return x - wx, y - wy
 
     def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
-        """Return the velocity of a wall at a time since the run's start; one that comes to rounding has come."""
+        """Return the velocity of a wall at a time of the run. A leg that begins within rounding has begun."""
         return self.wall_drives[wall].velocity_at(time_s * TOUCH)
 
     def later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:

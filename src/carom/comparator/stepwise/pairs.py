@@ -58,7 +58,7 @@ class NearPairs:
         return list(zip(self.first.tolist(), self.second.tolist(), strict=True))
 
     def discs(self, count: int) -> tuple[Bodies, Bodies]:
-        """Return the discs of each pair, in a scene of so many: before a wall both are the same."""
+        """Return the discs of each pair in a scene of `count` discs; with a wall both are the same."""
         return self.first, np.where(self.second < count, self.second, self.first)
 
 

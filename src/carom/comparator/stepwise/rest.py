@@ -15,9 +15,9 @@ from carom.comparator.stepwise.pairs import RESTING_GAP, NearPairs
 
 Flags = NDArray[np.bool_]
 
-#: A pair that gravity presses together rests while it closes or parts by no more than what it falls in this many steps:
-#: an engine that holds velocities shows one step's fall or none, one that holds places two and a half at most
-#: (Box2D and MuJoCo `default`, 8 starts each).
+#: A pair that gravity presses together rests while it closes or parts by no more than its fall in this many steps.
+#: Engines that correct velocities show the fall of at most one step, engines that correct positions that of at most two
+#: and a half (Box2D and MuJoCo `default`, 8 starts each).
 RESTING_STEPS = 2.5
 
 
@@ -34,9 +34,9 @@ class Rest:
     """Depth of resting pairs so far, and the times in which pushes hold them.
 
     Attributes:
-        sunk_radii: The deepest, over the contact distance; 0 where none sank.
-        sinks_s: When one had first sunk deeper than by falling for each step anew; NaN where none has.
-        held_s: Of each pair, from when until when it rests and one of it is turned: steps in a row.
+        sunk_radii: Largest depth over the contact distance; 0 if no pair sank.
+        sinks_s: Time at which a pair first sank deeper than falls from rest in each step explain; NaN for none.
+        held_s: Intervals in which a pair rests and one of its bodies is turned in each step, by pair.
     """
 
     sunk_radii: float = 0.0
@@ -63,7 +63,7 @@ class Rest:
                 held.append((joined_s, end_s))
             if known is None or known.until_s < begin_s:
                 known = _Rested(min(before_m, 0.0), begin_s, 0.0)
-            # What sinks beyond falling for each step anew adds up; what is held, or comes up, takes off from it.
+            # Depth beyond falls from rest in each step adds up; a pair that is held or rises reduces it.
             faster_m = max(known.faster_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
             self._rested[pair] = _Rested(known.top_m, end_s, faster_m)
             self.sunk_radii = max(self.sunk_radii, (known.top_m - gap_m) / block.law.reach(pair))

@@ -71,7 +71,7 @@ def _report_nothing_compared(judged: JudgedRun) -> Iterator[Finding]:
     if judged.has_nothing_compared and judged.contact is None:
         times = judged.reference.impacts["time_s"]
         first = (
-            f"the first impact, at {instant(times[0])}, lies beyond it" if len(times) else "there is none in the scene"
+            f"the first impact, at {instant(times[0])}, is beyond it" if len(times) else "there is none in the scene"
         )
         yield Finding(Verdict.NOTHING_COMPARED, f"{instant(judged.compared.until_s)}; {first}")
 
@@ -84,7 +84,7 @@ def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
         yield Finding(Verdict.NO_IMPACT, f"{instant(judged.scales.time_s)} of free flight{steps}")
         return
     floats = "" if judged.observed.float_bits >= 64 else f", in {judged.observed.float_bits}-bit floats"
-    unknown = "".join(f"; not told apart: {finding.reason}" for finding in _report_unknown_velocities(judged))
+    unknown = "".join(f"; unknown: {finding.reason}" for finding in _report_unknown_velocities(judged))
     until = "" if compared.is_whole_run else f" up to {instant(compared.until_s)}"
     reason = f"{len(judged.measured.errors)} of {compared.impacts} impacts found{until}{floats}{unknown}"
     if not (compared.is_whole_run or judged.reference.outcome is Outcome.CRUSHED or local is None):

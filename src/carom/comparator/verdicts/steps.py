@@ -54,7 +54,7 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
     """Report how deep discs sink into what they rest on."""
     local = judged.local_truth
     if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
-        held = "faster than by falling for each step anew" if local.sinks else "by what it falls in each step"
+        held = "faster than by a fall from rest in each step" if local.sinks else "by what it falls in each step"
         yield Finding(Verdict.SINKS, f"by up to {number(local.sunk_radii, 3)} of the distance of contact, {held}")
 
 

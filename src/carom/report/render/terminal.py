@@ -33,7 +33,7 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
     if document.answer.sentence:
         yield visible(document.answer.sentence)
     for section in document.shown(medium):
-        below = list[str]()  # what the signs of a table mean stands below it
+        below = list[str]()  # the legend of a table
         for block in section.shown(medium):
             match block:
                 case Table():
@@ -63,7 +63,7 @@ def plain_text(document: Document, width: int = 80) -> str:
     return buffer.getvalue().rstrip()
 
 
-#: What stands between two columns: the padding of one, and the box's own sign.
+#: Width between two columns: the padding of one, and the sign of the box.
 _GAP = 2
 
 
@@ -81,7 +81,7 @@ def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
 
 
 class _Fitted(NamedTuple):
-    """A column as it is printed, with the width at which no word of it is cut, and that at which no line is broken."""
+    """A column as it is printed, with the least width that cuts no word, and the least that breaks no line."""
 
     head: RichText
     cells: list[RichText]

@@ -190,7 +190,7 @@ def _magnified(scene: Scene, middle: Array, failing: Sequence[int], limits: Limi
 
 
 def _side_m(limits: Limits) -> float:
-    """Return how long the inset's side is, metres of the picture that it lies in."""
+    """Return the side of the inset, metres of the picture that contains it."""
     return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
 
 

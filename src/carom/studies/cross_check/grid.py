@@ -26,10 +26,10 @@ _OWN = frozenset({"pic", "pit"})
 #: Reason where a column has no row for a scene: `carom.execution` drops a profile with the settings of another one.
 NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
-#: The line of a cell without a row: nothing of it is known.
+#: The line of a cell without a row: all fields are unknown.
 _NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
 _NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
-_NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # nothing of it was scored
+_NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # it was not scored
 #: Verdicts that show that bodies passed through each other. A diverged trajectory has no such verdict for its impacts.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
 #: Grade number of a run without an answer: one more than that of the worst grade.
