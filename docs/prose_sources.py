@@ -18,7 +18,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("src", "adapters", "benchmarks", "docs", "tests")
 ENDINGS = {".py", ".pyx", ".pxd", ".c", ".h"}
-#: Paths that are not checked yet, as patterns of fnmatch, and why.
+#: Paths that are not checked, as patterns of fnmatch, and why.
 UNCHECKED = {
     "*.[ch]": "a new comment would need a new core.wasm, which contains their digest",
     "*.py[xd]": "a new comment would need a new build of the extension, which contains their digest",

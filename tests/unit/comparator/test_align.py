@@ -39,5 +39,5 @@ def test_one_of_each_edit() -> None:
 
 
 def test_sequences_of_ten_thousand_that_have_nothing_in_common_end_at_the_cap() -> None:
-    """Two long sequences without a common event are told apart without filling a table of a hundred million cells."""
+    """Two long sequences without a common event end at the cap, without a table of a hundred million cells."""
     assert edit_distance([(0, 1)] * 10_000, [(2, 3)] * 10_000) == MOST_EDITS

@@ -1,4 +1,4 @@
-"""What a comparison says of runs that miss, stop, tunnel, or can't be judged; planted faults are in `tests/planted`."""
+"""Comparison of runs that miss, stop, tunnel or can't be judged; planted faults are in `tests/planted`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def reference(scene: Scene) -> Trace:
 
 
 def scored(reference: Trace, observed: Trace) -> Score:
-    """Compare, with PIT at the scene's own frame rate to hold the errors against."""
+    """Compare with the reference, and with PIT at the scene's own frame rate."""
     return compare(reference, observed, sampling=solve_pit(reference.scene))
 
 
@@ -59,7 +59,7 @@ def test_an_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) ->
 
 
 def test_a_run_that_stopped_early_says_so(reference: Trace) -> None:
-    """A trace that ended before the scene did is cut short, with the engine's own words, and graded wrong."""
+    """A trace that ends before the scene is cut short and graded wrong; the reason has the engine's own message."""
     begun = solve_pic(reference.scene, until_s=0.3)
     cut = dataclasses.replace(begun, outcome=Outcome.WARNED, notes=("bad state",), end_time_s=0.3)
     score = scored(reference, cut)
@@ -70,7 +70,7 @@ def test_a_run_that_stopped_early_says_so(reference: Trace) -> None:
 
 
 def test_pit_is_sampled_when_held_against_itself(scene: Scene, reference: Trace) -> None:
-    """PIT is no worse than PIT: found late, but of the grade `sampled`; with no PIT to hold it against, not graded."""
+    """PIT compared with itself is graded `sampled`; without a PIT run to compare with, it is not graded."""
     pit = solve_pit(scene)
     assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
     alone = compare(reference, pit)
@@ -79,7 +79,7 @@ def test_pit_is_sampled_when_held_against_itself(scene: Scene, reference: Trace)
 
 
 def test_a_method_that_finds_nothing_conforms_to_nothing(scene: Scene, reference: Trace) -> None:
-    """Looking once in the whole run, PIT sees nothing of either impact: undecided, never exact."""
+    """PIT with one frame in the whole run finds neither impact: it is graded wrong and does not conform."""
     blind = solve_pit(scene, frame_rate_hz=0.5)
     score = compare(reference, blind, sampling=blind)
     assert len(blind.impacts) == 0
@@ -114,7 +114,7 @@ def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> Non
 
 @pytest.mark.parametrize("horizon", [0, 0.1])
 def test_a_horizon_before_the_first_impact_decides_nothing(scene: Scene, reference: Trace, horizon: float) -> None:
-    """With no impact to compare, whoever finds all and whoever finds none is not graded, and the reason is said."""
+    """Without an impact to compare, no run is graded, whether it finds all impacts or none; the reason says so."""
     blind = dataclasses.replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)
     silent = dataclasses.replace(reference, impacts=reference.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
     for observed in (reference, solve_pit(scene), blind, silent):
@@ -142,7 +142,7 @@ def replayed_at(reference: Trace, times: list[float]) -> Trace:
 
 
 def test_what_pit_pays_later_does_not_excuse_what_is_late_before() -> None:
-    """Held against a PIT that is late by three steps at the second impact, two steps late at the first is too late."""
+    """PIT is three steps late at the second impact only, so a run that is two steps late at the first is inaccurate."""
     reference = solve_pic(ROW)
     pit = replayed_at(reference, [FIRST_S, LAST_S + 3 * DT])
     for times, grade in (

@@ -1,4 +1,4 @@
-"""What is said of runs with driven bodies: right ones are right, and a paddle that is taken to stand is wrong."""
+"""Scores of runs with driven bodies: correct runs are graded well, and a paddle treated as fixed is found wrong."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_pic_is_exact_where_its_last_step_reaches_beyond_the_end(dt_s: float) ->
 
 
 def test_a_paddle_that_is_taken_to_stand_is_found() -> None:
-    """A run in which the disc bounces at its own speed is told its wrong velocity, and the energy that it lacks."""
+    """A run in which the disc bounces as off a fixed wall has a velocity error and lacks energy."""
     truth = solve_pic(paddle())
     impacts = truth.impacts.copy()
     impacts["velocity_first_after"] = (2.0, 0.0)  # -v, where 2 V - v is right
@@ -77,7 +77,7 @@ def test_a_paddle_that_is_taken_to_stand_is_found() -> None:
 
 
 def test_energy_is_measured_by_what_the_paddle_gives() -> None:
-    """A disc at rest has no energy at the start: its error is told over the work of what strikes it."""
+    """A disc at rest has no energy at the start, so its error is relative to the work of the wall that strikes it."""
     scene = paddle()
     still = scene.model_copy(update={"discs": (scene.discs[0].model_copy(update={"velocity_m_s": (0.0, 0.0)}),)})
     still = Scene(**{**dict(still), "duration_s": 4.0})
@@ -111,7 +111,7 @@ def test_each_step_knows_on_which_leg_a_wall_is(begins: float, late: float, edge
 def test_each_step_is_held_against_the_wall_where_it_is_then(
     after: tuple[float, float], off: float, edge: bool
 ) -> None:
-    """Steps through the impact, found in time, are right; so they are not where the wall is taken to stand."""
+    """Steps through an impact that is found in time are right; steps that treat the wall as fixed are off."""
     scene, dt_s = paddle(), 0.25
     if edge:
         edges = (Chain(points_m=((0.0, -1.0), (0.0, 1.0)), velocity_m_s=(1.0, 0.0)),)
@@ -145,7 +145,7 @@ def test_a_thin_paddle_that_passes_a_disc_has_missed_it() -> None:
 
 
 def test_a_trace_in_which_a_driven_wall_moves_otherwise_is_refused() -> None:
-    """The velocity of a wall is the scene's: a trace that tells another one is no trace of the scene."""
+    """The scene defines the velocity of a wall: a trace with another velocity is refused."""
     truth = solve_pic(paddle())
     impacts = truth.impacts.copy()
     impacts["velocity_second_before"] = (0.0, 0.0)
@@ -196,7 +196,7 @@ _PRESSES = {
 def test_no_exact_run_begins_where_a_disc_has_no_room(
     press: Wall | Chain | Disc, turned: tuple[float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A disc is crushed at 2 s: of steps that begin later PIC is not asked, and nothing is due or missed in them."""
+    """A disc is crushed at 2 s: PIC does not run for steps that begin later, and no impact is due or missed in them."""
     cos, sin = turned
 
     def to(x: float, y: float) -> tuple[float, float]:
@@ -232,7 +232,7 @@ def test_no_exact_run_begins_where_a_disc_has_no_room(
     dt_s = 0.01
     watch = StepWatch(scene, dt_s, 64)
     for step in range(1, 221):
-        time_s = (step + 0.5) * dt_s  # so that both come to it within a step
+        time_s = (step + 0.5) * dt_s  # so that the crush is within a step
         place, speed = (1.25 - 0.5 * time_s, -0.5) if time_s < 2.0 else (0.25 + 0.02 * (step % 2), (-1.0) ** step)
         rows, speeds = [to(place, 0.0), to(3.0 - time_s, 0.0)], [to(speed, 0.0), to(-1.0, 0.0)]
         n = len(scene.discs)
@@ -269,7 +269,7 @@ def test_normals_after_a_crush_are_not_asked_for() -> None:
 
 @pytest.mark.parametrize(("legs", "scored"), [((0.0,), 1), ((0.0, 0.25), 0)])
 def test_an_impact_with_a_disc_on_a_broken_line_has_no_local_error(legs: tuple[float, ...], scored: int) -> None:
-    """Where it was before the impact is not told by a straight path; on one leg it is."""
+    """A straight line gives the disc's position before the impact only if its path has one leg."""
     path = [Leg(from_s=begin_s, velocity_m_s=(-0.5, 0.0)) for begin_s in legs]
     mallet = disc_at(2.5, 0.0, m=math.inf, driven=True, legs=path)
     disc = disc_at(0.0, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""A number that is NaN or infinite, wherever in a trace it stands, is named, and the run is graded wrong."""
+"""A NaN or infinite number anywhere in a trace is named, and the run is graded wrong."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from carom.model.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
 
 REFERENCE = solve_pic(ROW)
 BROKEN = [math.nan, math.inf, -math.inf]
-#: What stands next to it, in turn: nothing, and a PIT without error.
+#: Sampling runs to compare with, in turn: none, and a PIT without error.
 SAMPLINGS = (None, dataclasses.replace(REFERENCE, dt_s=DT))
 
 
@@ -64,7 +64,7 @@ def fields() -> Iterator[str]:
 
 
 def broken_copies(trace: Trace, name: str) -> Iterator[tuple[Trace, str]]:
-    """One copy for each number of a field, each with one of the values that are none, in turn."""
+    """Yield a copy for each number of a field, with that number replaced by each non-finite value in turn."""
     whole = array_of(trace, name)
     for index, value in zip(np.ndindex(whole.shape), itertools.cycle(BROKEN), strict=False):
         changed = whole.copy()
@@ -74,7 +74,7 @@ def broken_copies(trace: Trace, name: str) -> Iterator[tuple[Trace, str]]:
 
 @each("name", list(fields()))
 def test_a_number_that_is_none_is_wrong_at_any_place(name: str) -> None:
-    """In every field of every row, NaN and infinity are a verdict, and the grade is wrong, with a PIT or without."""
+    """NaN or infinity in any field of any row has a verdict and the grade wrong, with and without a PIT."""
     trace = sampled(faithful(REFERENCE))
     assert compare(REFERENCE, trace).grade is Grade.EXACT
     for sampling, (copy, what) in zip(itertools.cycle(SAMPLINGS), broken_copies(trace, name), strict=False):
@@ -110,7 +110,7 @@ def test_the_end_and_the_step_are_numbers(field: str) -> None:
 
 
 def test_the_reason_names_field_row_and_value() -> None:
-    """The verdict's reason says which number it is, of which impact or disc, and what stands there."""
+    """The verdict's reason names the field, its impact and its value."""
     score = compare(REFERENCE, altered(faithful(REFERENCE), 1, velocity_first_after=(math.nan, 0.0)))
     assert score.findings[0].reason == "velocity_first_after of impact 1 is nan, 0"
     assert score.total.velocity == math.inf
@@ -132,7 +132,7 @@ def test_not_known_is_not_broken() -> None:
 
 
 def test_nothing_is_held_against_a_reference_with_a_number_that_is_none() -> None:
-    """A reference with NaN is refused by name; a PIT with NaN is as good as none."""
+    """A reference with NaN is refused by name; a PIT with NaN is treated as missing."""
     broken = dataclasses.replace(REFERENCE, final_position_m=REFERENCE.final_position_m * math.nan)
     with pytest.raises(InputError, match="final_position_m of disc 0 is nan, nan in the reference"):
         compare(broken, REFERENCE)
@@ -155,5 +155,5 @@ def test_nothing_is_held_against_a_reference_with_a_number_that_is_none() -> Non
     ],
 )
 def test_the_largest_of_what_holds_nan_is_nan(values: list[float], expected: float) -> None:
-    """The largest by magnitude keeps its sign; NaN at any place is the answer, and so it is for nothing at all."""
+    """The largest by magnitude keeps its sign; the result is NaN if any value is NaN, or if there is none."""
     assert largest(values) == pytest.approx(expected, nan_ok=True)

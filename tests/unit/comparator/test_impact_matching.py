@@ -34,7 +34,7 @@ def test_an_impact_that_a_later_step_would_have_found_is_undecided() -> None:
 
 
 def test_an_impact_is_none_that_comes_after_the_next_of_either_disc() -> None:
-    """Three in a row meet at 1 and 3 s: the first two, told of at 5 s, can only meet before the second goes on."""
+    """Disc 0 strikes 1 at 1 s, and 1 strikes 2 at 3 s: a first impact reported at 5 s is too late to match."""
     discs = disc_at(0, 0, 0.6, 0.8), disc_at(1.2, 1.6), disc_at(3, 4)
     scene = staged("aslant", *discs, duration_s=10.0, frame_rate_hz=60.0)
     late = altered(solve_pit(scene), 0, time_s=5.0)
@@ -43,7 +43,7 @@ def test_an_impact_is_none_that_comes_after_the_next_of_either_disc() -> None:
 
 
 def test_a_long_history_of_one_pair_is_aligned_in_its_parts() -> None:
-    """Of two thousand bounces between two walls, one that is dropped in the middle is the one missed."""
+    """If one of two thousand bounces between two walls is dropped in the middle, that one is missed."""
     scene = staged(
         "to and fro", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1.0
     )

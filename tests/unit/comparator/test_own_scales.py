@@ -1,4 +1,4 @@
-"""What leads to an impact, and nothing else, says what rounding of it is; narrow floats round to a limit."""
+"""Rounding scales of an impact depend only on what leads to it; narrow floats excuse errors up to a limit."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def spin_off(reference: Trace, size: float) -> Trace:
 def test_a_body_that_has_nothing_to_do_with_it_hides_no_error(
     name: str, plant: Callable[[Trace, float], Trace], verdict: Verdict
 ) -> None:
-    """An error of two discs is as large beside a disc that they never meet: named, and not exact."""
+    """An error of two discs is named next to a disc that they never meet, and the run is not exact."""
     reference = solve_pic(pair_beside(name))
     sampling = solve_pit(reference.scene)
     assert compare(reference, plant(reference, 0.0), sampling=sampling).grade is Grade.EXACT
@@ -203,9 +203,9 @@ def test_a_grade_that_is_a_lucky_phase_says_so() -> None:
 
 @pytest.mark.parametrize(("duration_s", "fastest"), [(0.75, 4.0), (1.25, 6.0)])
 def test_the_scene_is_as_fast_as_a_disc_lands_or_falls_at_the_end(duration_s: float, fastest: float) -> None:
-    """Dropped by 1 m at 8 m/s^2 a disc lands after 0.5 s at 4 m/s and leaves at half of that; one beside it falls on.
+    """A disc dropped by 1 m at 8 m/s^2 lands after 0.5 s at 4 m/s and leaves at 2 m/s; another one does not land.
 
-    At 1.25 s the second falls at 10 m/s downwards, from 4 m/s upwards.
+    At 1.25 s the other disc, thrown upwards at 4 m/s, falls at 6 m/s.
     """
     ball, beside = disc_at(0, 1.5), disc_at(9, 9, 0, 4)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
@@ -215,7 +215,7 @@ def test_the_scene_is_as_fast_as_a_disc_lands_or_falls_at_the_end(duration_s: fl
 
 @each("count", [1, 2, 3, 10, 11])
 def test_the_median_is_numpy_s(count: int) -> None:
-    """Of odd and even numbers of values, with infinities and NaN among them."""
+    """The median equals NumPy's for odd and even numbers of values, also with infinities and NaN."""
     values = np.random.default_rng(count).normal(size=count)
     for strange in (values.max(), math.inf, -math.inf, math.nan):
         several = np.where(values == values.max(), strange, values)

@@ -44,7 +44,7 @@ def reference(request: pytest.FixtureRequest) -> Trace:
 
 
 def scored(reference: Trace, observed: Trace) -> Score:
-    """Compare; the reference itself stands in for a PIT that has no error, so that nothing hides behind sampling."""
+    """Compare with the reference as a PIT without error, so that sampling explains no error."""
     return compare(reference, observed, sampling=dataclasses.replace(reference, dt_s=DT))
 
 
@@ -69,8 +69,8 @@ def test_late_by_three_tenths_of_a_step(reference: Trace) -> None:
 def test_a_normal_turned_by_a_degree(reference: Trace) -> None:
     """An impact carried out along a normal turned by 1° comes back with a normal error of 1°, and no other does.
 
-    The impulse along the turned normal leaves errors in the velocities after; those along and across the true normal
-    follow from the impulse J: J (1 - cos 1°) and J sin 1° over the mass, where J is what the turned impact transfers.
+    The impulse J along the turned normal leaves errors in the velocities after the impact. Along and across the true
+    normal they are J (1 - cos 1°) and J sin 1° over the mass.
     """
     angle = math.radians(1.0)
     impacts = reference.impacts.copy()
@@ -185,7 +185,7 @@ def test_a_restitution_a_tenth_too_low(reference: Trace) -> None:
 def test_the_units_of_a_scene_do_not_matter(name: str, length: float, time: float) -> None:
     """The same scene in millimetres, or a thousand times faster, gets the same grade, verdicts and scaled errors.
 
-    To a part in 1e9: the scaled start is rounded anew, and an impact near a frame's edge feels that most.
+    Errors agree to 1e-9: the scaled start is rounded again, which affects an impact near a frame's edge most.
     """
     from carom import solve_pit
 

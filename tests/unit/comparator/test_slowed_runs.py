@@ -1,4 +1,4 @@
-"""Runs with damping and on tables are judged by their law: what is right is exact, and what is not is found."""
+"""Runs with damping and on tables are compared by their law: correct runs are exact, and errors are found."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def judged(scene: Scene, adapter: Adapter) -> Score:
 
 
 def fastest_rim(scene: Scene) -> float:
-    """What steps are off by is told over a disc's speed, of its rim too where that is faster: how much faster."""
+    """Return how much faster than the disc its rim is, or 1: step errors are relative to the disc's speed."""
     disc, trace = scene.discs[0], own(scene, DT_S)[0]
     ratios = [abs(disc.spin_rad_s) * disc.radius_m / math.hypot(*disc.velocity_m_s)]
     if trace.spins is not None:
@@ -141,7 +141,7 @@ def test_damping_of_the_first_order_is_inaccurate(scene: Scene) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(12))
 def test_pit_is_no_worse_than_sampled_on_a_table(seed: int) -> None:
-    """Of random tables none is inaccurate beside PIT at all phases of its step."""
+    """PIT on random tables is not inaccurate, compared with PIT at all phases of its step."""
     assert judged(slowing(seed), load_adapter("pit")).grade not in {Grade.INACCURATE, Grade.PARTED_INACCURATE}
 
 

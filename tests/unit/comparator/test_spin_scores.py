@@ -58,7 +58,7 @@ def reason(result: Score, verdict: Verdict) -> str:
 
 @pytest.mark.parametrize(("spin", "error", "arm"), [(-2.002, 0.002, "1.001"), (2.0, 4.0, "-1"), (0.0, 2.0, "0")])
 def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, error: float, arm: str) -> None:
-    """Of 'grip' the answer is (2, 2) and -2 rad/s, at 5 m/s before: another spin has no other cause than itself."""
+    """The disc of 'grip' comes at 5 m/s and leaves at (2, 2) with -2 rad/s: another spin is an error of spin alone."""
     result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
     assert result.grade is Grade.INACCURATE
     assert result.total.velocity <= 1e-15
@@ -167,7 +167,7 @@ def test_a_spin_that_is_no_number_is_wrong() -> None:
 
 
 def test_a_trace_without_spins_can_not_be_scored_where_discs_turn() -> None:
-    """Who tells no spins of discs that turn is refused by name, and not graded by the rest."""
+    """A trace without spins of discs that turn is refused by name, and not graded by its other values."""
     run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6)
     with pytest.raises(InputError, match=r"the trace of 'planted' .* tells no spins"):
         score("slide", dataclasses.replace(run, spins=None, final_spin_rad_s=None))
@@ -182,7 +182,7 @@ def test_a_method_that_knows_no_friction_is_called_inaccurate() -> None:
 
 
 def test_a_fast_rim_does_not_flatter_a_velocity() -> None:
-    """A disc that spins at a million rad/s and slides is held to the speed of discs in velocity, of rims in spin."""
+    """A velocity error of a fast spinning disc is relative to the speed of discs; a spin error, to that of rims."""
     disc = disc_at(0.0, 2.0, 3.0, -2.0, r=1.0, spin_rad_s=1e6)
     floor = wall_at(0.0, 0.0, 0.0, 1.0)
     scene = staged("top", disc, floor, wall_friction=0.1, duration_s=1.0)

@@ -64,5 +64,5 @@ def test_pit_must_be_of_the_same_scene_and_step() -> None:
         compare(reference, observed, sampling=solve_pit(scene, frame_rate_hz=3))
     with pytest.raises(InputError, match="sampling of 'spin/slide'"):
         compare(reference, observed, sampling=solve_pit(REFERENCE.scene, frame_rate_hz=60))
-    # Who has no steps is held against PIT at any.
+    # A run without steps is compared with PIT at any step.
     assert np.isfinite(compare(reference, reference, sampling=solve_pit(scene, frame_rate_hz=3)).price_paid)

@@ -41,7 +41,7 @@ def test_a_trace_is_a_row_an_impact() -> None:
 
 
 def test_a_trace_without_impacts_is_a_table_without_rows() -> None:
-    """The columns are there all the same; an engine's has the times at which its paths turned beside them."""
+    """The table has all columns; an engine's also has the times at which its paths turned."""
     pytest.importorskip("pandas")
     (entry,) = find_scenes(["paper/missed"])
     missed = observe_run(load_adapter("pit"), entry.scene, "tuned", 1 / 24).to_pandas()

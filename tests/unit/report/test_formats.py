@@ -212,7 +212,7 @@ def test_a_missing_extra_is_named(
 
 
 def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
-    """A line for the whole run, then one a row in order, all JSON without NaN or infinity; the machine is told once."""
+    """The first line describes run and machine, each other line a row, in order; no line has NaN or infinity."""
 
     def refuse(text: str) -> None:
         raise AssertionError(text)
@@ -317,7 +317,7 @@ def test_junit_fails_what_the_exit_code_fails(results: Results, fail_on: Grade |
 
 
 def test_markdown_tables_are_well_formed(folder: Path) -> None:
-    """Every row of a table has as many cells as its head, whatever stands in a name; no name becomes markup."""
+    """Every row of a table has as many cells as its head, whatever its names contain; no name becomes markup."""
     text = (folder / "report.md").read_text(encoding="utf-8")
     blocks = [block.splitlines() for block in text.split("\n\n") if block.startswith("|")]
     assert len(blocks) >= 4
@@ -329,7 +329,7 @@ def test_markdown_tables_are_well_formed(folder: Path) -> None:
 
 
 def test_page_and_markdown_have_the_same_sections_in_order(results: Results, folder: Path) -> None:
-    """The headings of the page and of the Markdown are one list but for what the document keeps for one of them."""
+    """Page and Markdown have the same headings, except for those that the document shows in one of them only."""
     shown = {
         medium: [section.heading for section in cross_check_document(results).shown(medium)]
         for medium in (Medium.PAGE, Medium.MARKDOWN)

@@ -1,4 +1,4 @@
-"""`carom explain`: what each word of a report means, from the one place where it stands."""
+"""`carom explain`: the meaning of each word of a report, from the one place that defines it."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def test_the_page_says_of_verdicts_what_the_command_says() -> None:
 
 
 def test_the_page_says_of_grades_what_the_command_says() -> None:
-    """So is each grade."""
+    """The page has each grade with the words of the command."""
     assert list(GRADED_WHEN) == list(Grade)
     assert table("grade") == [(Mark[grade.name].word, when) for grade, when in GRADED_WHEN.items()]
 
 
 def test_every_word_of_a_report_is_explained() -> None:
-    """A verdict, a grade and a mark are found by their names; those of one name are all told."""
+    """Each verdict, grade and mark is found by its name; a name with several meanings returns all of them."""
     for word in {entry.word for entry in glossary()}:
         found = explained(word)
         assert word in {entry.word for entry in found}
@@ -45,7 +45,7 @@ def test_every_word_of_a_report_is_explained() -> None:
 
 
 def test_a_verdict_is_found_by_its_sentence() -> None:
-    """What stands in a report can be asked for as it stands there."""
+    """A verdict is found by the sentence that a report shows."""
     (entry,) = explained("Velocities after an impact are off.")
     assert entry.word == "wrong velocity"
 

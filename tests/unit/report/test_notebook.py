@@ -56,7 +56,7 @@ def circles(axes: object) -> list[Circle]:
 
 
 def test_a_cell_has_the_lines_and_the_picture_and_no_name_becomes_a_tag(scene: Scene) -> None:
-    """Everything that has a picture shows it beside its lines; a name with tags and dollars is read as it is."""
+    """Each object shows its lines and one picture; a name with tags and dollars is shown literally."""
     reference, observed = carom.solve_pic(scene), carom.solve_pit(scene)
     results = cross_checked([scene], ["pic", "pit"], dts=[1 / 8])
     for thing in (scene, reference, observed, results, carom.certify(scene)):
@@ -69,7 +69,7 @@ def test_a_cell_has_the_lines_and_the_picture_and_no_name_becomes_a_tag(scene: S
 
 
 def test_a_score_is_a_table_of_its_numbers(scene: Scene) -> None:
-    """Grade, counts, every metric that was measured and every verdict with its reason stand in the table."""
+    """The table has the grade, the counts, every measured metric and every verdict with its reason."""
     score = carom.compare(carom.solve_pic(scene), carom.solve_pit(scene))
     seen = Seen(score._repr_html_() or "")
     assert seen.elements["table"] == 1
@@ -110,7 +110,7 @@ def test_a_trace_that_is_not_finite_is_told_and_not_drawn(scene: Scene, field: s
 
 
 def test_a_scene_is_drawn_where_it_starts_on_the_axes_given(scene: Scene) -> None:
-    """Each disc stands at its place in its size, to scale, with its velocity as an arrow."""
+    """Each disc is drawn at its position to scale, with its velocity as an arrow."""
     axes = Figure().add_subplot()
     assert scene.plot(axes) is axes
     assert axes.get_aspect() == 1.0
@@ -121,7 +121,7 @@ def test_a_scene_is_drawn_where_it_starts_on_the_axes_given(scene: Scene) -> Non
 
 
 def test_a_trace_is_drawn_with_its_impacts(scene: Scene) -> None:
-    """A disc's line turns where the impact is, and both discs stand there, touching; it ends at the final place."""
+    """A disc's line turns at the impact, where both discs are drawn touching, and ends at the final position."""
     trace = carom.solve_pic(scene)
     (impact,) = trace.impacts
     axes = trace.plot(Figure().add_subplot())

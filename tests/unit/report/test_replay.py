@@ -47,7 +47,7 @@ def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any
 
 
 def test_how_a_disc_moves_in_contact_is_told_from_when_to_when() -> None:
-    """A disc that slides to rolling does so at ``u / (g f (1 + k))``, and no strip is told of what only flies."""
+    """A disc changes from sliding to rolling at ``u / (g f (1 + k))``; a disc that only flies has no strip."""
     scene = find_scenes(("contact/slide-to-roll",))[0].scene
     (disc,) = scene.discs
     reference = carom.solve_pic(scene)
@@ -137,7 +137,7 @@ def test_no_overlap_is_told_at_a_wall_nor_of_one_that_falls_beside_a_fixed_one()
 
 
 def test_a_replay_holds_at_what_is_missed_before_what_is_late(replays: dict[str, dict[str, Any]]) -> None:
-    """The missed impact and its reason are told in a sentence; a run that finds all of them has no fault."""
+    """A sentence has the missed impact and its reason; a late impact is flagged, and an exact run has no fault."""
     runs = {run["key"]: run for data in replays.values() for run in data["runs"]}
     missed, late, exact = (
         runs[key] for key in ("paper/missed/pit/tuned", "paper/late/pit/tuned", "paper/late/pic/event-driven")

@@ -15,7 +15,7 @@ from carom.report.svg import SERIES, drawing, finish, line_style, plain_number
 
 
 def test_an_axis_of_less_than_a_decade_has_plain_words() -> None:
-    """No tick is labelled in the notation of formulas, which a report writes out as it stands, dollars and all."""
+    """No tick label uses formula notation, which a report would show literally, dollars included."""
     with drawing():
         figure = Figure()
         axes = figure.add_subplot()

@@ -94,7 +94,7 @@ def test_every_result_fits_a_corner_of_the_screen(of: Scene) -> None:
 
 
 def test_a_scene_says_its_laws_and_bodies() -> None:
-    """Each number of the scene that decides what happens stands in its lines; what is not shown is counted."""
+    """The lines have each number of the scene that affects what happens, and count the bodies that are not shown."""
     wall = Wall(point_m=(0.0, -2.0), normal=(0.0, 2.0))
     post = Disc(position_m=(9.0, 0.0), radius_m=0.25, mass_kg=math.inf)
     rough = scene().model_copy(
@@ -119,7 +119,7 @@ def test_a_scene_says_its_laws_and_bodies() -> None:
 
 
 def test_a_trace_says_when_who_met_and_what_followed() -> None:
-    """Equal masses swap their velocities at 2 s; a step and a warning are told where there are any."""
+    """Equal masses swap their velocities at 2 s; the text names the step and the warning of a run that has one."""
     trace = carom.solve_pic(scene())
     assert "'head-on' by pic: 1 impact\n  until 2.75 s: ran to the end of the scene" in repr(trace)
     assert "2 s: disc 0 and disc 1, then at (0, 0) and (1, 0) m/s" in repr(trace)
@@ -138,7 +138,7 @@ def test_a_score_says_the_grade_the_counts_and_why() -> None:
 
 
 def test_results_count_what_became_of_each_method() -> None:
-    """Every row is counted, by its method and its grade; what an engine can't do is told in its own word."""
+    """Every row is counted by its method and its grade."""
     results = cross_checked(find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24])
     lines = repr(results).splitlines()
     assert lines[0].startswith(f"Results: {len(results.rows)} runs of 1 scene by 3 methods")
@@ -150,7 +150,7 @@ def test_results_count_what_became_of_each_method() -> None:
 
 
 def test_a_certified_trace_shows_proven_digits_only() -> None:
-    """The impact at 1/3 s is told with as many threes as were asked for, and the end that was reached."""
+    """The impact at 1/3 s is shown with as many threes as requested, and the end that was reached is shown."""
     thirds = staged("thirds", disc_at(0.0, 0.0, 3.0, 0.0), disc_at(2.0, 0.0), duration_s=1.0)
     text = repr(carom.certify(thirds, digits=30))
     assert text.startswith("CertifiedTrace of 'thirds': 1 impact, 30 digits asked for\n")
@@ -166,7 +166,7 @@ def test_what_does_not_print_is_escaped_and_a_long_line_cut() -> None:
 
 
 def test_exact_says_to_the_rounding_of_which_floats() -> None:
-    """What declares 32-bit floats is exact in 32 bits wherever a word stands for its grade."""
+    """The grade of a run that declares 32-bit floats is shown as exact in 32 bits everywhere."""
     reference = carom.solve_pic(scene())
     score = carom.compare(reference, replace(reference, float_bits=32))
     results = cross_checked([scene()], ["pic"], profiles=["tuned"], dts=[1 / 24])

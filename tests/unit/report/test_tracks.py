@@ -24,7 +24,7 @@ from carom.report.tracks import SHARPNESS, observed_tracks, reference_tracks, tu
 
 
 def gap_of(scene: Scene, impact: Any, places: Sequence[Any]) -> float:
-    """Return how far a disc is from the body that it strikes, where its centre, and that of a second disc, stand."""
+    """Return the gap between a disc and the body that it strikes, for given centres of the discs."""
     first, second = int(impact["first"]), int(impact["second"])
     here, radius = places[0], scene.discs[first].radius_m
     if second >= 0:
@@ -109,7 +109,7 @@ def test_a_disc_whose_spin_is_no_number_turns_no_further() -> None:
 
 
 def test_the_replay_says_how_wrong_a_spin_is_and_why() -> None:
-    """An impact whose velocities are right and whose spin is not has the error beside it, and the cause."""
+    """An impact with right velocities and a wrong spin has the spin's error and its cause."""
     trace = solve_pic(all_scenes()["spin/grip"].scene)
     spins = sure(trace.spins).copy()
     spins["first_after"] = -1.0

@@ -1,4 +1,4 @@
-"""A run held against itself: what sampling, gravity and narrow floats explain is no fault, and nothing more."""
+"""Self-consistency of a run: sampling, gravity and narrow floats explain some contradictions, and no others."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def pushed_apart(part: float) -> Trace:
 
 
 def test_what_bodies_close_in_a_step_is_explained_and_still_said() -> None:
-    """Discs pushed apart by as much as they may overlap are said to be, and no more is held against the run."""
+    """Discs pushed apart by as much as they may overlap have a verdict; only a larger distance lowers the grade."""
     late = faithful(REFERENCE).impacts.copy()
     late["velocity_second_after"][1, 1] = 1.0  # a PIT that ends far away, so that the end allows anything
     pit = dataclasses.replace(
@@ -141,7 +141,7 @@ def test_several_contacts_of_a_step_are_not_followed_and_counted() -> None:
 
 
 def test_a_run_that_calls_itself_complete_and_ended_before_is_cut_short() -> None:
-    """The end of a run is where its clock stands, not what it says of itself."""
+    """A run that ends before the scene does is cut short, even if it reports that it completed."""
     early = dataclasses.replace(solve_pic(ROW, until_s=1.9), outcome=REFERENCE.outcome, end_time_s=1.9)
     score = compare(REFERENCE, early)
     assert Verdict.CUT_SHORT in score.verdicts

@@ -71,9 +71,9 @@ def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None
 
 
 def test_what_hops_in_two_steps_is_not_looked_at_in_every_other() -> None:
-    """On an elastic floor PIT hops where a ball lies, by g dt at every other frame: sampled, and not exact.
+    """PIT hops on an elastic floor where a ball rests, by g dt at every other frame: it is sampled, not exact.
 
-    Of its 300 states 150 are kept; every second is the truth.
+    The comparison keeps 150 of the 300 states. Every second state is correct, so these alone would hide the hops.
     """
     (entry,) = find_scenes(["issues/brax-151"])
     trace = observe_run(load_adapter("pit"), entry.scene, "tuned", 0.01)
@@ -260,7 +260,7 @@ def test_states_go_over_the_wire_and_come_back() -> None:
 
 
 def test_of_flight_alone_nothing_is_scored_in_contact() -> None:
-    """Without contact in the reference, or without states, there is no such score."""
+    """There is no contact score if the reference has no contact, or the trace no states."""
     (entry,) = find_scenes(["gravity/bouncing-ball"])
     trace = observe_run(load_adapter("pic"), entry.scene, "tuned", 1 / 60)
     assert compare(solve_pic(entry.scene), trace).contact is None
@@ -278,7 +278,7 @@ def test_an_impact_reported_where_contact_begins_is_not_invented() -> None:
 
 
 def test_an_impact_before_contact_is_invented() -> None:
-    """Of a ball that is in the air until half a second has passed, one at a tenth is one too many."""
+    """An impact at 0.1 s is spurious for a ball that is in the air for half a second."""
     trace = run_of("contact/drop", "pic")
     early = np.insert(trace.impacts, 0, trace.impacts[0])
     early["time_s"][0] = 0.1
@@ -287,7 +287,7 @@ def test_an_impact_before_contact_is_invented() -> None:
 
 
 def test_contact_that_only_the_last_look_finds_is_told() -> None:
-    """A disc falls a metre at 2 m/s^2 and lies: of two looks, at 0.5 and 1.25 s, the second finds it on its floor."""
+    """A disc falls a metre at 2 m/s^2 and stays there: the second of two states, at 0.5 and 1.25 s, shows contact."""
     bodies = disc_at(0.0, 1.5), wall_at(0.0, 0.0, 0.0, 1.0)
     truth = solve_pic(staged("drop", *bodies, wall_restitution=0.0, gravity_m_s2=(0.0, -2.0), duration_s=1.25))
     places, speeds = np.array([[[0.0, 1.25]], [[0.0, 0.5]]]), np.array([[[0.0, -1.0]], [[0.0, 0.0]]])

@@ -1,4 +1,4 @@
-"""What a run reports, beside what its states show."""
+"""Comparison of the impacts that a run reports with those that its states show."""
 
 from __future__ import annotations
 
@@ -74,10 +74,10 @@ def test_an_impact_that_no_state_shows_is_said_as_that() -> None:
 def parting(
     windows: list[tuple[int, int, bool]], reports: list[int], rests: Sequence[tuple[int, int]] = ()
 ) -> tuple[int, int]:
-    """Return how many reports of a pair, at these steps, no window shows, and how many windows none is of.
+    """Return how many reports of a pair, at these steps, no window shows, and how many windows have no report.
 
     Args:
-        windows: Of each its first and last step, and whether it is a crowd's.
+        windows: First and last step of each window, and whether it is a crowd's.
         reports: Steps at whose end the pair is reported.
         rests: First and last steps of rest in which pushes show.
     """
@@ -97,7 +97,7 @@ def parting(
 
 
 def test_each_report_is_of_the_window_that_leaves_the_others_theirs() -> None:
-    """A crowd's window never takes the report of the one beside it, and windows in a row take theirs in order."""
+    """A crowd's window never takes the report of its neighbour, and windows in a row take theirs in order."""
     assert parting([(91, 93, True), (94, 96, False)], [92, 95]) == (0, 0)
     assert parting([(91, 93, True), (94, 96, False)], [95]) == (0, 0)
     assert parting([(10, 11, False), (13, 14, False)], [13, 16]) == (0, 0)
@@ -105,7 +105,7 @@ def test_each_report_is_of_the_window_that_leaves_the_others_theirs() -> None:
 
 
 def test_a_report_too_many_or_too_few_is_counted() -> None:
-    """A window of one impact shows one report and needs one, of which two steps away is the farthest."""
+    """A window of one impact shows one report, up to two steps away, and needs one."""
     assert parting([(10, 11, False)], [11, 12]) == (1, 0)
     assert parting([(10, 11, False)], [14]) == (1, 1)
     assert parting([(10, 11, False)], [13]) == (0, 0)
@@ -114,7 +114,7 @@ def test_a_report_too_many_or_too_few_is_counted() -> None:
 
 
 def test_reports_of_a_pair_that_rests_are_shown_where_pushes_show() -> None:
-    """They show as many as come, up to two steps away, and ask for none; what lies further away is shown by nothing."""
+    """A rest shows any number of reports up to two steps away, and needs none; reports further away are not shown."""
     assert parting([], [4, 5, 6, 7, 8], [(6, 7)]) == (0, 0)
     assert parting([], [3, 10], [(6, 7)]) == (2, 0)
     assert parting([], [10, 14], [(2, 8), (16, 20), (40, 41)]) == (0, 0)
@@ -122,8 +122,8 @@ def test_reports_of_a_pair_that_rests_are_shown_where_pushes_show() -> None:
     assert parting([(10, 11, False)], [], [(6, 11)]) == (0, 1)
 
 
-#: A disc that meets a floor and, in the same frame of PIT's, a slope, which sends it on so slowly that it hops on the
-#: slope from frame to frame, each time by less than what it falls in three. PIC has one impact, with the slope.
+#: A disc that meets a floor and, in the same frame of PIT, a slope. The slope sends it on so slowly that it hops from
+#: frame to frame, each time by less than its fall in three frames. PIC has one impact, with the slope.
 NARROW = staged(
     "narrow",
     *(disc_at(0.0, 0.5, 2.1, -0.13, r=0.25), wall_at(0.0, 0.0, 0.0, 1.0), wall_at(1.0, 0.0, -0.65, 0.76)),
@@ -134,7 +134,7 @@ NARROW = staged(
 
 
 def test_what_hops_from_frame_to_frame_on_a_slope_reports_what_it_shows() -> None:
-    """PIT strikes the slope at each frame, and its velocities show that; a report of the floor then is a lie."""
+    """PIT strikes the slope at each frame, as its velocities show; a report of the floor at that time is wrong."""
     run = sampled(NARROW)
     hops = run.impacts[run.impacts["second"] == -2]
     assert len(hops) > 50

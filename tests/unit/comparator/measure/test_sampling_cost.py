@@ -115,9 +115,9 @@ def test_an_impact_that_pit_misses_costs_it_all_that_it_changes() -> None:
 
 
 def test_an_error_where_sampling_costs_nothing_is_infinitely_worse() -> None:
-    """Head-on, PIT's velocities are right at every phase: a run pays time, and any velocity error is its own.
+    """Head-on, PIT's velocities are right at every phase, so any velocity error is the run's own.
 
-    Of two impacts, each up to 15/16 of a step late at the sixteen phases, PIT is late by a step and no less than that.
+    PIT is up to 15/16 of a step late at each of two impacts, so its worst lateness is between one and two steps.
     """
     reference = solve_pic(ROW)
     right, wrong = scored(delayed(reference, 0.3)), scored(faster(reference, 1e-6))
@@ -166,7 +166,7 @@ def test_an_end_of_pit_s_that_was_not_measured_excuses_no_end() -> None:
 
 @pytest.mark.parametrize("outcome", [Outcome.NON_FINITE, Outcome.WARNED, Outcome.COMPLETED])
 def test_a_run_that_ends_before_an_impact_pays_more_than_any_price(outcome: Outcome) -> None:
-    """What never came to an impact has not paid nothing for it, however it says that it ended."""
+    """A run that ends before the impact has an infinite cost, whatever outcome it reports."""
     whole = faithful(REFERENCE)
     none = {name: getattr(whole, name)[:0] for name in ("impacts", "effective_time_s", "state_before")}
     start = np.array([disc.position_m for disc in OBLIQUE.discs])
@@ -236,7 +236,7 @@ def test_no_number_of_a_score_stands_in_it_twice() -> None:
 @pytest.mark.parametrize("name", long_after(16, [*NAMES[::2], *NAMES[1::2]]))
 @pytest.mark.parametrize("finer", long_after(1, [1, 4]))
 def test_pit_is_never_worse_than_pit(name: str, finer: int) -> None:
-    """Held against itself PIT pays at most the price, and is inaccurate in no scene at no step."""
+    """PIT compared with itself pays at most the price, and is not inaccurate in any scene at any step."""
     scene = catalogue()[name].scene
     reference = solve_pic(scene)
     pit = solve_pit(scene, frame_rate_hz=finer * scene.frame_rate_hz)

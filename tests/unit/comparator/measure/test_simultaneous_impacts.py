@@ -1,4 +1,4 @@
-"""Shared simultaneous contact: every admissible outcome is listed, and a trace is told which one it took."""
+"""Shared simultaneous contact: every admissible outcome is listed, and the score names the one that a trace took."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from carom.model.walls import Leg
 
 
 def cradle(discs: int, restitution: float = 1.0) -> Scene:
-    """One disc strikes a row of touching ones."""
+    """Return a scene in which one disc strikes a row of touching ones."""
     return staged(
         "cradle",
         *([disc_at(-2, 0, 1)] + [disc_at(k, 0) for k in range(discs - 1)]),
@@ -29,8 +29,8 @@ def cradle(discs: int, restitution: float = 1.0) -> Scene:
 def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
     """The two orders give (-1/8, -+sqrt(3)/8), mirror images; all at once, momentum and energy give -1/5.
 
-    All at once, by symmetry both struck discs leave along their normals, at 30 degrees, with speed u: momentum
-    1 = w + 2 u cos 30, energy 1 = w^2 + 2 u^2, so u = 2 sqrt(3)/5 and w = -1/5.
+    All at once, by symmetry both struck discs leave along their normals, at 30 degrees, with speed u. Momentum gives
+    1 = w + 2 u cos 30. Energy gives 1 = w^2 + 2 u^2. So u = 2 sqrt(3)/5 and w = -1/5.
     """
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
     group = sure(first_group(reference))
@@ -44,9 +44,10 @@ def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
 
 
 def test_all_at_once_nothing_closes_that_does_not_push() -> None:
-    """Two discs 70 degrees apart are met at 83: the first pushes by less than nothing, so only the second does.
+    """A disc strikes two discs 70 degrees apart at 83 degrees: all at once, the first impulse would be negative.
 
-    Of the first alone the second would still be closed on: that is no outcome.
+    So only the second disc gets an impulse. After an impulse on the first alone, the striker would still approach the
+    second: that is not an outcome.
     """
     way, other = (math.cos(math.radians(83)), math.sin(math.radians(83))), math.radians(70)
     discs = disc_at(-way[0], -way[1], *way), disc_at(1.0, 0.0), disc_at(math.cos(other), math.sin(other))
@@ -70,10 +71,10 @@ def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
 
 
 def test_a_disc_that_is_pressed_onto_another_leaves_or_stays() -> None:
-    """A disc falls at 2 m/s onto one that lies on a floor, of restitution 1/2 and 0: two outcomes, and PIC has one.
+    """A disc falls at 2 m/s onto one on a floor, with restitution 1/2 and 0: there are two outcomes, and PIC has one.
 
-    In turn, each impact on the other halves what they close at, and the floor takes it: both end at rest, after
-    infinitely many. All at once, what lies there stays, and the other leaves at 1/2 of 2 m/s.
+    In turn, each impact of the discs halves their approach speed, and the floor stops the lower one: both are at rest
+    after infinitely many. All at once, the lower disc stays, and the upper one leaves at half of 2 m/s.
     """
     (entry,) = find_scenes(["contact/pressed"])
     reference = solve_pic(entry.scene)
@@ -106,7 +107,7 @@ def test_pic_takes_the_first_of_them_and_is_told_so() -> None:
 
 
 def test_what_no_order_gives_is_said_to_match_none() -> None:
-    """Velocities that no order of impacts gives match none, and the distance from the nearest is told."""
+    """Velocities that no order of impacts gives match none of the outcomes."""
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
     score = compare(reference, altered(reference, 1, velocity_first_after=(0.5, 0.5)))
     assert not sure(score.convention).matches
@@ -116,7 +117,7 @@ def test_what_no_order_gives_is_said_to_match_none() -> None:
 
 @pytest.mark.parametrize("discs", [3, 4, 5])
 def test_a_row_of_equal_touching_discs_has_the_cradles_answer(discs: int) -> None:
-    """One pair at a time there is one answer for equal elastic discs: the last one leaves with all the speed."""
+    """One pair at a time, equal elastic discs have one outcome: the last one leaves with all the speed."""
     reference = solve_pic(cradle(discs))
     group = sure(first_group(reference))
     assert group.discs == tuple(range(discs))

@@ -26,24 +26,24 @@ RULES = "".join(path.read_text() for path in (COMPARATOR / "grade.py", *COMPARAT
 
 
 def reason(score: Score, verdict: Verdict) -> str:
-    """Return the reason of a verdict that must be said, once."""
+    """Return the reason of a verdict that is reported exactly once."""
     (found,) = (finding.reason for finding in score.findings if finding.verdict is verdict)
     return found
 
 
 def first_column(heading: str) -> list[str]:
-    """Return what stands first in each row of the table below a heading of the page."""
+    """Return the first cell of each row of the table below a heading of the page."""
     below = PAGE.partition(f"\n## {heading}")[2].partition("\n## ")[0]
     return [row for row in re.findall(r"^\| (.+?) \|", below, re.MULTILINE) if row not in ("verdict", "grade", "---")]
 
 
 def test_the_page_has_every_verdict_and_no_other() -> None:
-    """Each sentence that can be said stands in the table with when it is said, and none that can't be."""
+    """The table has each verdict, and no other sentence."""
     assert sorted(first_column("6. The verdicts")) == sorted(verdict.value for verdict in Verdict)
 
 
 def test_the_page_has_every_grade_and_no_other() -> None:
-    """Each grade stands in the table by the word that is shown, from best to worst."""
+    """The table has each grade by its displayed word, from best to worst."""
     assert first_column("7. The grade") == [mark_of_grade(grade, 64).word for grade in Grade]
 
 
@@ -54,7 +54,7 @@ def test_every_verdict_is_said_somewhere(verdict: Verdict) -> None:
 
 
 def test_a_run_that_goes_on_where_the_reference_ends_does_not_agree_with_it() -> None:
-    """Where PIC's impacts come without end at one instant, a run that completes is wrong, and is told why."""
+    """Where PIC's impacts accumulate at one instant, a run that completes is wrong, and the reason says why."""
     whole = solve_pic(ROW)
     kept = whole.impacts["time_s"] <= FIRST_S
     ended = dataclasses.replace(
@@ -68,7 +68,7 @@ def test_a_run_that_goes_on_where_the_reference_ends_does_not_agree_with_it() ->
 
 
 def test_agreement_is_said_up_to_the_horizon_only() -> None:
-    """Of a reference that is reliable for its first impact, one impact agrees, and nothing is said of the other."""
+    """With a horizon between two impacts, the verdict counts the first impact only."""
     reference = solve_pic(ROW)
     score = compare(reference, faithful(reference), horizon=(FIRST_S + LAST_S) / 2)
     assert reason(score, Verdict.CONFORMS) == "1 of 1 impacts found up to 0.875 s"
@@ -92,7 +92,7 @@ def test_more_energy_than_the_reference_is_not_called_a_gain() -> None:
 
 
 def test_a_late_stamp_is_no_wrong_path() -> None:
-    """Where it is not known when a path turned, the reported time stands in: nothing is said of the path."""
+    """If the time at which a path turned is unknown, the reported time is used; no verdict mentions the path."""
     reference = solve_pic(ROW)
     observed = faithful(reference)
     impacts = observed.impacts.copy()

@@ -132,13 +132,13 @@ def test_free_fall_is_exact_between_steps_and_beyond_the_last() -> None:
 
 @pytest.mark.long
 def test_what_comes_after_rest_is_not_scored() -> None:
-    """Where PIC ends because a ball has come to rest, nobody is held to what would follow, and the score says so."""
+    """Where PIC ends because a ball has come to rest, the comparison ends as well, and the score has that time."""
     ball = Disc(position_m=(0, 2), radius_m=1)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
     results = cross_checked([scene], ["pic", "pit"], dts=[1 / 60])
-    # It closes at 4, 1 and 1/4 m/s. The second comes at t0 + 2 e v0 / g, with t0 = v0 / g = 1/2, and is seen a frame
-    # later; of the third, at less than 2.5 g / 60, a step can't tell rest, and PIT at this step has no such bounce.
+    # It closes at 4, 1 and 1/4 m/s. The second impact is at t0 + 2 e v0 / g, with t0 = v0 / g = 1/2, and is seen a
+    # frame later. The third is slower than 2.5 g / 60: a step can't distinguish it from rest, and PIT doesn't have it.
     second_s = 0.5 * (1 + 2 * 0.25)
     seen_s = (math.floor(second_s * 60) + 1) / 60
     for row in results.rows:
@@ -281,7 +281,7 @@ def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.
 
 
 def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
-    """An adapter whose settings fail, or hold what is no setting, is a row with the reason, beside sound rows."""
+    """An adapter whose settings fail, or are invalid, has a row with the reason; the rows of other engines run."""
     results = cross_checked([scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"])
     failed = {row.job.profile: row.reason for row in results.rows if row.job.engine == "bad-profile"}
     assert "KeyError: 'no such'" in failed["default"]

@@ -51,7 +51,7 @@ def test_a_cell_counts_what_is_right_and_leads_to_the_worst_scene(results: Resul
 
 
 def test_a_method_is_a_line_with_its_own_numbers(results: Results) -> None:
-    """Missed impacts are those of all its scores; PIC, which the others are held to, has no line among them."""
+    """Missed impacts are summed over all scores of a method; PIC, the reference of the others, has no line."""
     (heads, rows) = tables(results, Medium.DETAIL)[0]
     missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
     lines = {row[0].line: [cell.text for cell in row] for row in rows}
@@ -92,7 +92,7 @@ def several() -> Results:
 
 
 def test_terminal_and_report_have_one_order(several: Results) -> None:
-    """The best stands first by what the counts themselves say: the least mean grade, from exact to wrong."""
+    """Methods are ordered by the mean grade of the shown counts, from exact to wrong."""
     (heads, counted), *_ = tables(several, Medium.TERMINAL)
     orders = [[row[0].line for row in counted]]
     orders += [[row[0].line for row in tables(several, medium)[0][1]] for medium in (Medium.PAGE, Medium.MARKDOWN)]
@@ -104,7 +104,7 @@ def test_terminal_and_report_have_one_order(several: Results) -> None:
         return sum(int(row[heads.index(name)].text or 0) for name in names)
 
     graded = ("exact", "close", "sampled", "inaccurate", "parted", "wrong")
-    # Nothing parts here, so that the two grades that share its column need not be told apart.
+    # Nothing parts here, so the two grades that share this column need not be distinguished.
     assert not any(count(row, "parted") for row in counted)
     places = (0, 1, 2, 3, 4, 6)
     merits = [
@@ -127,7 +127,7 @@ def test_of_one_scene_terminal_and_report_have_one_order(several: Results, scene
 
 
 def test_among_equals_the_better_grade_and_the_lower_price_stand_first(several: Results) -> None:
-    """Exact stands before close, of two sampled runs the one that pays less, and no close one makes up for a wrong."""
+    """Exact precedes close, the cheaper sampled run precedes the other, and a close run does not offset a wrong one."""
     row = next(row for row in several.rows if row.score and row.score.grade is Grade.SAMPLED)
     assert row.score is not None
     exact, close = (replace(row, score=replace(row.score, grade=grade)) for grade in (Grade.EXACT, Grade.CLOSE))

@@ -1,4 +1,4 @@
-"""The page on which one throws discs: beside a report, with links of replays that lead there, and as a demo."""
+"""Page for throwing discs: next to a report, with links from its replays, and as a demo."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_the_page_has_the_scenes_of_the_report_first() -> None:
 
 @pytest.mark.parametrize(("scene", "linked"), [(PAIR, True), (MANY, False)])
 def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, linked: bool, tmp_path: Path) -> None:
-    """Beside `index.html`, and the replay's data has the link; elsewhere neither."""
+    """The report has the page, and the replay's data a link to it, only if one of its scenes can be thrown."""
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
     report_of(results).write(tmp_path)
     assert (tmp_path / PLAY_PAGE).exists() == linked
@@ -105,7 +105,7 @@ def test_the_demo_opens_a_page_of_an_engine_that_misses(
 def test_without_a_display_the_page_is_written_and_named(
     monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
 ) -> None:
-    """Nothing is opened, not even in a text browser, and the command prints where the page lies."""
+    """Nothing is opened, not even a text browser, and the command prints the path of the page."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")

@@ -83,7 +83,7 @@ def test_a_run_that_looks_at_no_frames_is_not_said_to(shown: Replay) -> None:
 def test_a_gif_moves_and_is_held_where_the_impact_is_missed(
     shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It has 25 frames a second, which differ, and one that stands longer, the time of the fault."""
+    """The film has 25 frames a second, which differ, and one longer frame at the time of the fault."""
     monkeypatch.setattr(films, "_FILM_S", 1)
     with Image.open(shown.save(tmp_path / "replay.gif")) as film:
         lasts = []
@@ -169,7 +169,7 @@ def test_a_look_is_never_after_the_frame_that_shows_it(shown: Replay, film: _Fil
 
 
 def test_a_look_flashes_where_it_was_taken_and_fades(shown: Replay, film: _Film) -> None:
-    """The tenth look's outline is full at its first frame, a third of it is gone .16 s later, and in the end all."""
+    """The outline of the tenth check is opaque in its first frame, a third weaker .16 s later, and finally gone."""
     first = int(np.searchsorted(film.times, 10 / 24 - 1e-9))
     place = np.add(
         shown.reference.scene.discs[0].position_m, 10 / 24 * np.array(shown.reference.scene.discs[0].velocity_m_s)
@@ -185,7 +185,7 @@ def test_a_look_flashes_where_it_was_taken_and_fades(shown: Replay, film: _Film)
 
 
 def test_a_film_slows_towards_the_miss_and_is_held_there(shown: Replay, film: _Film) -> None:
-    """Far from it a frame is a 150th of the scene, just before it an eighth of that; it stands for 1.5 seconds."""
+    """A frame far from the miss is a 150th of the scene, just before it an eighth of that; the film stops for 1.5 s."""
     steps, held_s = np.diff(film.times), _deepest_s(shown)
     even_s = shown.reference.scene.duration_s / 150
     assert steps[0] == pytest.approx(even_s)
@@ -252,7 +252,7 @@ def test_what_cant_be_saved_is_said(shown: Replay, tmp_path: Path, monkeypatch: 
 
 
 def test_traces_of_two_scenes_are_refused(shown: Replay) -> None:
-    """What can't be compared can't be played beside each other."""
+    """Traces that can't be compared can't be played together."""
     other: Scene = find_scenes(["paper/late"])[0].scene
     with pytest.raises(InputError, match="only traces of one scene"):
         carom.replay(shown.reference, carom.solve_pic(other))
@@ -269,6 +269,6 @@ def test_an_engine_is_named_in_place_of_its_run() -> None:
 
 
 def test_a_run_that_is_given_has_a_step_of_its_own(shown: Replay) -> None:
-    """A step beside a run that is there already would be of no effect, and is refused."""
+    """A step for a run that already exists would have no effect, and is refused."""
     with pytest.raises(InputError, match="dt is allowed only with an engine name"):
         carom.replay(shown.reference, shown.observed, dt=0.1)

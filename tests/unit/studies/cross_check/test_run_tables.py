@@ -26,7 +26,7 @@ def rows_of(section: Section) -> list[list[Cell]]:
 
 
 def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) -> None:
-    """Each field of `Errors` is a column of the table of every cell, and in each JSON line but for spins of none."""
+    """Each field of `Errors` is a column of the table of every cell; JSON lines have all except those of spins."""
     (table,) = cells_section(build_grid(results)).blocks
     assert isinstance(table, Table)
     columns, _ = table.shown(Medium.PAGE)
@@ -68,7 +68,7 @@ def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> Non
 
 
 def test_the_run_times_say_who_came_to_the_same_bits(results: Results) -> None:
-    """Of a method all of whose timed runs ended alike in two of three scenes it is told so; of an old file, nothing."""
+    """A method whose timed runs end alike in two of three scenes has "2 of 3"; a method without that count has "-"."""
     ends = iter((1, 1, 2))
 
     def counted(row: Row) -> Row:

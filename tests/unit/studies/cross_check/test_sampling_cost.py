@@ -1,4 +1,4 @@
-"""Of each engine a line, with numbers: what it pays of the price of sampling, and what is its own."""
+"""Sampling costs: each engine has a line with its share of the price of sampling and its own error."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def in_every_medium(section: Section) -> tuple[str, str, str]:
 
 
 def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(results: Results) -> None:
-    """An engine that equals PIT in every scene is told so, in every format: it pays, and nothing is its own."""
+    """An engine that equals PIT in every scene is reported as equal, without an own error, in every format."""
     (toy,) = measure_engine_costs(build_grid(results))
     assert (toy.column.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
     said = of_toy(results)
@@ -95,7 +95,7 @@ def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(result
 
 
 def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> None:
-    """Of one that is right to 1e-9 nobody is told that half of its error is sampling's, or that PIT's is its own."""
+    """An engine that is right to 1e-9 pays almost nothing and has almost no own error, though it is far from PIT."""
     late = "paper/late"
     rows = []
     for row in results.rows:
@@ -120,7 +120,7 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
 
 
 def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
-    """With one method in the chart its marks lie within the frame, by more than the radius of the larger."""
+    """The marks of a chart with one method are inside the frame, by more than the radius of the larger."""
     (toy,) = measure_engine_costs(build_grid(results))
     svg = draw_sampling_costs([toy])
     frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
@@ -144,7 +144,7 @@ def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
 
 
 def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A column added to those of the prices stands in the page, the Markdown and on the terminal."""
+    """A column added to those of the prices is on the page, in the Markdown and on the terminal."""
     column = Column("an added column", lambda entry: f"said of {entry.column.name}")
     monkeypatch.setattr("carom.studies.cross_check.sampling_cost._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
     for text in in_every_medium(price_of(results)):

@@ -115,7 +115,7 @@ def test_both_counts_of_misses_stand_together(plain: Results) -> None:
 
 
 def test_a_parted_run_says_when_it_parted_and_when_pit_did(plain: Results) -> None:
-    """The times of the run and of PIT stand in one sentence, the word of the steps beside the grade."""
+    """One sentence has the times of the run and of PIT; the steps have their own grade in the column of the steps."""
     results = with_rows(plain, {"engine": {"early": 1}}, grade=Grade.PARTED_INACCURATE, parted_s=0.25, pit_parted_s=0.5)
     section = steps_section(build_grid(results))
     assert "0.25 s; PIT's at 0.5 s" in texts(section, Medium.TERMINAL)

@@ -66,7 +66,7 @@ def test_grid_holds_every_scene_and_engine(
 def test_every_cell_that_was_not_run_has_its_reason(
     results: Results, not_run: Mapping[str, tuple[Status, str]]
 ) -> None:
-    """The reason stands in the cell and in the list below the grid, once for all cells that share it."""
+    """Each cell has its reason, and the list below the grid has it once for all cells that share it."""
     grid = build_grid(results)
     section = next(s for s in cross_check_document(results).sections if s.heading == "Not scored, and why")
     (block,) = section.shown(Medium.PAGE)
@@ -198,9 +198,9 @@ def test_verdict_line_counts_the_rows(results: Results) -> None:
 
 
 def test_engines_that_are_not_installed_are_named(results: Results) -> None:
-    """What was not run for that is one sentence on a terminal, and a line with the reason on paper and in full.
+    """Engines that are not installed are one sentence on a terminal, and a line with the reason in the report.
 
-    A report goes to others: no file below the working folder is told by its whole name.
+    A report is shared, so the path of a file below the working folder is relative.
     """
     reason = f"absent is not installed; make it in {Path.cwd() / 'its' / 'folder'}"
     missing = EngineInfo("absent", "Absent", "", reason, Capabilities(), {"tuned": ""}, "")
@@ -213,7 +213,7 @@ def test_engines_that_are_not_installed_are_named(results: Results) -> None:
 
 
 def test_verdict_line_names_a_known_answer_that_is_not_reproduced(results: Results) -> None:
-    """A deviation above rounding, infinite ones included, is told with the scene's name."""
+    """A deviation above rounding, infinite ones included, is reported with the scene's name."""
     known = {**results.known, "paper/late": (results.known["paper/late"][0], float("inf"))}
     line = said(replace(results, known=known))
     assert "PIC reproduces 2 of 3 known answers to rounding; it does not reproduce paper/late." in line
