@@ -135,7 +135,7 @@ OF_OTHERS = {
 }
 OF_RUNS = {
     "carom.execution.worker",
-    "carom.execution.process",
+    "carom.execution.worker_process",
     "carom.comparator",
     "carom.studies.cross_check.document",
 }

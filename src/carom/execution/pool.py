@@ -15,8 +15,8 @@ from typing import Generic, Self, TypeVar
 
 from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Task
-from carom.execution.process import ClosedError, Worker
 from carom.execution.worker import carry_out
+from carom.execution.worker_process import ClosedError, Worker
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, require_megabytes
 from carom.support.system import available_cores, available_memory
 

@@ -126,7 +126,7 @@ def test_a_signal_that_comes_while_a_pool_is_started_is_heard(first: int, monkey
 def test_a_machine_that_sleeps_ends_no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
     """An hour that passes between two looks at a clock is none that an engine has worked: its answer is waited for."""
     hours = itertools.count()
-    monkeypatch.setattr("carom.execution.process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
+    monkeypatch.setattr("carom.execution.worker_process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
     with LocalPool(1, PATIENT_S) as pool:
         (row,) = execute(build_plan([scene()], options(("pit",)), pool), pool).rows
     assert row.status is Status.RAN

@@ -23,7 +23,7 @@ from carom.solvers.certified.finite_walls import finite_contact_at_start
 from carom.solvers.certified.floats import float_above, nearest
 from carom.solvers.certified.impacts import BallEvent, carry_out
 from carom.solvers.certified.meeting import Meeting
-from carom.solvers.certified.meetings import meet
+from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection

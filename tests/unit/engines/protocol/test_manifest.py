@@ -219,7 +219,7 @@ def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path, monkeypatch: 
     name = resolve_engine(str(manifest_of(tmp_path, hangs)))
     scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
     # No time passes until the program hangs: a busy machine may take long to start it.
-    monkeypatch.setattr("carom.execution.process.time", Clock(1.0, starts=pid.exists))
+    monkeypatch.setattr("carom.execution.worker_process.time", Clock(1.0, starts=pid.exists))
     with Lane(1.0) as lane:
         answer = lane.run(ObserveTask(Job(scene, Method(name, "tuned"), 0.5)))
     assert answer.status is Status.TIMED_OUT

@@ -17,7 +17,7 @@ from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.bounds import LowerBounds
 from carom.solvers.certified.impacts import carry_out
-from carom.solvers.certified.meetings import meet
+from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import CertifiedTrace
 from carom.studies.bench.gas import gas_scene
 

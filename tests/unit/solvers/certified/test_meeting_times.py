@@ -6,7 +6,7 @@ from tests.lengths import each
 from tests.stage import disc_at, staged
 
 from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.meetings import meet
+from carom.solvers.certified.meeting_times import meet
 
 
 @each("speed", [2.0, 0.125])
