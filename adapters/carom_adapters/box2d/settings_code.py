@@ -71,7 +71,7 @@ _KEPT = f"driven.append({_MADE.removeprefix('return ')})\n    return driven[-1]"
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return the world that `Box2dWorld` sets up as a program."""
+    """Return a program that builds the same world as `Box2dWorld`."""
     require_usable(scene, settings)
     require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
     scale = float(settings.get("velocity_scale", 1.0))

@@ -10,7 +10,7 @@ from carom_adapters.shared.settings_code import PYTHON_END, arguments, comment, 
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return the world that `DartWorld` sets up as a program.
+    """Return a program that builds the same world as `DartWorld`.
 
     Raises:
         AdapterError: The scene or a setting is outside what DART can do.

@@ -10,7 +10,8 @@ from carom_adapters.pybullet.limits import BODY_SETTINGS
 
 Point = tuple[float, float]
 
-#: Moment of a cylinder as high as it is wide about an axis across its own, over mass times radius squared: 1/4 + 1/3.
+#: Moment of inertia of a cylinder about a diameter, over mass times radius squared, if height and diameter are equal:
+#: 1/4 + 1/3.
 CYLINDER_TIPS = 7 / 12
 
 

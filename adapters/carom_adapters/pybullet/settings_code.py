@@ -16,7 +16,7 @@ ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # tim
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return the client that `PybulletWorld` sets up as a program."""
+    """Return a program that builds the same client as `PybulletWorld`."""
     require_usable(scene, settings)
     dt_s, turns = float(settings["dt_s"]), scene.arrays.turns
     restitution, friction, of_walls = factored_walls(scene)

@@ -12,7 +12,7 @@ from carom_adapters.shared.walls import cut_chain, thickness_of
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return the world that `RapierWorld` sets up as a program.
+    """Return a program that builds the same world as `RapierWorld`.
 
     Raises:
         AdapterError: The scene or a setting is outside what Rapier can do, or the steps are taken in two parts.

@@ -29,7 +29,7 @@ FEWEST_DISCS = 3
 
 @dataclass(frozen=True)
 class Reference:
-    """The trace that runs of a scene are compared with.
+    """Trace with which all runs of a scene are compared.
 
     Attributes:
         trace: The PIC trace, or the certified one.

@@ -33,7 +33,7 @@ from carom.support.escaping import visible
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
 #: Largest error of the exact path while a disc slides, rolls or rests, as a part of the scene's extent: a hundredth of
-#: a pixel in a picture of a hundred. The page draws flights of one acceleration, so it gets more of them there.
+#: a pixel in a picture of a hundred. The page draws flights of constant acceleration, so it gets many for such a path.
 _NEAR_IN_CONTACT = 1e-4
 
 #: Reasons why a cause is not known.
@@ -125,7 +125,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
 def _sampler(reference: Trace, trace: Trace) -> Json | None:
     """Return data to sample two discs with another step in the page; None except for PIT of two free discs.
 
-    Nothing acts on them but their one impact, and that along the line of their centres.
+    Only their one impact acts on them, along the line of their centres.
     """
     scene = trace.scene
     acting = {

@@ -1,4 +1,4 @@
-"""Tracks of the discs of a trace in few numbers: knots between which a disc flies freely.
+"""Paths of the discs of a trace as few numbers: knots, between which a disc flies freely.
 
 Between two knots a disc is on a straight line, or under gravity on the parabola that leads from the one to the other:
 ``p(t) = p_a + (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a place, and paths never

@@ -166,9 +166,7 @@ def run(
             clock = Clock(1.0, starts=lambda: any((tmp_path / "here").iterdir()))
             monkeypatch.setattr("carom.execution.worker_process.time", clock)
         if not any("ran on" in SAYS[name][1] for name in names):
-            monkeypatch.setattr(
-                "carom.execution.worker_process.GRACE_S", PATIENT_S
-            )  # each process may end slowly
+            monkeypatch.setattr("carom.execution.worker_process.GRACE_S", PATIENT_S)  # each process may end slowly
         with LocalPool(2, LIMIT_S if hang else PATIENT_S, memory_limit_mb=1500) as pool:
             rows = {row.job.engine: row for row in execute(build_plan([scene()], asked, pool), pool).rows}
         assert rows["pit"].status is Status.RAN

@@ -47,10 +47,10 @@ class Consistency:
         position: Largest distance of a disc from where its own velocities lead, over the scene's length.
         excess: The largest of these beyond what bodies close in a step at the impacts before and after it.
         stamp_s: How far the stamp of an impact is outside the step that reported it, or outside the run, seconds.
-        across: Largest part across its normal of the change of velocity at an impact, over the scene's speed; the whole
-            of the change where it is not towards the normal.
+        across: Largest part of a change of velocity at an impact that is across the impact's normal, over the scene's
+            speed. If the change is not towards the normal, all of it counts.
         normal_rad: Angle between that normal and the change, radians.
-        normal_length: What the length of a normal differs from 1 by.
+        normal_length: Difference of a normal's length from 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
             radius and the scene's speed of rims; 0 if no disc spins.

@@ -58,7 +58,7 @@ class Window:
         self.still = block.unit * self.speed
 
     def difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
-        """Return the largest differences of velocities, of rims and of places of two states."""
+        """Return how far two states differ at most: in velocities, in speeds of rims and in positions."""
         return (
             max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
             max(abs(state.spin[disc] - truth.spin[disc]) * self.law.radius[disc] for disc in state.xy),

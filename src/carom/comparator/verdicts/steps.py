@@ -76,7 +76,7 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Finding]:
-    """Report faults of steps that the trajectory does not show: beyond the horizon, and after rest."""
+    """Report faults of steps beyond the horizon and after rest, which the trajectory does not show."""
     local, alignment = judged.local_truth, judged.alignment
     if local is None or judged.non_finite:
         return

@@ -49,7 +49,7 @@ def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return when two half-planes that close on a disc leave it no room, after many impacts to and fro between them.
+    """Return the time at which two closing half-planes leave a disc no room, after many impacts between them.
 
     Only half-planes count, because discs cannot escape sideways between them. If their normals are exactly opposite,
     the room is the sum of both gaps, whatever the disc's position.

@@ -325,7 +325,7 @@ def _endings(rows: Sequence[Advised]) -> Iterator[str]:
 
 
 def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield the reasons why steps were refused, the finest of each method."""
+    """Yield for each method the reason why its finest refused step was refused."""
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps per second ({one.refusal})."

@@ -144,7 +144,8 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
             plain,
             title="Growth with the number of discs n, from 100 discs on",
             note="A second: run time of a simulated second. Fits: least squares on logarithmic axes, with 95 % "
-            "interval; where run time falls as discs are added, the method has changed, and what follows is fitted.",
+            "interval; where run time falls as discs are added, the method has changed, so only "
+            "later points are fitted.",
         ),
         Table(
             (
@@ -159,10 +160,9 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
             [(curve, point) for curve in growth.curves for point in _ran(curve)],
             title="Every run",
             note=f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {formatting.step(DT_S)}; each run "
-            "in a "
-            "process of its own, one at a time. Preparation is not in a step. Over PIT's: with as many discs, both in "
-            "one sitting; only these may be compared with another machine's. Memory: what the process held at most, "
-            "less what it held with the scene and the engine loaded and no world yet.",
+            "in a process of its own, one at a time. Preparation is not in a step. Over PIT's: run time over that of "
+            "PIT for the same discs in the same session; only this ratio may be compared with another machine. Memory: "
+            "peak of the process, minus its memory before the world was built.",
             only=IN_FULL,
         ),
     )

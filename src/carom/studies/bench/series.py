@@ -20,7 +20,7 @@ def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[flo
     """Return this many steps, evenly spread on a logarithmic axis; whole frame rates where both ends are.
 
     Raises:
-        InputError: An end is no positive number, or there are fewer than two steps.
+        InputError: An end is not a positive number, or there are fewer than two steps.
     """
     for name, value in (("the coarsest step", coarsest_s), ("the finest step", finest_s)):
         if not 0 < value < math.inf:

@@ -252,11 +252,10 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         [point for curve in bench.curves for point in curve.points if not point.reason],
         title=f"{name}: every point",
         note=f"{formatting.capitalised(plan.error.meaning)}; the largest of {formatting.count(plan.phases, 'start')} "
-        "spread "
-        "evenly over a step. -1 +2: impacts missed and invented, over all starts; an error with them is that of the "
-        "rest. Medians over rounds; spread is the distance between the quartiles over the median. Empty world: a step "
-        "of one disc at rest. Call: Python's call into the world, shared by all steps that one call takes. Net: what "
-        "is left. Whole: with preparation. Ratios are to PIT at the same step in the same round; times are this "
+        "spread evenly over a step. -1 +2: impacts missed and invented, over all starts; the error is then that of "
+        "all other impacts. Medians over rounds; spread is the distance between the quartiles over the median. Empty "
+        "world: a step of one disc at rest. Call: the cost of one Python call, divided by the steps that it takes. "
+        "Net: the rest. Whole: with preparation. Ratios are to PIT at the same step in the same round; times are this "
         "machine's, and only ratios may be compared with another run.",
         folded="The numbers of every point, and the command that makes it again",
         css="cells",

@@ -46,7 +46,7 @@ class Visit:
     Attributes:
         prepare_s: Time to build the world.
         advance_s: Time of all steps.
-        call_s: Time of a call of no steps; NaN where the adapter does not take one.
+        call_s: Time of a call that takes no steps; NaN if the adapter does not accept such a call.
         empty_s: Time of as many steps of an empty world, without the call.
     """
 

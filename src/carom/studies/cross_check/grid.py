@@ -350,7 +350,9 @@ def rank_methods(grid: Grid, columns: Iterable[GridColumn]) -> list[GridColumn]:
 
 
 def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
-    """Compute the sort key of a method from its cells of the same scenes, one per scene; the least is the best.
+    """Compute the sort key of a method from its cells, one per scene; the smallest key is the best.
+
+    All methods have cells of the same scenes.
 
     It is the mean of its grades, then the median error over PIT's, which is 0 where no scene has one. A method without
     a grade is last.

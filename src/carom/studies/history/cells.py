@@ -250,7 +250,7 @@ _TOLD = (
 
 
 def differs(old: Ran, new: Ran) -> bool:
-    """Whether two runs differ in grade, verdicts, numbers or motion beyond rounding, so that other phases are run."""
+    """Whether two runs differ in grade, verdicts, numbers or motion beyond rounding. If so, other phases are run."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _move_alike(old, new):
         return True
     return any(_apart(one.of(old), one.of(new), _allowed(one, [old, new])) for one in _TOLD)

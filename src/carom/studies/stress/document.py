@@ -196,7 +196,7 @@ def _weakest(results: StressResults, lines: list[Line], method: Method) -> Cell:
 
 
 def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Section]:
-    """Yield the table of a kind of lines, and the evidence of its cells."""
+    """Yield the table of all lines of one kind, and the evidence for its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
         Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # a page has it where the evidence is opened
@@ -309,7 +309,7 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
                 partly.append(f"{name} {does} {endings.count(good)} of the {ran} that it ran")
         if passed:
             most, fewest = max(passed), min(passed)
-            best, worst = f"most, {most}", f", and {_named(passed[fewest])} fewest, {fewest}"
+            best, worst = f"{most}, the most", f", and {_named(passed[fewest])} {fewest}, the fewest"
             if most == fewest:
                 best, worst = f"{most}{' each' if len(passed[most]) > 1 else ''}", ""
             yield f"Of {formatting.count(len(kinds[kind]), WORDS[kind])} {_named(passed[most])} {does} {best}{worst}."

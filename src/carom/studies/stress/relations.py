@@ -334,7 +334,7 @@ class _StoppedError(Exception):
 
 
 def _named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
-    """Return the scenes of a relation by name; methods share the base, but not scenes made from a method's own run."""
+    """Return the scenes of a relation by name. Methods share the base, and keep scenes made from their own runs."""
     named = []
     for k, scene in enumerate(used):
         own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name

@@ -106,7 +106,7 @@ def merit_of(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Merit:
 
     Args:
         judged: Results of the scenes, at least one.
-        first: Results of the first profile, scene by scene, for the cost; if nothing was timed the cost is 1.
+        first: Results of the first profile by scene, with which costs are compared; if nothing was timed the cost is 1.
     """
     ratios = [own.seconds / other.seconds for own, other in zip(judged, first, strict=False) if other.seconds > 0]
     ratios = [ratio for ratio in ratios if not math.isnan(ratio)]
