@@ -101,7 +101,7 @@ def take_thrown(browser: Browser, scheme: Scheme) -> None:
         page.get_by_label("time", exact=True).evaluate(slide, _AT)
         _taken(page).save(thrown(scheme), quality=18, method=6)
         if scheme == "light":
-            page.get_by_label("phase of the looks", exact=True).evaluate(slide, 0.5)
+            page.get_by_label("frame offset", exact=True).evaluate(slide, 0.5)
             _taken(page).save(thrown("found"), quality=18, method=6)
         page.close()
 

@@ -26,7 +26,7 @@ FOLDER = Path(__file__).resolve().parent
 DOCUMENT = FOLDER.parent / "play.md"
 BEGIN, END = "<!-- made by docs/figures/walkthrough.py -->\n", "<!-- end -->"
 _SLIDE = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }"
-#: Position of the slider of frames a second, of 1; drag of a disc, in pixels; and step of the phase.
+#: Positions of the slider of frames per second, of 1; drag of a disc, in pixels; and step of the frame offset.
 _OFTENER, _OFTEN, _UP, _PHASE = 0.4, 0.48, 4, 0.1
 
 
@@ -49,7 +49,7 @@ def _shown(page: Page, label: str) -> str:
 
 
 def _share(page: Page) -> str:
-    return page.locator(".says > div", has_text="PIT misses the first at").locator("b").inner_text()
+    return page.locator(".says > div", has_text="PIT misses the first impact at").locator("b").inner_text()
 
 
 def steps(page: Page, taken: bool = False) -> Iterator[str]:
@@ -58,10 +58,10 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
         f"The page opens. Below the pictures it says: {_read(page)} On the right the discs go through each "
         "other, and a cross says *missed*."
     )
-    _slid(page, "frames a second", _OFTENER)
+    _slid(page, "frames per second", _OFTENER)
     yield (
-        f"*Frames a second* to {_shown(page, 'frames a second')}: {_read(page)} Looks are now closer together than the "
-        "approach lasts."
+        f"*Frames per second* to {_shown(page, 'frames per second')}: {_read(page)} The time between frames is now "
+        "shorter than the overlap."
     )
     x, y = page.evaluate("caromPage.spot(1)")
     page.mouse.move(x, y)
@@ -72,21 +72,21 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
         _picture(page, "missed")
     yield (
         f"Disc 1 dragged up by {_UP} pixels, so that the discs only clip each other: {_read(page)} The reason: the "
-        f"whole approach can fall between two frames. The box says that it does at {_share(page)} of all phases."
+        f"whole approach can fall between two frames. The box gives the share of frame offsets: {_share(page)}."
     )
     phase = 0.0
     while "misses it" in page.inner_text("#sentence"):
         phase = round(phase + _PHASE, 10)
-        _slid(page, "phase of the looks", phase)
-    found = f"at {_shown(page, 'phase of the looks')}: {_read(page)}"
-    _slid(page, "phase of the looks", 0)
-    yield f"*Phase of the looks* in tenths, until it is found, {found} Back at 0: {_read(page)}"
-    _slid(page, "frames a second", _OFTEN)
+        _slid(page, "frame offset", phase)
+    found = f"at {_shown(page, 'frame offset')}: {_read(page)}"
+    _slid(page, "frame offset", 0)
+    yield f"*Frame offset* in tenths, until it is found, {found} Back at 0: {_read(page)}"
+    _slid(page, "frames per second", _OFTEN)
     if taken:
         _picture(page, "found")
     yield (
-        f"*Frames a second* to {_shown(page, 'frames a second')}: {_read(page)} The box says {_share(page)}: no phase "
-        "misses it any more. What stays is that it is late."
+        f"*Frames per second* to {_shown(page, 'frames per second')}: {_read(page)} The box says {_share(page)}: PIT "
+        "misses it at no frame offset, but still finds it late."
     )
 
 
@@ -107,9 +107,7 @@ def told(browser: Browser, taken: bool = False) -> str:
         lines = [f"{k}. {text}" for k, text in enumerate(steps(page, taken), 1)]
         page.close()
     lines[2] += "\n\n   ![The page, the discs having passed through each other: missed](figures/first-try-missed.webp)"
-    lines[4] += (
-        "\n\n   ![The same at more frames a second: the impact is found, and is late](figures/first-try-found.webp)"
-    )
+    lines[4] += "\n\n   ![The same at more frames per second: the impact is found late](figures/first-try-found.webp)"
     return "\n".join(lines) + "\n"
 
 

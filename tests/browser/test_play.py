@@ -177,8 +177,8 @@ def test_a_finger_scrolls_unless_it_begins_on_a_disc(file: Path, opened: Window,
 def test_every_slider_and_box_changes_the_scene(file: Path, opened: Window) -> None:
     """Frames a second, phase, restitution, friction, walls, gravity, discs and their numbers are what the scene has."""
     page = opened(file)
-    _slide(page, "frames a second", 1)
-    _slide(page, "phase of the looks", 0.25)
+    _slide(page, "frames per second", 1)
+    _slide(page, "frame offset", 0.25)
     _slide(page, "restitution", 0.5)
     _slide(page, "friction", 0.4)
     page.check("#walls")
@@ -225,7 +225,7 @@ def test_the_page_s_numbers_are_carom_s(name: str, file: Path, opened: Window) -
 def test_a_link_carries_the_scene_to_the_bit(name: str, file: Path, opened: Window) -> None:
     """What was dragged and slid is the same scene, with the same impacts, where its link is opened."""
     page = opened(file, f"#{name}")
-    _slide(page, "phase of the looks", 0.137)
+    _slide(page, "frame offset", 0.137)
     _drag(page, page.evaluate("caromPage.spot(0)"), (-7, 3))
     _settle(page)
     link = page.evaluate("location.hash")
@@ -282,11 +282,11 @@ def test_a_hostile_link_is_refused(case: str, file: Path, opened: Window) -> Non
 def test_the_file_runs_and_gives_the_page_s_numbers(
     name: str, phase: float, file: Path, opened: Window, tmp_path: Path
 ) -> None:
-    """The file that is downloaded is a scene of Carom's; PIT finds in it what the page's found, at the same looks."""
+    """The file that is downloaded is a scene of Carom's; PIT finds in it what the page's found, at the same frames."""
     page = opened(file, f"#{name}", accept_downloads=True)
     if name == "paper/multiple":
         page.check("#gravity")
-    _slide(page, "phase of the looks", phase)
+    _slide(page, "frame offset", phase)
     with page.expect_download() as download:
         page.click("#save")
     download.value.save_as(tmp_path / "scene.toml")

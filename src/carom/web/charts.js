@@ -1,4 +1,4 @@
-// The two charts: the time about the first impact, and what is missed by frames a second.
+// The two charts: the timeline of the first impact, and missed impacts against frames per second.
 import { compare, missedShare } from "./compare.js";
 import { chart, chartSaid, left, line, lineSaid, methods } from "./layout.js";
 import { problemOf } from "./scene.js";
@@ -6,7 +6,7 @@ import { runOf } from "./solving.js";
 import { clockOf, digits, overlapOf } from "./stage.js";
 import { placeOf, rateAt, state } from "./state.js";
 
-// The time about the first impact of two discs, so far spread out that its overlap is seen.
+// The timeline of the first impact of two discs, wide enough to show its overlap.
 export function drawLine() {
   const pen = line.getContext("2d"),
     { width: w, height: h } = line,
@@ -34,15 +34,22 @@ export function drawLine() {
       pen.fillStyle = colour(seen ? "--right" : "--ink");
       pen.fillRect(x(t) - dense, (seen ? 2 : 8) * dense, (seen ? 4 : 2) * dense, h - (seen ? 4 : 16) * dense);
     }
+  if (first) {
+    pen.font = `${10 * dense}px sans-serif`;
+    pen.fillStyle = colour("--muted");
+    const frame = (Math.ceil(from / dt - s.phase) + s.phase) * dt;
+    pen.fillText("overlap", x(first.time_s), 8 * dense);
+    if ((w * dt) / span >= 2) pen.fillText("frame", x(frame), h - dense);
+  }
   pen.fillStyle = colour("--link");
   pen.fillRect(x(state.time) - dense, 0, 2 * dense, h);
-  lineSaid.textContent = `From ${digits(from)} to ${digits(from + span)} s. Ticks: looks of PIT, a tall thick one where it sees the first impact of two discs. Dark: its overlap while they approach, which PIT asks for; light: while they part.`;
+  lineSaid.textContent = `From ${digits(from)} to ${digits(from + span)} s. Ticks: frames of PIT; a tall thick one finds the first impact. Dark: the discs overlap while approaching, which PIT tests; light: while separating.`;
 }
 const PHASES = 8,
   RATES = 48,
   SLICE_MS = 12; // of the time between two pictures, so that the page goes on answering
 let charted = "",
-  rows = {}; // by method: frames a second, the part that is missed, the worst velocity error
+  rows = {}; // by method: frames per second, missed share, worst velocity error
 export function drawChart() {
   const { scene: s, truth } = state;
   if (state.drag || !truth) return;
@@ -60,7 +67,7 @@ export function drawChart() {
 function measure(key, runs) {
   if (key !== charted) return; // another one has begun
   if (state.drag) {
-    charted = ""; // begun anew when the hand lets go
+    charted = ""; // starts again after the drag
     return;
   }
   const began = performance.now();
@@ -126,7 +133,7 @@ function paintChart(s, truth, frame_rate_hz, crowd) {
     2,
   );
   const engine = state.method === "pit" ? "" : methods.selectedOptions[0].textContent;
-  chartSaid.textContent = `${engine || "PIT"} by frames a second, ${PHASES} phases each; upright: yours. Bars: ${crowd ? "impacts from the first miss on" : "phases at which an impact is missed"}. Line: worst velocity error of the first impact where it is found, of its speed${engine ? "; thin: PIT's" : ""}${crowd ? "" : `; dashed: the closed form of ${engine ? "PIT's" : "the"} bars`}.`;
+  chartSaid.textContent = `${engine || "PIT"} against frames per second, with ${PHASES} frame offsets each; vertical line: your rate. Bars: ${crowd ? "impacts from the first miss on" : "frame offsets at which an impact is missed"}. Line: worst velocity error of the first impact if found, over its speed${engine ? "; thin: PIT's" : ""}${crowd ? "" : `; dashed: closed form of ${engine ? "PIT's" : "the"} bars`}.`;
 }
 // Each run is a step, after which others may have their turn. A phase at which a method does not run counts for nothing.
 function* measured(method, crowd) {

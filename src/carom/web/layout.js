@@ -29,11 +29,11 @@ const law = (name) => (v) => {
   state.scene[name] = v;
   changed();
 };
-export const rate = range("frames a second", 0, 1, 0.001, (v) => {
+export const rate = range("frames per second", 0, 1, 0.001, (v) => {
   state.scene.frame_rate_hz = rateAt(v);
   changed();
 });
-export const phase = range("phase of the looks", 0, 0.999, 0.001, law("phase"));
+export const phase = range("frame offset", 0, 0.999, 0.001, law("phase"));
 export const bounce = range("restitution", 0, 1, 0.01, (v) => {
   state.scene.restitution = state.scene.wall_restitution = v;
   changed();
@@ -119,16 +119,16 @@ export const says = make("div", { class: "says" }),
   sentence = make("p", { class: "sentence", id: "sentence", role: "status" }),
   problem = make("p", { class: "muted", id: "problem", role: "status" });
 export const left = new Stage("The exact run: drag a disc, or focus here and press arrow keys"),
-  right = new Stage("What the method makes of it");
+  right = new Stage("The run of the method");
 export const line = make("canvas", {
   class: "line",
   role: "img",
-  "aria-label": "Time about the first impact: overlap, and looks",
+  "aria-label": "Timeline of the first impact: overlap and frames",
 });
 export const chart = make("canvas", {
   class: "line",
   role: "img",
-  "aria-label": "Impacts missed, and the velocity error, by frames a second",
+  "aria-label": "Missed impacts and velocity error against frames per second",
 });
 export const lineSaid = make("p", { class: "muted" }),
   chartSaid = make("p", { class: "muted" }),
@@ -150,13 +150,13 @@ document
     make(
       "div",
       { class: "views" },
-      make("figure", {}, make("figcaption", {}, "Exact: PIC, with the bits of carom.solve_pic"), left.canvas),
+      make("figure", {}, make("figcaption", {}, "Exact (PIC), bit-identical to carom.solve_pic"), left.canvas),
       make("figure", {}, make("figcaption", {}, methods), right.canvas),
     ),
     make(
       "p",
       { class: "muted" },
-      "Right: solid, the method; grey, the exact run; dashed ring, the last look; cross, an impact missed.",
+      "Right: solid discs: the method; grey: the exact run; dashed ring: the last frame; cross: a missed impact.",
     ),
     sentence,
     line,

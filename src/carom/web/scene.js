@@ -273,7 +273,7 @@ const tomlRow = (name, value) => `${name} = ${decimal(value)}\n`;
 export function asToml(s) {
   const start = s.phase ? advanced(s, s.phase / s.frame_rate_hz) : s;
   const said = s.phase
-    ? `description = "Taken forward by ${s.phase} of a frame: the looks at whole frames are those of the page."\n`
+    ? `description = "Advanced by ${s.phase} of a frame, so that whole frames are those of the page."\n`
     : "";
   const fields = ["gravity_m_s2", "duration_s", "frame_rate_hz", ...LAWS];
   const table = (head, names, one) => head + names.map((name) => tomlRow(name, one[name])).join("");

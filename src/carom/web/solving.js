@@ -31,7 +31,7 @@ export function runOf(method, s, truth) {
     early = s.phase / s.frame_rate_hz;
   if (early > 0 && truth.impacts.length && early >= truth.impacts[0].time_s)
     throw new RangeError(
-      "an engine begins after the phase, and the first impact lies before that: a smaller phase, please",
+      "the engine starts after the frame offset, and the first impact is before that; choose a smaller frame offset",
     );
   const { label, lacks, profiles } = installed.find((one) => one.name === name);
   const chains = s.walls.filter((w) => w.points_m);

@@ -7,7 +7,7 @@ import { state } from "./state.js";
 
 const box = (what, value, note, mood = "") =>
   make("div", {}, make("small", {}, what), make("b", { class: mood }, value), make("small", {}, note));
-const costs = make("div");
+const costs = box("cost per frame", "–", "measured while nothing moves");
 export function tell() {
   const { scene: s, truth, seen, score } = state,
     dt = 1 / s.frame_rate_hz,
@@ -22,9 +22,9 @@ export function tell() {
   says.replaceChildren(
     crowd
       ? box(
-          "found before the first miss",
+          "impacts found before the first miss",
           `${score.right} of ${truth.impacts.length}`,
-          `until ${digits(truth.impacts[score.right].time_s)} s; from there on it is another story`,
+          `until ${digits(truth.impacts[score.right].time_s)} s; later impacts are not comparable`,
           "off",
         )
       : box(
@@ -34,7 +34,7 @@ export function tell() {
           score.missed.length ? "off" : "fine",
         ),
     box(
-      "first one found: time late",
+      "first impact found: late by",
       found ? ms(score.late) : "–",
       found
         ? `${digits(score.late / dt, 2)} of a frame${seen.stepped ? `; it reports ${ms(score.reported)}` : ""}`
@@ -42,15 +42,15 @@ export function tell() {
       "",
     ),
     box(
-      "its direction off by",
+      "its direction: off by",
       found ? `${digits(score.turned)}°` : "–",
       found ? `velocity off by ${digits(100 * score.velocity, 2)} % of the speed` : "",
       "",
     ),
     box(
-      "PIT misses the first at",
+      "PIT misses the first impact at",
       share === null ? "–" : `${digits(100 * share)} %`,
-      share === null ? "closed form: of two discs alone" : "of all phases, by closed form",
+      share === null ? "closed form for two discs only" : "of all frame offsets (closed form)",
       share > 0 ? "off" : "",
     ),
     costs,
@@ -60,9 +60,9 @@ export function tell() {
       ? `Nothing meets here, and ${name} invents ${score.invented.length}.`
       : "Nothing meets here.";
   else if (first.second < 0)
-    sentence.textContent = `The first impact is on a wall; looks are ${ms(dt)} apart. ${verdict(name, first)}`;
+    sentence.textContent = `The first impact is on a wall; frames are ${ms(dt)} apart. ${verdict(name, first)}`;
   else
-    sentence.textContent = `They approach in overlap for ${ms(clockOf(s, overlapOf(s, first) / 2))}; looks are ${ms(dt)} apart. ${verdict(name, first)}`;
+    sentence.textContent = `The discs overlap while approaching for ${ms(clockOf(s, overlapOf(s, first) / 2))}; frames are ${ms(dt)} apart. ${verdict(name, first)}`;
   if (seen.warning) problem.textContent = seen.warning;
 }
 const beside = (late) =>
@@ -91,7 +91,7 @@ export function cost() {
     each = (performance.now() - began) / runs / Math.max(1, seen.frames);
   }
   costs.replaceChildren(
-    make("small", {}, "cost a frame"),
+    make("small", {}, "cost per frame"),
     make("b", {}, `${digits(each * 1000, 2)} µs`),
     make("small", {}, "in this browser, just now"),
   );
@@ -99,7 +99,7 @@ export function cost() {
 export function told() {
   play.textContent = state.playing ? "pause" : "play";
   clock.textContent = `${digits(state.time, 4)} s`;
-  keys.textContent = `An arrow is the way of ${state.arrow} s. With the left picture in focus: a number or n chooses a disc (now ${state.chosen}), arrow keys move it, with Ctrl its velocity, with Shift finely.`;
+  keys.textContent = `An arrow shows the motion in ${state.arrow} s. With the left picture in focus, a number or n selects a disc (now ${state.chosen}). Arrow keys move it; with Ctrl they change its velocity, with Shift in small steps.`;
 }
 play.onclick = () => {
   state.playing = !state.playing;

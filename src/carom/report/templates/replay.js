@@ -112,7 +112,7 @@
           speed < 1 ? `1/${1 / speed} of real time` : speed === 1 ? "real time" : `${speed} × real time`)));
       this.both = make("input", { type: "checkbox", onchange: () => { this.over = this.both.checked; this.layout(); } });
       this.clock = make("output", { class: "clock" });
-      this.line = make("canvas", { class: "timeline", role: "img", "aria-label": "Above, impacts along the whole time; below, looks and overlaps about the first failure" });
+      this.line = make("canvas", { class: "timeline", role: "img", "aria-label": "Above: impacts over the whole time. Below: frames and overlaps at the first failure" });
       this.holds = make("input", { type: "checkbox", checked: true });
       this.caption = make("figcaption");
       this.said = make("p", { class: "fault", role: "status" });
@@ -176,8 +176,8 @@
         return holder.content.firstChild;
       };
       const looks = this.run.sampled ? [
-        ["<circle cx='13' cy='8' r='6' fill='none' stroke='var(--s0)' stroke-dasharray='3 2' stroke-width='1.5'/>", "its last look"],
-        ["<path d='M8 1v14M18 1v14' stroke='var(--ink)' stroke-width='2'/>", "its looks"]] : [];
+        ["<circle cx='13' cy='8' r='6' fill='none' stroke='var(--s0)' stroke-dasharray='3 2' stroke-width='1.5'/>", "its last frame"],
+        ["<path d='M8 1v14M18 1v14' stroke='var(--ink)' stroke-width='2'/>", "its frames"]] : [];
       const signs = [
         ["<circle cx='13' cy='8' r='6' fill='var(--s0)'/>", `where ${this.run.engine} has it`],
         ["<circle cx='13' cy='8' r='6' fill='var(--ghost)' opacity='.5'/>", "where it must be"],

@@ -36,7 +36,7 @@ const sampledEvery = (scene, run, dt) => {
   };
   const said = found
     ? `${step} it is found ${ms(late)} ms late, and a disc leaves ${digits(Math.max(off(0), off(1)), 2)}° off.`
-    : `${step} no look falls into the ${ms(overlap / 2)} ms in which they approach in overlap: missed.`;
+    : `${step} no frame falls into the ${ms(overlap / 2)} ms in which they overlap while approaching: missed.`;
   const moment = found ? found.time_s : Math.min(met + Math.min(overlap, 2 * dt) / 2, scene.duration);
   return { ...run, dt, end: scene.duration, tracks: tracksOf(thrown, seen), impacts: [row], fault: { row: 0, said, moment } };
 };
