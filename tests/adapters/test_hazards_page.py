@@ -11,6 +11,7 @@ from tests.hazards.spread import Spread
 from tests.lengths import long_after
 from tests.stage import Named
 
+from carom.execution.job import Method
 from carom.report.formatting import percent
 
 PAGE = Path(__file__).parents[2] / "docs" / "results" / "hazards.md"
@@ -47,7 +48,7 @@ def test_a_crowd_is_within_the_range_of_the_page(name: str, named: Named) -> Non
     chaotic = {finding.engine for finding in FINDINGS if finding.says in CHAOTIC}
     for figure in measured((name,), ("gas", "findings") if name in chaotic else ("gas",)):
         assert figure.spread is not None
-        method = f"{figure.engine} {figure.profile}"
+        method = Method(figure.engine, figure.profile).label
         if figure.table == "gas":
             least, most = gas[method]
             assert most >= -1.0 or figure.spread.most < 0.0  # what loses there always loses

@@ -177,9 +177,9 @@ def test_one_bit_makes_another_digest() -> None:
 @pytest.mark.long
 def test_pic_comes_to_the_bits_that_the_page_says() -> None:
     """Carom's own method, asked as `make determinism` asks, is the page's row."""
-    words = determinism.words_of("pic", "default")
+    words = determinism.words_of("pic", "frame-by-frame")
     row = " | ".join(words[name] for name in (*determinism.COUNTED, "order"))
-    assert f"| pic | default | 4 of 4 | {row} |" in determinism.PAGE.read_text(encoding="utf-8")
+    assert f"| pic | frame-by-frame | 4 of 4 | {row} |" in determinism.PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.long

@@ -362,10 +362,11 @@ STEPS = 20
 
 def cheap_jobs(count: int) -> list[Job]:
     scene = staged("campaign", disc_at(0.0, 0.0, 1.0, 0.0), disc_at(3.0, 0.3, -1.0, 0.0), duration_s=2.0)
-    kinds = itertools.product(range(count), ("pit", "pic"), ("default", "tuned"), (0.0, 0.25, 0.5, 0.75))
+    methods = (Method("pit", "tuned"), Method("pic", "event-driven"), Method("pic", "frame-by-frame"))
+    kinds = itertools.product(range(count), methods, (0.0, 0.25, 0.5, 0.75))
     return [
-        Job(scene, Method(engine, profile), scene.duration_s / (STEPS + 0.01 * k), 0, phase)
-        for k, engine, profile, phase in itertools.islice(kinds, count)
+        Job(scene, method, scene.duration_s / (STEPS + 0.01 * k), 0, phase)
+        for k, method, phase in itertools.islice(kinds, count)
     ]
 
 

@@ -112,17 +112,17 @@ def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -
 
 def test_the_key_is_of_the_content(scene: Scene) -> None:
     """Step, phase, profile, engine and any number of the scene make another job; its description does not."""
-    job = Job(scene, Method("pit", "tuned"), 0.1)
+    job = Job(scene, Method("pic", "event-driven"), 0.1)
     others = [
-        Job(scene, Method("pit", "tuned"), 0.1, 0, 0.5),
-        Job(scene, Method("pit", "tuned"), 0.1000000001),
-        Job(scene, Method("pit", "default"), 0.1),
-        Job(scene, Method("pic", "tuned"), 0.1),
-        Job(scene.model_copy(update={"duration_s": 2.0000000000000004}), Method("pit", "tuned"), 0.1),
-        Job(scene.model_copy(update={"name": "other"}), Method("pit", "tuned"), 0.1),
+        Job(scene, Method("pic", "event-driven"), 0.1, 0, 0.5),
+        Job(scene, Method("pic", "event-driven"), 0.1000000001),
+        Job(scene, Method("pic", "frame-by-frame"), 0.1),
+        Job(scene, Method("pit", "tuned"), 0.1),
+        Job(scene.model_copy(update={"duration_s": 2.0000000000000004}), Method("pic", "event-driven"), 0.1),
+        Job(scene.model_copy(update={"name": "other"}), Method("pic", "event-driven"), 0.1),
     ]
     assert len({job_key(other) for other in [job, *others]}) == 7
-    described = Job(scene.model_copy(update={"description": "words"}), Method("pit", "tuned"), 0.1, refinement=3)
+    described = Job(scene.model_copy(update={"description": "words"}), Method("pic", "event-driven"), 0.1, refinement=3)
     assert job_key(described) == job_key(job)
 
 
