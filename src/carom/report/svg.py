@@ -162,7 +162,7 @@ def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
 
 #: Size of a diagram that a phone shows without scrolling, its margins at the left and for names at the right, and the
 #: height of a line of a legend at its foot, inches.
-_NARROW_IN, _NARROW_LEFT_IN, _NAMES_IN, _ENTRY_IN = (3.9, 3.9), 0.8, 1.15, 0.18
+_NARROW_IN, _NARROW_LEFT_IN, _NAMES_IN, _ENTRY_IN = (3.9, 3.9), 0.8, 1.3, 0.18
 
 
 def framed(
