@@ -77,7 +77,7 @@ def test_a_cured_cylinder_is_a_sphere_to_a_tenth_of_a_percent(named: Named, name
 
 @pytest.mark.long
 def test_every_profile_that_an_engine_lacks_has_its_reason() -> None:
-    """For every engine and every profile of another engine, the report has the result or the reason why there is none."""
+    """The report has the result of each engine and each profile of another engine, or the reason why it has none."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     results = carom.cross_check([scene], BUILT_IN, profiles=["all"], timing=False, dts=[1 / 60])
     grid = build_grid(results)
