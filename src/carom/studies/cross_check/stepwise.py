@@ -148,5 +148,5 @@ def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
         when = f"at {first}" if first == last else f"between {first} and {last}"
         asked = {line.pit_parted_s for line in lines}
         pit = [formatting.seconds(time_s) for time_s in sorted(time_s for time_s in asked if time_s is not None)]
-        beside = f"; PIT's at {formatting.listed(pit)}" if pit else ""
-        yield f"Parted from the reference's trajectory: {formatting.count(len(times), 'method')}, {when}{beside}."
+        also_pit = f"; PIT's at {formatting.listed(pit)}" if pit else ""
+        yield f"Parted from the reference's trajectory: {formatting.count(len(times), 'method')}, {when}{also_pit}."
