@@ -106,7 +106,7 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
             finally:
                 killer.cancel()
     except ClusterError as error:
-        if not re.search(r"tasks are left .*--resume continues", str(error)):
+        if not re.search(r"tasks left: \d+; .*--resume continues", str(error)):
             return f"{which} killed after {after_s:.2f} s, scene {number}: it does not say how to go on: {error}"
     except HangError:
         return f"{which} killed after {after_s:.2f} s, scene {number}: no end after {PATIENT_S:g} s"

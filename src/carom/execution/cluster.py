@@ -119,13 +119,13 @@ class ClusterPool(Pool):
                     lost.append(name)
                 except (distributed.CancelledError, distributed.comm.CommClosedError):
                     why = "".join(gone) or f"the Dask scheduler at {self._address} went away"
-                    raise ClusterError(f"{why}; {len(submitted) + 1} tasks are left", hints=[_CONTINUE]) from None
+                    raise ClusterError(f"{why}; tasks left: {len(submitted) + 1}", hints=[_CONTINUE]) from None
                 else:
                     yield results
                 future.release()
         if lost:
-            why = f"were lost with workers of the cluster at {self._address}, the first with {lost[0]}"
-            raise ClusterError(f"{len(lost)} tasks {why}", hints=[_CONTINUE])
+            what = f"tasks lost with workers of the cluster at {self._address}"
+            raise ClusterError(f"{what}: {len(lost)}, the first with {lost[0]}", hints=[_CONTINUE])
 
     @contextmanager
     def _watched(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
