@@ -26,14 +26,14 @@ T = TypeVar("T")
 
 
 class Codec(Generic[T]):
-    """Writes and reads values of one type as JSON. Create one for each type and reuse it: that takes milliseconds.
+    """Writes and reads values of one type as JSON. Creation takes milliseconds: reuse it for a type.
 
     Args:
         kind: The type: a dataclass that JSON can represent.
     """
 
     def __init__(self, kind: Any) -> None:
-        # The tuple carries the configuration, which pydantic does not accept for a dataclass but passes on to it.
+        # pydantic does not accept a configuration for a dataclass, but a tuple passes its own on to the dataclass.
         self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))
 
     def dumps(self, value: T) -> bytes:
@@ -82,9 +82,10 @@ LATER = frozenset({"edges", "modes", "looks", "rests"})
 
 
 def _carried(kind: type[Any], **carried: Any) -> Any:
-    """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` has types of fields.
+    """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` are types of fields.
 
-    In a text of its own, NaN and infinities need not be strings, which could not be distinguished from text settings.
+    In a separate text, NaN and infinities can be numbers. As strings they could not be distinguished from text
+    settings.
     """
     hints = (
         get_type_hints(

@@ -188,7 +188,8 @@ class _Run:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
         self.steps, self.taken = scene.step_count(dt_s), 0
         arrays, discs = scene.arrays, len(scene.discs)
-        #: The last states, the first row being the scene's start or the last one of the rows before, and the last row.
+        #: The last states, and the row of the present one. The first row is the start or the last state of earlier
+        #: rows.
         self.rows, self.row = StateRows(1 + min(self.steps, max(_ROWS // discs, 2)), discs), 0
         self.rows.position_m[0], self.rows.velocity_m_s[0] = arrays.position_m, arrays.velocity_m_s
         self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, arrays.turns
@@ -252,9 +253,9 @@ class _Run:
                 return
 
     def _take_quiet_steps(self, world: Any, until_s: float) -> None:
-        """Take steps up to one with contacts or a warning, or near a time, and add the states of all except the last.
+        """Take steps until one has contacts or a warning, or is near a time. Add the states of all except the last.
 
-        `world` is a `carom.engines.api.QuietWorld`. Its contacts are impacts by themselves, so that none is open.
+        `world` is a `carom.engines.api.QuietWorld`. Its contacts are impacts by themselves, so no contact stays open.
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
@@ -284,7 +285,7 @@ class _Run:
             if self.outcome is not Outcome.STANDSTILL:
                 return False
         contacts: object = found.contacts
-        # Most steps have none.
+        # Most steps have no contacts.
         self.contacts = (
             () if contacts == () else self.validator.contacts(contacts, float(rows.time_s[self.row]), time_s)
         )
@@ -311,7 +312,7 @@ class _Run:
         self.row = 0
 
     def _pass_on_states(self) -> None:
-        """Pass the states of the rows on to the comparison of steps; the first row is known there."""
+        """Pass the states of the rows to the comparison of steps, which already has the first row."""
         if self.watch is not None:
             self.watch.add(self.rows.states(slice(1, self.row + 1)))
 
@@ -393,7 +394,7 @@ class _Run:
         kept_s: NDArray[np.float64],
         spins: NDArray[np.void] | None,
     ) -> Observation:
-        """Return the last state, with some discs advanced by free flight to a time from the previous state.
+        """Return the last state, with some discs replaced by their free flight from the previous state to a time.
 
         A disc starts from its last impact before the scene's end, if it had one since the previous state. Later impacts
         are ignored.

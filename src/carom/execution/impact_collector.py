@@ -93,7 +93,7 @@ class _OpenContact:
         self.length += impulse * math.hypot(*normal)
 
     def normal(self) -> Vector:
-        """Return the direction of the total impulse, with the average length of the normals; else the first normal."""
+        """Return the direction of the total impulse, with the mean length of the normals; if 0, the first normal."""
         size = math.hypot(*self.along)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal
@@ -131,7 +131,7 @@ class ImpactCollector:
         self.spins: NDArray[np.void] | None = None
 
     def pass_to(self, time_s: float, now: Observation) -> None:
-        """Pass steps without contacts while no contact is open; the last of them ended at `time_s`."""
+        """Pass steps without contacts, of which the last ended at `time_s`. No contact may be open."""
         self._last, self._last_s = now, time_s
 
     def add(self, time_s: float, now: Observation) -> None:
@@ -348,7 +348,7 @@ def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
 
 
 def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], leg: Course) -> float:
-    """Instant at which a pair that then rests arrives, on its free path, at its resting position.
+    """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
 
     `_effective_time` does not apply, since gravity holds the pair and it does not fly on. After the impact its distance
     along the normal changes at the speed at the boundary. The free path before is a parabola, or a line if gravity
@@ -378,7 +378,7 @@ def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.floa
 def _effective_time(
     pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], slowing: Slowing, leg: Course
 ) -> float:
-    """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
+    """Return the instant at which the free-flight paths before and after the contact are nearest, by least squares.
 
     With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are d0 +
     u0 (t - t0) and d1 + u1 (t - t1). They meet, in one dimension exactly, where their difference is least. It is a

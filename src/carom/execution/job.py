@@ -51,7 +51,7 @@ class Method:
 
     @property
     def label(self) -> str:
-        """Engine and profile, as people are shown them."""
+        """Engine and profile, for tables."""
         return f"{self.engine} {self.profile_shown}".rstrip()
 
     @property
@@ -61,7 +61,7 @@ class Method:
 
     @property
     def name(self) -> str:
-        """Engine and profile, in files."""
+        """Engine and profile, for files."""
         return f"{self.engine}/{self.profile_shown or self.profile}"
 
 
@@ -71,7 +71,7 @@ PIT_METHOD = Method("pit", "tuned")
 
 @dataclass(frozen=True)
 class Job:
-    """One run to make: one scene by one method at one step.
+    """One run: one scene by one method at one step.
 
     Attributes:
         scene: The scene.
@@ -114,8 +114,8 @@ class JobTask:
         return self.job.engine
 
 
-#: An adapter may always take this many seconds to answer, however short the time limit of a run is: its process has to
-#: start first.
+#: Seconds that an adapter may always take to answer a query, however short the time limit of a run is: its process has
+#: to start first.
 MIN_TIME_LIMIT_S = 20.0
 
 

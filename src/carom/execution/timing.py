@@ -34,7 +34,7 @@ AGREED = 0.1
 
 _TOO_SHORT = (
     "too short to time: the clock shows 0 s for {steps} steps, the median of {runs} runs; a program's clock should "
-    "tell microseconds apart (docs/reference/engine-protocol.md)"
+    "resolve microseconds (docs/reference/engine-protocol.md)"
 )
 
 

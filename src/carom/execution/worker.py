@@ -48,7 +48,7 @@ def carry_out(task: Task[T]) -> Answer[T]:
     except CaromError as error:
         return Answer(Status.FAILED, exception_message(error))
     except MemoryError:
-        return Answer(Status.FAILED, "MemoryError: it takes more than its process may; raise --memory-limit")
+        return Answer(Status.FAILED, "MemoryError: the engine needs more memory than allowed; raise --memory-limit")
     except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this job's reason
         return Answer(Status.FAILED, describe_exception(error))
 

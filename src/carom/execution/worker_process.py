@@ -123,7 +123,7 @@ class Worker:
                     said = process.last_printed() if answer.status is Status.FAILED else ""
                     process.answered += 1
                     return replace(answer, reason=f"{answer.reason}; {said}") if said else answer
-            answer = Answer(Status.FAILED, f"answered nonsense: {_shown(line)}")
+            answer = Answer(Status.FAILED, f"invalid answer: {_shown(line)}")
         self._end()
         return answer
 
@@ -240,12 +240,12 @@ class _Process:
         try:
             code = self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:
-            return Answer(Status.FAILED, "the engine closed what its process answers by, and ran on")
+            return Answer(Status.FAILED, "the engine closed the pipe for answers, and continued")
         status, how = Status.CRASHED, f"exit code {code}"
         if code < 0:
             how = f"the engine's process was ended by {_signal_name(-code)}"
         elif code == ANSWERS_CLOSED:
-            status, how = Status.FAILED, f"the engine closed what its process answers by, which then ended ({how})"
+            status, how = Status.FAILED, f"the engine closed the pipe for answers; its process then ended ({how})"
         said = self.last_printed()
         return Answer(status, f"{how}; {said}" if said else how)
 
