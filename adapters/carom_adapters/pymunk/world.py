@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import pymunk
     from pymunk import Vec2d
 
-    #: Normal of an arbiter, and its impulses along and across it, newton-seconds. The latter is None if no disc spins.
+    #: Normal of an arbiter, and its impulses along and across it, newton-seconds. The last is None if no disc spins.
     ArbiterImpulse = tuple[Vec2d, float, float | None]
 
 Pair = tuple[int, int]
@@ -206,7 +206,7 @@ class PymunkWorld:
         """Restore positions, velocities and spins."""
         time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
-        put = object.__setattr__  # pymunk's own only checks types, and doubles the time
+        put = object.__setattr__  # pymunk's version only checks types, and takes twice the time
         for body, position, velocity, spin in bodies:
             put(body, "position", position)
             put(body, "velocity", velocity)
