@@ -12,13 +12,13 @@ from carom.catalogue.walled import box_walls
 
 @listed("engines")
 def _slow_pair() -> Staged:
-    """A disc meets an equal one at rest at .9 m/s: engines make impacts inelastic at such low speeds."""
+    """A disc meets an equal one at rest at .9 m/s: some engines make impacts inelastic at such low speeds."""
     return meeting((0.9 + 0j, 0j), (0.25, 0.25), time_s=0.51, duration_s=1.5)
 
 
 @listed("engines")
 def _slow_wall() -> Staged:
-    """A disc meets a wall at .9 m/s: engines make impacts inelastic at such low speeds."""
+    """A disc meets a wall at .9 m/s: some engines make impacts inelastic at such low speeds."""
     radius, time, velocity = 0.25, 0.51, 0.9 + 0j
     side = 4.0
     start = complex(side - radius, side / 2) - velocity * time
