@@ -44,7 +44,7 @@ class PitWorld(RecordedWorld):
 
 
 class PitAdapter:
-    """PIT, exactly the source paper's Algorithm 1. It has one form and no settings to tune."""
+    """PIT, exactly the source paper's Algorithm 1. PIT has one form and no settings to tune."""
 
     name = "pit"
     engine = Engine("Carom")

@@ -1,7 +1,7 @@
 """Carom: a cross-check harness for disc collisions.
 
 The names below are loaded when they are first used, so ``import carom`` costs nothing and imports no optional part.
-It raises an ImportError if the compiled extension is missing.
+The import raises an ImportError if the compiled extension is missing.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ def _view(name: str) -> Callable[..., Any]:
 
 
 class _Moved(ModuleType):
-    """An import path of an earlier version. It imports the present module when a name is first requested."""
+    """An import path of an earlier version. The old module imports the present one when a name is first requested."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):  # inspection asks every module for some of these

@@ -48,7 +48,7 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 def _resting(dt_s: float) -> dict[str, Setting]:
     # Box2D applies restitution to the speed at the end of a step, which includes the fall in that step. So a ball hops
-    # for ever at about ``g dt / (1 - e)``, unless such slow contacts are inelastic. This limit is the least power of
+    # for ever at about ``g dt / (1 - e)``, unless such slow contacts are inelastic. The limit is the least power of
     # two that is at least the fall speed of 2.5 steps under 10 m/s^2. A ball with e up to 0.6 comes to rest. A ball
     # with a greater e does so if steps are so long that the limit is well above that speed.
     steps_fall_m_s = 2.5 * 10.0 * dt_s

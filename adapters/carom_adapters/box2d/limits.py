@@ -32,11 +32,12 @@ SWEEPS = ("none", "shipped", "fast")
 LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1, "polygon_radius_m": 0, "dt_s": 1e-12}
 MOST = {"dt_s": 1e12}
 
-#: b2_maxTranslation is 2 m: Box2D slows down a body that would move farther in one step. This limit is a millionth
+#: b2_maxTranslation is 2 m: Box2D slows down a body that would move farther in one step. The limit here is a millionth
 #: lower, so that a body at the limit differs from one that was slowed down.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
-#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. This limit is lower likewise.
+#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. The limit here is a millionth
+#: lower.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
 #: A contact point is off the line of centres by the rounding of its coordinates. The push there turns a disc, inversely

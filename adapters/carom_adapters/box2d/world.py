@@ -50,8 +50,8 @@ def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
     """Return category, restitution and friction of each circle of a disc.
 
     Box2D uses the larger of two restitutions, and the root of the product of two frictions. If the walls' restitution
-    is smaller, or their friction differs, a disc needs two shapes: one for other discs, and one for walls. The latter
-    has no restitution, and the walls' friction.
+    is smaller, or their friction differs, a disc needs two shapes: one for other discs, and one for walls. The shape
+    for walls has no restitution, and the walls' friction.
     """
     if scene.walls and (scene.wall_restitution < scene.restitution or scene.wall_friction != scene.friction):
         return [(AMONG_DISCS, scene.restitution, scene.friction), (BEFORE_WALLS, 0.0, scene.wall_friction)]
@@ -339,7 +339,7 @@ class Box2dWorld:
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
 
     def close(self) -> None:
-        """Release the world. The last reference frees its memory."""
+        """Release the world. Its memory is freed with the last reference."""
         self._world.contactListener = None
         del (
             self._bodies,

@@ -8,8 +8,8 @@ from carom_adapters.dart.settings_code import write_code
 from carom_adapters.dart.world import DartWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: An elastic impact loses twice the constraint-force mixing, and a velocity loses it at each impact. These are the
-#: losses of velocity and energy in sixteen impacts.
+#: An elastic impact loses twice the constraint-force mixing, and a velocity loses it at each impact. The accuracy
+#: allows the losses of velocity and energy in sixteen impacts.
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 

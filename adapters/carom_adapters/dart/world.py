@@ -181,5 +181,5 @@ class DartWorld:
         self._put(states)
 
     def close(self) -> None:
-        """Release the world. The last reference frees its memory."""
+        """Release the world. Its memory is freed with the last reference."""
         del self._discs, self._world

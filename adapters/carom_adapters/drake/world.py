@@ -117,7 +117,7 @@ class DrakeWorld:
         }
 
     def advance(self, steps: int) -> None:
-        """Take steps. Each consists of as many steps of the integrator as its error control requires."""
+        """Take steps. A step consists of as many of the integrator's steps as its error control requires."""
         for _ in range(steps):
             self._pushed = {}
             self._clock.count(1)
@@ -157,7 +157,7 @@ class DrakeWorld:
         return found
 
     def close(self) -> None:
-        """Release the simulator. The last reference frees its memory."""
+        """Release the simulator. Its memory is freed with the last reference."""
         self._simulator.clear_monitor()
         del self._context, self._simulator, self._diagram, self._plant
 

@@ -25,9 +25,10 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "dt_s": dt_s,
         "joints": "slide",
         "stiffness": 0.0,
-        # The impedance is the same at any depth, and the highest that MuJoCo accepts. It has no effect on the bounce.
+        # The impedance is the same at any depth, and the highest that MuJoCo accepts. The impedance has no effect on
+        # the bounce.
         "solimp": "0.9999 0.9999 0.001 0.5 2",
-        # The bounce is an Euler step of the contact's damping. Other integrators change it.
+        # The bounce is an Euler step of the contact's damping. Other integrators change the bounce.
         "integrator": "Euler",
         # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
         "jacobian": "dense",
@@ -111,7 +112,7 @@ adapter = EngineAdapter(
             CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
-            "The tuned settings with cylinders instead of spheres. Like a user's, they can turn, and tip over.",
+            "The tuned settings with cylinders instead of spheres. The cylinders can turn, so they tip over.",
             _cylinder_plain,
         ),
     },

@@ -10,9 +10,10 @@ from carom.engines.api import Chain, Ring, Scene, Setting, Wall, reach, wall_bod
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
 from carom_adapters.shared.walls import cut_chain, thickness_of
 
-#: `mju_QCQP2`, which fits friction into its cone, has two limits. It gives no friction if its determinant, at least
-#: friction**4 / mass**2 of a contact, is below 1e-10, and accepts errors of 1e-10 N^2. In units in which the heaviest
-#: disc has this mass times the square of the friction, and at most 1, the first limit is far away, and the error small.
+#: `mju_QCQP2`, which fits friction into its cone, has two limits. The function gives no friction if its determinant, at
+#: least friction**4 / mass**2 of a contact, is below 1e-10, and accepts errors of 1e-10 N^2. In units in which the
+#: heaviest disc has this mass times the square of the friction, and at most 1, the first limit is far away, and the
+#: error small.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
 #: The impedance of contacts in `tuned`: the first number of its ``solimp``.
@@ -183,7 +184,7 @@ def _heaviest(scene: Scene) -> float:
 
 
 def _driven(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = False) -> str:
-    """Return the start of a driven body. It slides, and may turn, and impacts don't move its mass."""
+    """Return the start of a driven body. The body slides, and may turn, and impacts don't move its mass."""
     ratio = DRIVEN_MASS if settings.get("tolerance") == 0 else DRIVEN_MASS_IN_TOLERANCE
     mass = ratio * mass_unit(scene, settings) * _heaviest(scene)
     inertia = mass * max(disc.radius_m for disc in scene.discs) ** 2
@@ -220,7 +221,8 @@ def _turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit: float)
     inertial = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{moments}"/>'
     if free:
         return f"{inertial}{_free_joint(_damping(scene, mass))}"
-    # No force acts along the third slide. It makes MuJoCo's mean inverse mass of all axes equal to that of one axis.
+    # No force acts along the third slide. The third slide makes MuJoCo's mean inverse mass of all axes equal to that of
+    # one axis.
     damped = _damping(scene, mass)
     slides = "".join(f'<joint type="slide" axis="{axis}"{damped}/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     about = _damping(scene, factor * mass * body.radius_m**2)

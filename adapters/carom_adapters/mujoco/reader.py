@@ -22,7 +22,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     """Return the discs and walls of a model at its first keyframe, or as built, and what scenes do not support.
 
     Raises:
-        AdapterError: It is not an MJCF that MuJoCo compiles, or it names other files.
+        AdapterError: The content is not an MJCF that MuJoCo compiles, or it names other files.
         SceneError: The supported part is not a valid scene: it has no disc, or bodies overlap.
     """
     mujoco: Any = importlib.import_module("mujoco")

@@ -25,7 +25,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     if not float(settings["stiffness"]):
         said.append("solref is 0 and -(1 + restitution) / timestep: change it with the timestep.")
     if (unit := mass_unit(scene, settings)) != 1.0:
-        said.append(f"A kilogram is {unit!r} units of mass here. This changes no motion.")
+        said.append(f"A kilogram is {unit!r} units of mass here. The unit changes no motion.")
     if answers_in_turn(scene, settings):
         said.append("Each pair is listed, since solreffriction, which ends its slip, depends on the pair's masses.")
     if scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free":

@@ -62,7 +62,7 @@ def _bit(mujoco: Any, flag: str) -> int:
 
 
 def _there(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
-    """Return the settings without flags that this release lacks. They read back as unset."""
+    """Return the settings without flags that this release lacks. Missing flags read back as unset."""
     return {name: value for name, value in settings.items() if name not in _LATER or _bit(mujoco, name)}
 
 
@@ -292,5 +292,5 @@ class MujocoWorld:
         self._clock.restart(time_s)
 
     def close(self) -> None:
-        """Release model and data. The last reference frees their memory."""
+        """Release model and data. Their memory is freed with the last reference."""
         del self._data, self._warnings, self._qpos, self._qvel, self._probe, self._dampings, self._model

@@ -24,7 +24,7 @@ from carom_adapters.newton.limits import CAPABILITIES, LEAST, OF_THE_SOLVER, SET
 
 
 class NewtonWorld:
-    """One model of spheres. Their second coordinate is 0: rotations about that axis leave it exactly 0."""
+    """One model of spheres. The second coordinate of all spheres is 0: rotations about that axis leave it exactly 0."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("Newton", scene, settings, SETTINGS, at_least=LEAST)

@@ -22,7 +22,7 @@ _EXPORTED = re.compile(r"^export (?:async )?(?:const|function|class) (\w+)", re.
 
 
 class NpmAdapter(ProgramAdapter):
-    """An engine in a folder next to this file. It can also be written as a program."""
+    """An engine in a folder next to this file. The engine's world can also be written as a program."""
 
     def __init__(self, manifest: Path) -> None:
         super().__init__(load_manifest(manifest), manifest.resolve().parent)

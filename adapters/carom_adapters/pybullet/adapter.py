@@ -118,7 +118,7 @@ adapter = EngineAdapter(
             CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
-            "The tuned settings with cylinders instead of spheres. Like a user's, they can turn, and tip over.",
+            "The tuned settings with cylinders instead of spheres. The cylinders can turn, so they tip over.",
             _cylinder_plain,
         ),
     },

@@ -57,8 +57,8 @@ LARGEST_RADIUS_M = 2.8e5
 #: A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
 LARGEST_COORDINATE_M = 1e17
 
-#: By default a body is a multibody. Its speed is clamped to the first of these (m_maxCoordinateVelocity), and its spin
-#: has the same clamp. Contacts slower than the second are made inelastic (restitutionVelocityThreshold).
+#: By default a body is a multibody. A multibody's speed is clamped to the first limit (m_maxCoordinateVelocity), and
+#: its spin has the same clamp. Contacts slower than the second are made inelastic (restitutionVelocityThreshold).
 SHIPPED_SPEED_CLAMP_M_S = 100.0
 SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2

@@ -66,7 +66,7 @@ def structure_of(scene: Scene, settings: Mapping[str, Setting]) -> object:
     """Return a scene without the start states of its movable discs; None if the scene must be rebuilt.
 
     Bullet stores state that cannot be reset. With three bodies or more it keeps the order in which pairs came near, and
-    solves shared contacts in that order, which changes the last bits. It also keeps contact points of cylinders and
+    solves shared contacts in that order, which changes the last bits. Bullet also keeps contact points of cylinders and
     planes. After a run in which a disc rolled, a contact point slightly off its line turns it in the next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven

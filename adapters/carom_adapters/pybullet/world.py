@@ -90,7 +90,7 @@ class PybulletWorld:
             is_built = key is not None and key == self._key
             if is_built:
                 self._discs, self._movable, self._number = discs, movable, number
-                # Its step may have been cut.
+                # The step of a reused client may have been cut.
                 self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
             else:
                 self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument is flags
@@ -212,7 +212,7 @@ class PybulletWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings. Those that PyBullet reports are read back from it."""
+        """The settings. Settings that PyBullet reports are read back from it."""
         world = self._bullet.getPhysicsEngineParameters(self._client)
         body = self._bullet.getDynamicsInfo((self._movable or self._discs)[0], -1, self._client)
         return self._asked | {
@@ -274,7 +274,7 @@ class PybulletWorld:
 
     def _contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
-        # Bullet solves the contacts that are closer than this. Its default is beyond any distance.
+        # Bullet solves the contacts that are closer than this. Bullet's default is beyond any distance.
         solved_below = float(self._asked.get("contactProcessingThreshold", math.inf))
         found = []
         for point in self._bullet.getContactPoints(physicsClientId=self._client):

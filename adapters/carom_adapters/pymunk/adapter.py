@@ -20,8 +20,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         # Simultaneous contacts are solved by iteration. A break of ten discs gains 2e-7 of its energy with pymunk's
         # default of 10 iterations, and 2e-14 with 20.
         "iterations": 20,
-        # Chipmunk pushes overlapping bodies apart, in addition to the bounce. This is the fraction of an overlap that
-        # is left after a second, so with 1 bodies are never pushed.
+        # Chipmunk pushes overlapping bodies apart, in addition to the bounce. The setting is the fraction of an overlap
+        # that is left after a second, so with 1 bodies are never pushed.
         "collision_bias": 1.0,
         # A disc that slides over the joint of two segments catches on it, unless the segments know each other.
         NEIGHBORS: 1,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from carom.engines.api import Capabilities, ContactTimes, Scene, Setting, Stamp, require_sound, require_supported
 
-#: Attributes of `pymunk.Space`, by pymunk's own names. Those that a profile omits keep pymunk's defaults.
+#: Attributes of `pymunk.Space`, by pymunk's own names. Attributes that a profile omits keep pymunk's defaults.
 SPACE_SETTINGS = (
     "iterations",
     "damping",

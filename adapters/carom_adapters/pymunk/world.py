@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     import pymunk
     from pymunk import Vec2d
 
-    #: Normal of an arbiter, and its impulses along and across it, newton-seconds. The last is None if no disc spins.
+    #: Normal of an arbiter, and its impulses along and across it, newton-seconds. The impulse across is None if no disc
+    #: spins.
     ArbiterImpulse = tuple[Vec2d, float, float | None]
 
 Pair = tuple[int, int]
@@ -144,7 +145,7 @@ class PymunkWorld:
         )
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
-        """Add the impulse of an arbiter. Its first body is the one whose arbiters are being read."""
+        """Add the impulse of an arbiter. The arbiter's first body is the one whose arbiters are being read."""
         normal = arbiter.normal
         total = -arbiter.total_impulse
         impulse = total.dot(normal)

@@ -48,7 +48,7 @@ def _located(dt_s: float) -> dict[str, Setting]:
         # So a step depends only on positions and velocities, and can be undone.
         "contact_recycling": False,
         "warmstart_coefficient": 0.0,
-        # A power of two, so it rounds nothing. It is no more than the rounding of 32-bit floats.
+        # A power of two, so it rounds nothing. The part is no more than the rounding of 32-bit floats.
         "first_part": 2.0**-24,
     }
 

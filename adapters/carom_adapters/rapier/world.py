@@ -171,7 +171,7 @@ class RapierWorld:
         return ""
 
     def close(self) -> None:
-        """Release the world. The last reference frees its memory."""
+        """Release the world. Its memory is freed with the last reference."""
         del self._all, self._bodies, self._number, self._world
 
 

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 Settings = Mapping[str, Setting]
 
-#: Reason in `Profile.changed` of a `default` profile. It lists all settings that differ from the engine's defaults.
+#: Reason in `Profile.changed` of a `default` profile. Such a profile lists all settings that differ from the engine's
+#: defaults.
 OF_THE_SCENE = "the scene's"
 #: Reason for a disc that is kept from turning. The friction of such a disc is 0, so nothing could turn it.
 NOT_TURNED = "kept from turning if nothing spins or rubs, which changes roundings only"
@@ -37,7 +38,8 @@ class EngineAdapter:
         capabilities: Its capabilities.
         knobs: Settings that may be searched, with their ranges, by name.
         profiles: Profiles by name.
-        world: Builds a world from a scene and settings. It raises AdapterError if the engine does not support them.
+        world: Builds a world from a scene and settings. The function raises AdapterError if the engine does not support
+            the scene or settings.
         code: Writes the same world as code of the engine (`carom.engines.api.CodedAdapter`); None if not supported.
         read: Reads a file of the engine as a scene (`carom.engines.api.ReadingAdapter`); None if not supported.
     """

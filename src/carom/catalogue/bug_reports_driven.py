@@ -30,7 +30,7 @@ def _at_a_mallet(
 @misses(
     thread="https://github.com/NITDgpOS/AirHockey/issues/30",
     reported="A puck often passes a paddle if both move. If it bounces, it does not get the velocity of the paddle.",
-    made="The thread has no scene. Both move head-on, by more than their reach in a frame; all sizes are chosen here.",
+    made="The thread has no scene. Puck and mallet move head-on, past their reach in a frame; sizes are chosen here.",
 )
 def _airhockey_30() -> Staged:
     """A puck and a mallet approach each other so fast that they pass each other between two frames."""
@@ -68,7 +68,7 @@ def _matter_js_672() -> Staged:
     symptom=Symptom.ESCAPES,
     thread="https://github.com/viblo/pymunk/issues/137",
     reported="Balls that bounce in a movable box of four segments enter its walls, and get through them.",
-    made="The box of four edges is from the thread. It moves straight, with one ball in it; all sizes are chosen here.",
+    made="The box of four edges is from the thread. The box moves straight, with one ball; sizes are chosen here.",
 )
 def _pymunk_137() -> Staged:
     """A ball bounces in a moving box; relative to the box, it bounces in a box at rest."""
@@ -79,7 +79,7 @@ def _pymunk_137() -> Staged:
 @complained(
     thread="https://github.com/erincatto/box2d/issues/117",
     reported="A box dropped on a moving platform sticks to it for a while, and then has its old velocity.",
-    made="A ball replaces the box. It bounces on a rough platform that moves sideways; sizes are chosen here.",
+    made="A ball replaces the box. The ball bounces on a rough platform that moves sideways; sizes are chosen here.",
 )
 def _box2d_117() -> Staged:
     """A ball falls on a platform that moves sideways: it slips all the time, and friction drags it along."""

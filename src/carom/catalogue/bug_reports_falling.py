@@ -48,7 +48,7 @@ def _dropped(
 
 @loses_energy(
     thread="https://github.com/bulletphysics/bullet3/issues/1530",
-    reported="Dropped from small heights an ideal ball keeps its energy. From 10 m it loses some at every "
+    reported="Dropped from small heights an ideal ball keeps its energy. Dropped from 10 m it loses energy at every "
     "bounce, until it bounces to some 4.5 m.",
     made=f"The height is from the thread. {_OURS}",
 )

@@ -176,7 +176,7 @@ def _pooltool_354() -> Staged:
     reported="Particles that overlap at the start cause events in the past; time runs backwards and particles "
     "leave the box.",
     symptom=Symptom.ESCAPES,
-    made="Carom refuses overlaps at the start, except for rounding. This is the deepest overlap that it accepts.",
+    made="Carom refuses overlaps at the start, except for rounding. The overlap is the deepest that Carom accepts.",
 )
 def _visualchemeng_10() -> Staged:
     """Two discs begin in contact, overlap by one rounding error, and approach each other."""

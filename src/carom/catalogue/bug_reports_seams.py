@@ -1,7 +1,7 @@
 """Complaints about seams: on floors and walls made of pieces, a ball bumps, stops, or bounces off at an angle.
 
-A floor in pieces acts like one floor. Its scene is one edge with `pieces`, into which an engine cuts it. A rolling ball
-has no impacts, so here the ball comes down on the floor slowly, near a seam.
+A floor in pieces acts like one floor. The scene has one edge with `pieces`, into which an engine cuts the edge. A
+rolling ball has no impacts, so here the ball comes down on the floor slowly, near a seam.
 """
 
 from __future__ import annotations

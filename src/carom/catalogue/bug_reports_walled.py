@@ -129,8 +129,8 @@ def _pooltool_217_touching() -> Staged:
     package="Nimble Physics",
     thread="https://github.com/keenon/nimblephysics/issues/143",
     reported="Two balls and a wall, restitution 1, no gravity: the velocities after the impacts are wrong.",
-    made="Radius, wall, step and restitution are from the thread. Its positions and speeds could not be read; those "
-    "here are chosen.",
+    made="Radius, wall, step and restitution are from the thread. Its positions and speeds could not be "
+    "read, so they are chosen here.",
 )
 def _nimble_143() -> Staged:
     """A ball bounces off a wall, and meets the ball that follows it."""

@@ -60,8 +60,8 @@ def _galperin_100() -> Staged:
         walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
         duration_s=2.0,
     )
-    # In coordinates scaled by the root of the mass the pair is one point. It moves between the wall's line, at angle 0,
-    # and the line on which the discs touch.
+    # In coordinates scaled by the root of the mass the pair is one point. The point moves between the wall's line, at
+    # angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
     bounces = wedge_impacts(
         complex(root_heavy * gap_heavy, root_light * gap_light),
@@ -89,14 +89,14 @@ def _three_in_line() -> Staged:
     pair, everything = m0 + m1, m0 + m1 + m2
     angle = math.acos(math.sqrt(m0 * m2 / ((m0 + m1) * (m1 + m2))))
     most = math.ceil(math.pi / angle)
-    # The path must cross the rays at `most` angles, so its final direction is beyond the last ray. It must also turn by
-    # less than half a turn from the start, which is within the first wedge. Start and direction are the middles of the
-    # ranges that remain.
+    # The path must cross the rays at `most` angles, so its final direction is beyond the last ray. The path must also
+    # turn by less than half a turn from the start, which is within the first wedge. Start and direction are the middles
+    # of the ranges that remain.
     direction = (most * angle + math.pi + angle) / 2
     start_argument = (direction - math.pi + angle) / 2
     start, velocity = cmath.rect(1.2, start_argument), cmath.rect(1.5, direction)
     # Jacobi coordinates: the imaginary part is the gap of the first two discs, the real part the distance of the third
-    # from their centre of mass. Each is multiplied by the root of its reduced mass.
+    # from their centre of mass. Both are multiplied by the root of their reduced masses.
     root_pair, root_third = math.sqrt(m0 * m1 / pair), math.sqrt(pair * m2 / everything)
 
     def on_the_line(z: complex) -> tuple[complex, complex, complex]:

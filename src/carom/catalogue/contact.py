@@ -291,7 +291,7 @@ def _rolling_resistance_holds() -> Staged:
 
 @listed("contact")
 def _rolling_resistance_on_a_slope() -> Staged:
-    """A disc rolls down a slope that rolling resistance does not hold; its acceleration is c P/(1 + k) less."""
+    """A disc rolls down a slope, and rolling resistance reduces its acceleration by c P/(1 + k)."""
     source = f"{_ROLLING}: u' = (g sin - c g cos)/(1 + k)"
     return _on_a_wall(source, (1.2, 2.4, -2.4), 1.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.3)
 

@@ -114,7 +114,7 @@ def before_a_paddle(
 
 
 def _in_a_cylinder(drive: Fraction, duration: Fraction) -> Staged:
-    """Stage a disc between a wall and a piston. It begins in the middle, at 1 m/s towards the wall."""
+    """Stage a disc between a wall and a piston. The disc begins in the middle, at 1 m/s towards the wall."""
     source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); the times by rational recurrence"
     return before_a_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
 

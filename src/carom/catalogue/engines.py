@@ -1,4 +1,4 @@
-"""Scenes of undocumented behaviour of engines, described on the pages of docs/engines. They run only when named."""
+"""Scenes of undocumented behaviour of engines, described on the pages of docs/engines. These run only when named."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class KnownImpact:
 
 @dataclass(frozen=True)
 class KnownAnswer:
-    """Answer of mathematics or a cited source. It is never computed by the tested code.
+    """Answer of mathematics or a cited source. The tested code never computes it.
 
     In addition to these fields, the answer is that no two bodies overlap at the end of a scene.
 
@@ -88,7 +88,7 @@ class KnownAnswer:
 
 
 class Staged(NamedTuple):
-    """A scene with its known answer. One function makes both, since they depend on the same few numbers."""
+    """A scene with its known answer. One function makes scene and answer, since they depend on the same few numbers."""
 
     scene: Scene
     known: KnownAnswer

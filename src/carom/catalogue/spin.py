@@ -21,8 +21,8 @@ _CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: a grip ends rolling, v' = v/(1 + k
 _ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the lesser of f and k/(1 + k) tan(cut)/(1 + e)"
 _GARWIN = "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
 
-#: Time of the first impact of most scenes, seconds. It is not at the end of a step that divides a frame, where rounding
-#: would decide whether the impact is detected at once.
+#: Time of the first impact of most scenes, seconds. The time is not at the end of a step that divides a frame, where
+#: rounding would decide whether the impact is detected at once.
 _FIRST_S = 0.42
 #: A coefficient at which no impact of these scenes slides: the most that PyBullet simulates.
 _GRIP = 10.0

@@ -26,7 +26,7 @@ def _stadium() -> Chain:
 
 
 def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain | Ring, source: str) -> Staged:
-    """Stage a disc that moves along a polygon and meets the wall at each corner. It begins in the middle of a side.
+    """Stage a disc that moves along a polygon, from the middle of a side, and meets the wall at each corner.
 
     No equation is solved: at an impact the velocity takes the direction of the next side.
     """

@@ -108,7 +108,7 @@ class AdapterPoint:
 
 @cache
 def _program(manifest: str) -> ProgramAdapter:
-    """Return the adapter of a manifest. It is cached, since it keeps its program running for the next world."""
+    """Return the adapter of a manifest. The adapter is cached, since it keeps its program for the next world."""
     from carom.engines.protocol.adapter import program_adapter
 
     return program_adapter(manifest)
@@ -245,7 +245,7 @@ def load_adapter(name: str) -> Adapter:
 
     Raises:
         UnknownNameError: No adapter has the name.
-        AdapterError: Its entry point can't be loaded, or the object is not an adapter.
+        AdapterError: The adapter's entry point can't be loaded, or the object is not an adapter.
     """
     require_named(name)
     point = adapter_points()[name]
@@ -280,7 +280,7 @@ def has_part(thing: object, part: str) -> bool:
 
 
 def unavailable_reason(engine: Engine) -> str:
-    """Return why an engine can't be used here (not installed, or too old); empty if it can. It is not imported."""
+    """Return why an engine can't be used here (missing or too old); empty if it can. The engine is not imported."""
     try:
         found = not engine.module or importlib.util.find_spec(engine.module) is not None
     except (ImportError, ValueError):  # the parent package of a dotted name is missing, or has no spec

@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 
 class Codec(Generic[T]):
-    """Writes and reads values of one type as JSON. Creation takes milliseconds: reuse it for a type.
+    """Writes and reads values of one type as JSON. Creation takes milliseconds, so reuse it.
 
     Args:
         kind: The type: a dataclass that JSON can represent.
@@ -65,7 +65,7 @@ def _validator(read: Callable[[Any], Any]) -> PlainValidator:
 
 
 def _array(dtype: DTypeLike) -> Any:
-    """Return an array type that pydantic can convert. It may be combined with `| None`."""
+    """Return an array type that pydantic can convert. The type may be combined with `| None`."""
 
     def packed(array: NDArray[Any]) -> Any:
         return [list(array.shape), base64.b64encode(np.asarray(array, dtype).tobytes()).decode()]
@@ -77,12 +77,12 @@ def _array(dtype: DTypeLike) -> Any:
     return Annotated[Any, PlainSerializer(packed), _validator(unpacked)]
 
 
-#: Fields that an older journal of this format may lack. They are None then.
+#: Fields that an older journal of this format may lack. Missing fields are None.
 LATER = frozenset({"edges", "modes", "looks", "rests"})
 
 
 def _carried(kind: type[Any], **carried: Any) -> Any:
-    """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` are types of fields.
+    """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` has field types.
 
     In a separate text, NaN and infinities can be numbers. As strings they could not be distinguished from text
     settings.

@@ -80,7 +80,7 @@ def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
 
 
 def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
-    """Return the capabilities of a method. Those of a profile apply only if no setting is replaced."""
+    """Return the capabilities of a method. A profile's capabilities apply only if no setting is replaced."""
     return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
 
 

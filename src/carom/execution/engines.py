@@ -1,8 +1,8 @@
 """Declarations and settings of adapters, queried in worker processes, since an adapter is third-party code.
 
-Only the adapters that a command needs are queried. Those of one distribution share a process, since starting one takes
-longer than the query. An adapter that hangs, ends its process or declares something invalid is unavailable for that
-reason; others are not affected.
+Only the adapters that a command needs are queried. Adapters of one distribution share a process, since starting one
+takes longer than the query. An adapter that hangs, ends its process or declares something invalid is unavailable for
+that reason; others are not affected.
 """
 
 from __future__ import annotations

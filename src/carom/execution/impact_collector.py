@@ -1,7 +1,7 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
-A contact that lasts several steps becomes one impact. Its velocities are those just before its first step and just
-after its last. If a method reports the velocities of a contact itself, these are used.
+A contact that lasts several steps becomes one impact. The impact's velocities are those just before its first step and
+just after its last. If a method reports the velocities of a contact itself, these are used.
 """
 
 from __future__ import annotations
@@ -381,9 +381,9 @@ def _effective_time(
     """Return the instant at which the free-flight paths before and after the contact are nearest, by least squares.
 
     With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are d0 +
-    u0 (t - t0) and d1 + u1 (t - t1). They meet, in one dimension exactly, where their difference is least. It is a
-    linear function of t with slope u0 - u1, also under gravity, where both are parabolas of one curvature. With damping
-    they are lines in undamped time. On a table their curvatures differ.
+    u0 (t - t0) and d1 + u1 (t - t1). The lines meet, in one dimension exactly, where their difference is least. The
+    difference is a linear function of t with slope u0 - u1, also under gravity, where both are parabolas of one
+    curvature. With damping they are lines in undamped time. On a table their curvatures differ.
     """
     d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
     d1, u1 = _relative(pair, contact.end, contact.end_s, leg)

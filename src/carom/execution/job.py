@@ -77,7 +77,7 @@ class Job:
         scene: The scene.
         method: Engine and profile.
         dt_s: Step, seconds.
-        refinement: Index of the step among those of the scene, 0 for the coarsest. It makes scenes comparable.
+        refinement: Index of the step among those of the scene, 0 for the coarsest. The index makes scenes comparable.
         phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
     """
 
@@ -164,7 +164,7 @@ class Answer(Generic[T]):
 
 
 class Task(Protocol[T_co]):
-    """Work with one engine. It is sent to a worker process, carried out there, and its value is sent back."""
+    """Work with one engine. The task is sent to a worker process, carried out there, and its value is sent back."""
 
     @property
     def engine(self) -> str:

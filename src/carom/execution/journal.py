@@ -91,7 +91,7 @@ class Journal(MemoryJournal[K, T], Closeable):
     Args:
         of: Name of the content, in words.
         kind: Type of the entries. JSON must be able to represent their keys and values.
-        path: The file, in an existing folder. It is created if it does not exist.
+        path: The file, in an existing folder. The file is created if it does not exist.
         stamp: Options that a resumed run must share with the run that began the journal.
         resume: Whether to continue an existing journal. Without it, an existing one is refused.
         retry: Whether to continue an existing journal, without the entries in which an engine failed.

@@ -1,4 +1,4 @@
-"""Options shared by all studies, and the options of a cross-check. They are declared by `carom.support.options`."""
+"""Options shared by all studies, and the options of a cross-check, declared by `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def engine_names(*, stamped: bool = False) -> Any:
     return option(
         None,
         ValueKind("a name", "NAME", name().take, _engine, name().wrong),
-        "Engine name, or path of an engine.toml; repeatable. Its code runs with your permissions.",
+        "Engine name, or path of an engine.toml; repeatable. The engine's code runs with your permissions.",
         "--engine",
         "-e",
         many=True,

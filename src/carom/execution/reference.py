@@ -74,7 +74,7 @@ def require_reference(found: Trace | str) -> Trace:
     """Return the trace that `solve_reference` found.
 
     Raises:
-        UnsupportedError: It found none.
+        UnsupportedError: There is no reference.
     """
     if isinstance(found, str):
         raise UnsupportedError(found)

@@ -29,7 +29,7 @@ T = TypeVar("T")
 class DependentTasks(ABC, Generic[T]):
     """Several tasks with one result. Later tasks depend on the answers to earlier ones.
 
-    It is pickled if the pool is a cluster.
+    An instance is pickled if the pool is a cluster.
     """
 
     @property

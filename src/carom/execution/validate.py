@@ -49,7 +49,7 @@ def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
     """Return a text from an adapter, of at most `most` characters, as a plain string.
 
     Raises:
-        AdapterError: It is not a text, is too long, or is not valid Unicode. The message names it as `what`.
+        AdapterError: The value is not a text, is too long, or is not valid Unicode. The message names it as `what`.
     """
     if not isinstance(value, str):
         raise adapter_error(f"{what} must be a text, got {_shown(value)}")
@@ -67,7 +67,7 @@ def plain_settings(settings: object, of: str) -> dict[str, Setting]:
     """Return settings as plain numbers, bools and strings. Messages describe their owner by `of`.
 
     Raises:
-        AdapterError: They are not a mapping, or a name or value has another type.
+        AdapterError: The settings are not a mapping, or a name or value has another type.
     """
     return {
         plain_text(name, f"a name among the settings {of}"): _plain(name, value, of)
@@ -100,7 +100,7 @@ def plain_counts(counts: object) -> dict[str, int]:
     """Return work counts as plain numbers.
 
     Raises:
-        AdapterError: They are not a mapping of texts to whole numbers.
+        AdapterError: The counts are not a mapping of texts to whole numbers.
     """
     return {
         plain_text(name, "a name among the counts"): _whole(count, f"count {name!r}", least=0)

@@ -1,7 +1,7 @@
 """Watchdog: terminates a worker and all its child processes when the worker ends or the parent exits.
 
-It is run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.worker_process`, or forked by
-`carom.execution.fork_server`. It forks before it loads an adapter. The child becomes the worker
+The watchdog is run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.worker_process`, or
+forked by `carom.execution.fork_server`. The watchdog forks before it loads an adapter. The child becomes the worker
 (`carom.execution.worker`) and uses standard input, output and error. The watchdog waits until one of these happens:
 
 - The worker ends.

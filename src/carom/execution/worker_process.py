@@ -50,7 +50,7 @@ class ClosedError(Exception):
 
 
 class Worker:
-    """One worker process. It is started at the first task, and again after a task that ended it.
+    """One worker process. The process is started at the first task, and again after a task that ended it.
 
     Args:
         memory_bytes: Memory limit of the process, and of each process that it starts.
@@ -69,8 +69,8 @@ class Worker:
     def run_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
         """Send tasks in one message and yield the answer to each, in order, as soon as it arrives.
 
-        A task fails alone if it ends the process, exceeds `time_limit_s` or returns an invalid answer. Its answer has
-        the reason, and the tasks after it are sent again.
+        A task fails alone if it ends the process, exceeds `time_limit_s` or returns an invalid answer. The task's
+        answer has the reason, and the tasks after it are sent again.
 
         Raises:
             ClosedError: The worker was closed during a task.
@@ -162,8 +162,8 @@ class _Process:
     """
 
     def __init__(self, folder: str, memory_bytes: int, fork_server: ForkServer | None) -> None:
-        # The child must find exactly the adapters that this process finds, wherever they are on the path. It works in
-        # a folder of its own, so that an engine's log file is not written next to the user's scenes.
+        # The child must find exactly the adapters that this process finds, wherever they are on the path. The child
+        # works in a folder of its own, so that an engine's log file is not written next to the user's scenes.
         path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
         forked = fork_server.start(folder, path, memory_bytes) if fork_server is not None else None
         self._popen = forked or _start_watchdog(folder, path, memory_bytes)
@@ -236,7 +236,7 @@ class _Process:
         return f"it last printed: {said}" if said else ""
 
     def describe_end(self) -> Answer[Any]:
-        """Return how the process ended and its last output. One that closed its answer pipe has not crashed."""
+        """Return how the process ended and its last output. A process that closed its answer pipe has not crashed."""
         try:
             code = self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:

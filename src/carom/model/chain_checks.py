@@ -36,7 +36,7 @@ class Surd(NamedTuple):
 
 
 class Place(NamedTuple):
-    """A point that two edges may share. Its coordinates are `Surd`s with the same square root."""
+    """A point that two edges may share. The coordinates are `Surd`s with the same square root."""
 
     x: Surd
     y: Surd

@@ -1,8 +1,8 @@
 """Geometry of finite walls in floats: straight edges, arcs and circles, and their point nearest to a given point.
 
-An edge runs from one point to the next. Its bulge is the tangent of a quarter of its angle, as in DXF. A bulge of 0 is
-a straight edge, 1 is half of a circle, and a positive bulge runs counterclockwise. The wall consists of all points
-within a half width of the line.
+An edge runs from one point to the next. The edge's bulge is the tangent of a quarter of its angle, as in DXF. A bulge
+of 0 is a straight edge, 1 is half of a circle, and a positive bulge runs counterclockwise. The wall consists of all
+points within a half width of the line.
 """
 
 from __future__ import annotations
@@ -102,8 +102,8 @@ class Stretch(NamedTuple):
         """Return the power of a point: its squared distance from an arc's centre minus the squared radius.
 
         The power is computed from the arc's ends, so a huge radius costs no digits. For every circle through both ends
-        it is ``(p - a).(p - b)`` plus a multiple of the cross product of the chord and ``p - a``. That product is 0 on
-        the line through the ends.
+        it is ``(p - a).(p - b)`` plus a multiple of the cross product of the chord and ``p - a``. The cross product is
+        0 on the line through the ends.
         """
         (ax, ay), (bx, by), bulge = self.edge
         across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)

@@ -1,6 +1,6 @@
 """Shorthand of scene files: lengths in pixels, and a disc's moment of inertia by its shape.
 
-It is expanded when a file is read. A scene itself contains only metres and moments of inertia.
+The shorthand is expanded when a file is read. A scene itself contains only metres and moments of inertia.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ class Overlap(NamedTuple):
     Attributes:
         disc: Number of the disc; the higher number if both bodies are discs.
         other: Number of the other disc, or of the wall.
-        message: What is wrong and what to do. It is printed after the name of the disc's position.
+        message: What is wrong and what to do. The message is printed after the name of the disc's position.
     """
 
     disc: int
@@ -44,9 +44,9 @@ class Overlap(NamedTuple):
 def input_rounding(size: Floats) -> Floats:
     """Return the largest overlap that rounding of the input can explain.
 
-    The gap of two discs depends on six numbers. Each is rounded to a float, by half a unit in the last place of the
-    largest: 3 units in all. The computation of the gap rounds five times, by less than 3 units. Discs that touch in the
-    decimal numbers of a file must not be refused for binary rounding.
+    The gap of two discs depends on six numbers. Each number is rounded to a float, by half a unit in the last place of
+    the largest: 3 units in all. The computation of the gap rounds five times, by less than 3 units. Discs that touch in
+    the decimal numbers of a file must not be refused for binary rounding.
 
     Args:
         size: Magnitude of the largest number in the computation of a gap, metres.

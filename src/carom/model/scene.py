@@ -95,7 +95,7 @@ class Disc(Model):
         velocity_m_s: Velocity at time 0, metres a second.
         radius_m: Radius, metres, above 0.
         mass_kg: Mass, kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is a disc that no impact moves.
-        driven: Whether a disc of infinite mass moves. It keeps its velocity and spin at every impact.
+        driven: Whether a disc of infinite mass moves. The disc keeps its velocity and spin at every impact.
         legs: Path of a driven disc as a list of velocities, each from a given time on; replaces `velocity_m_s`.
         spin_rad_s: Rate of turning at time 0, counterclockwise, radians a second.
         inertia_factor: Moment of inertia over mass times radius squared, above 0 and up to 1: 1/2 for a uniform disc,
@@ -166,13 +166,13 @@ class Scene(Drawn, Model):
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
         damping_per_s: Rate c of linear damping, 1/s, 0 or more: between impacts velocities and spins of all discs fall
-            as ``exp(-c t)``. It must be 0 in a scene with gravity. See `docs/theory/damping.md`.
+            as ``exp(-c t)``. The rate must be 0 in a scene with gravity. See `docs/theory/damping.md`.
         wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more. If a disc
             of radius R presses on a wall with the force P, the wall resists its rotation with a torque of up to c P R.
-            So c is the tangent of the steepest slope on which a disc stays at rest. It needs gravity, and
-            `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
+            So c is the tangent of the steepest slope on which a disc stays at rest. Rolling resistance needs gravity,
+            and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
         table_deceleration_m_s2: Deceleration of discs that slide on a table, metres a second squared. The scene is then
-            seen from above. It excludes gravity, damping, spin, friction and driven bodies. See
+            seen from above. A table excludes gravity, damping, spin, friction and driven bodies. See
             `docs/theory/contact.md`.
         duration_s: Duration of the simulation, seconds, above 0.
         frame_rate_hz: Frames per second of a frame-sampled method, unless a run sets another rate.
@@ -303,7 +303,7 @@ class Scene(Drawn, Model):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """Features that this scene requires of a method. They are compared with the method's declarations."""
+        """Features that this scene requires of a method. These features are compared with the method's declarations."""
         start = self.arrays
         least_wall = min((material.restitution for material in start.materials), default=1.0)
         finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
@@ -333,7 +333,7 @@ class Scene(Drawn, Model):
         return frozenset(need for need, is_needed in wanted.items() if is_needed)
 
     def _encloses(self, ring: Ring) -> bool:
-        """Whether a disc is inside a circle at time 0. It then stays inside, since no centre crosses a wall."""
+        """Whether a disc is inside a circle at time 0. The disc then stays inside, since no centre crosses a wall."""
         return any(math.dist(disc.position_m, ring.centre_m) < ring.radius_m for disc in self.discs)
 
     def half_planes(self) -> tuple[Wall, ...]:

@@ -454,7 +454,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
 def kinetic_energy(
     scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
 ) -> float:
-    """Return the kinetic energy of the movable discs, joules. It includes rotation if spins are given.
+    """Return the kinetic energy of the movable discs, joules. Rotation is included if spins are given.
 
     `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has no rotational energy.
     """

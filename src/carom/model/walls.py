@@ -121,7 +121,7 @@ class Wall(_Common):
             0. A wall with (0, 0) is at rest.
         legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a belt, metres a second: the wall's surface moves to the left of the normal into the
-            free side. It acts through friction alone.
+            free side. A belt acts through friction alone.
     """
 
     point_m: Vector
@@ -146,7 +146,7 @@ class Chain(_Common):
             0. A wall with (0, 0) is at rest.
         legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a belt, metres a second: the surface moves to the left of the normal that points to
-            the disc, on either side of the line. It acts through friction alone.
+            the disc, on either side of the line. A belt acts through friction alone.
     """
 
     left_out = ("bulges", "closed", "half_width_m", "solid", "pieces", *_Common.left_out)
@@ -187,7 +187,7 @@ class Ring(_Common):
             0. A wall with (0, 0) is at rest.
         legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a belt, metres a second: the surface moves to the left of the normal that points to
-            the disc, on either side of the circle. It acts through friction alone.
+            the disc, on either side of the circle. A belt acts through friction alone.
     """
 
     left_out = ("half_width_m", *_Common.left_out)

@@ -1,6 +1,6 @@
 """Runs with damping: a run without damping, with its times and velocities converted. See `carom.model.damping`.
 
-PIC runs without damping as far as the damped discs get. Its instants and velocities are then converted back.
+PIC runs without damping as far as the damped discs get. Instants and velocities are then converted back.
 """
 
 from __future__ import annotations

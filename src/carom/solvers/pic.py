@@ -1,6 +1,6 @@
 """PIC, predicted instant of collision: event-driven, without frames.
 
-PIC solves for the next impact of each disc. It applies the earliest one at its instant, and then predicts only the
+PIC solves for the next impact of each disc. PIC applies the earliest one at its instant, and then predicts only the
 discs of this impact again. So all impacts happen in order, however many there are between two frames.
 """
 
@@ -30,7 +30,7 @@ _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64
 
 
 def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
-    """Return a PIC run of a scene, with any gravity or damping. It can be advanced in pieces.
+    """Return a PIC run of a scene, with any gravity or damping. The run can be advanced in pieces.
 
     `all_pairs` computes all pairs at each event; it changes no result.
     """

@@ -1,6 +1,6 @@
 """Reader of untrusted TOML and JSON, with limits of time and memory.
 
-The limits are in `carom.support.limits`. They are checked on the bytes before parsing, because parsers build every
+The limits are in `carom.support.limits`. Limits are checked on the bytes before parsing, because parsers build every
 value, and the time of some grows with the square of the size.
 """
 

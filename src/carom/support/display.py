@@ -21,7 +21,7 @@ def shown_by(view: Callable[[str], Callable[..., Any]]) -> None:
 
 
 class Shown:
-    """A result that is displayed in a few lines. Its dataclass is declared with ``repr=False``."""
+    """A result that is displayed in a few lines. The dataclass is declared with ``repr=False``."""
 
     def __repr__(self) -> str:
         text: str = _view("summary")(self)

@@ -12,7 +12,7 @@ _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 #: as many.
 _LAST_LINES = 40
 
-#: Characters that are shown as escapes. They are control characters except tab and line feed, changes of the direction
+#: Characters that are shown as escapes. These are control characters except tab and line feed, changes of the direction
 #: of writing, further line ends, invisible characters, and halves of a surrogate pair.
 _HIDDEN = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2064\u2066-\u2069\ufeff\ud800-\udfff]"

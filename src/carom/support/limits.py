@@ -35,7 +35,7 @@ MOST_STEPS = 2**32
 #: docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
-#: Discs and walls of a scene file. They load in seconds, in less than 500 MB.
+#: Discs and walls of a scene file. Such files load in seconds, in less than 500 MB.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
 

@@ -169,7 +169,7 @@ def _real(value: Any) -> float:
 
 
 def whole(least: int, most: int | None = None) -> ValueKind:
-    """Return the kind of whole numbers, `least` or more and at most `most` if it is given."""
+    """Return the kind of whole numbers from `least` up to `most`; None is no upper limit."""
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
@@ -249,7 +249,7 @@ def _text(value: Any) -> str:
 
 
 def name() -> ValueKind:
-    """Return the kind of names. Their existence is checked elsewhere."""
+    """Return the kind of names. The existence of names is checked elsewhere."""
     return ValueKind("a name", "NAME", _text, wrong=(5, None, True, 0.5, ["x"]))
 
 

@@ -26,7 +26,7 @@ def require_version(version: str) -> str:
     """Return a version if it is safe to pass to a registry's client.
 
     Raises:
-        InputError: It is not a version.
+        InputError: The argument is not a version.
     """
     if not _VERSION.fullmatch(version):
         raise InputError(

@@ -1,4 +1,4 @@
-"""Reader of ``engine.toml``, the manifest of an engine that is a program. It does not start the program."""
+"""Reader of ``engine.toml``, the manifest of an engine that is a program. Reading does not start the program."""
 
 from __future__ import annotations
 
@@ -100,8 +100,8 @@ class Manifest(_Table):
             this file the engine is unavailable. If `version` is empty, the package's version is the engine's.
         command: Command that starts the program. The program runs in an empty folder. A word that begins with ``./`` or
             ``../`` is the path of a file from the manifest's folder.
-        install: Command that installs the program's requirements, shown if they are missing. It has the same kind of
-            words as `command`.
+        install: Command that installs the program's requirements, shown if they are missing. The words are of the same
+            kind as `command`.
         capabilities: Capabilities of the engine.
         profiles: Profiles by name; ``default`` and ``tuned`` at least.
         knobs: Settings that may be searched, with their ranges, by name. Profiles need not have them.

@@ -70,14 +70,14 @@ class Cut(_Message):
 
 
 class Touching(_Message):
-    """Return the pairs of bodies that touch now by the engine's own contact test. It must not change the state."""
+    """Return the pairs that touch now by the engine's own contact test. The request must not change the state."""
 
     do: Literal["touching"] = "touching"
     world: int
 
 
 class Save(_Message):
-    """Return everything that is needed to restore the present state and time. It excludes the length of the steps."""
+    """Return everything needed to restore the present state and time. The length of steps is not included."""
 
     do: Literal["save"] = "save"
     world: int

@@ -1,7 +1,7 @@
 """Broad phase: finds the pairs of discs that are near each other, for any radii, in linear time and memory.
 
-The discs are split into halves again and again, along the longer side of the box around their centres. This gives a
-tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc goes
+The discs are split into halves again and again, along the longer side of the box around their centres. The halves form
+a tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc goes
 down the tree and skips every node that is out of reach or contains higher numbers only. So no arrangement is slow:
 columns, lines, far outliers, radii of all sizes. Immovable discs may overlap each other without cost: a movable disc
 that is near none of them visits only the root of their tree.

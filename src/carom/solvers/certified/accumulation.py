@@ -1,4 +1,4 @@
-"""Detection of infinitely many impacts in a finite time: collapse and crush. They are declared, not proven."""
+"""Detection of infinitely many impacts in a finite time: collapse and crush. Both are declared, not proven."""
 
 from __future__ import annotations
 

@@ -97,8 +97,8 @@ class BallBodies:
     """Positions and velocities of all discs as balls, at the precision of python-flint's context.
 
     Attributes:
-        obstacles: Features of the walls: see `carom.solvers.certified.obstacles`. They are numbered like walls. If all
-            walls are half-planes, the features are the walls.
+        obstacles: Features of the walls: see `carom.solvers.certified.obstacles`. Features are numbered like walls. If
+            all walls are half-planes, the features are the walls.
         time: Reference instant of each disc, seconds, exact.
         x: Centre at the reference instant, like `y`; velocities are `vx` and `vy`. Under gravity, in the falling frame.
         falls: Whether the scene has gravity.
@@ -181,16 +181,16 @@ class BallBodies:
         return max(0, min(int(ctx.prec), known))
 
     def worst_accuracy_bits(self) -> int:
-        """Bits to which the least known velocity component is known, relative to its disc's speed."""
+        """Accuracy of the least accurate velocity component, in bits, relative to its disc's speed."""
         return min(self._accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
-        """Bits to which the best known inexact velocity is known; the working precision if all are exact."""
+        """Accuracy of the most accurate inexact velocity, in bits; the working precision if all are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
         return max((self._accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
     def _accuracy_bits(self, i: int) -> int:
-        """Bits to which the velocity of disc `i` is known; the working precision if it is exact."""
+        """Accuracy of the velocity of disc `i`, in bits; the working precision if it is exact."""
         bits = [v.rel_accuracy_bits() for v in (self.vx[i], self.vy[i]) if not v.is_zero()]
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
@@ -207,7 +207,7 @@ class BallBodies:
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def since(self, i: int, second: int) -> arb:
-        """Return when disc `i` last met a body whose impact may affect one with `second`; 0 if never.
+        """Return when disc `i` last met a body whose impact may affect an impact with `second`; 0 if never.
 
         If two walls are exactly orthogonal, an impact on one changes neither the distance from the other nor the speed
         towards it, unless there is friction.

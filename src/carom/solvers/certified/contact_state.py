@@ -16,8 +16,8 @@ class BallGround(NamedTuple):
 
     Attributes:
         body: Body number of the obstacle.
-        nx: x component of the normal, like `ny`. It has any length, and is exact if the wall's is. (ny, -nx) is along
-            the ground.
+        nx: x component of the normal, like `ny`. The normal has any length, and is exact if the wall's is. (ny, -nx) is
+            along the ground.
         level: The line's distance from the origin along the normal.
         presses: Component of gravity into the ground.
         along: Component of gravity along the ground.
@@ -89,7 +89,7 @@ class BallMode(NamedTuple):
 class End(NamedTuple):
     """End of a mode without an impact: the wait, the time, and the next state.
 
-    The disc has that state then, or its centre is over the end of its face.
+    The disc then has the next state, or its centre is over the end of its face.
     """
 
     wait: arb

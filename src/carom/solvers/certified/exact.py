@@ -59,7 +59,7 @@ def exactly_grazing(bodies: BallBodies, i: int, j: int) -> bool:
 def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
     """Whether a disc on its first path, a parabola, turns back exactly where it touches a half-plane: no impact.
 
-    This is so if ``s^2 = 2 a (P - r |n|)``, with s, a and P the speed, gravity and the centre's offset along n.
+    The condition is ``s^2 = 2 a (P - r |n|)``, with s, a and P the speed, gravity and the centre's offset along n.
     """
     offset, rim2, toward = _root_form(bodies, i, wall_body(k))
     pull = dot(bodies.scene.gravity_m_s2, _plane(bodies, wall_body(k)).normal)

@@ -1,7 +1,7 @@
 """Times, as balls, at which a disc meets a face, a vertex or an arc. `docs/theory/walls.md` derives them.
 
-A disc meets a face like a half-plane. It meets a vertex or an arc's outer side like another disc, at the earlier root
-of ``|d + t u| = R``, and an arc's inner side at the later root. Under gravity the instant is where a quartic falls
+A disc meets a face like a half-plane. A disc meets a vertex or an arc's outer side like another disc, at the earlier
+root of ``|d + t u| = R``, and an arc's inner side at the later root. Under gravity the instant is where a quartic falls
 through zero. In all cases the contact must be on the edge. Near an end of the edge it may be undecided whether the disc
 meets the edge or its continuation. The outline of the thickened wall joins both smoothly, so the time and the state
 after are the hulls of both. Everything is relative to the wall, on one leg of its path if it is driven.
@@ -209,8 +209,8 @@ def _place(sector: Between, x: arb, y: arb) -> On:
 def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
     """Whether a disc on its first path just touches a vertex, or an arc from outside, in passing: no impact.
 
-    This is so if ``u^2 (R + r)^2 = (d x u)^2``, with r the radius and half width. It has the form ``A + B R = 0``,
-    which squaring decides.
+    The condition is ``u^2 (R + r)^2 = (d x u)^2``, with r the radius and half width. The condition has the form ``A + B
+    R = 0``, which squaring decides.
     """
     if not bodies.untouched(i) or bodies.is_driven(wall_index(second)):
         return False

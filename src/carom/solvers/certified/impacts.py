@@ -1,9 +1,9 @@
 """Effect of an impact on discs, in ball arithmetic.
 
-Some cases are linear: walls, and discs that move exactly on one line parallel to an axis. They are computed by linear
-identities, in which errors do not grow. Friction is added. If it is not decided whether two bodies stick or slide, the
-hull of both is used, since friction is continuous between the two. A state after an impact is given at `Meeting.at`,
-before the impact, on the new path extended backwards.
+Some cases are linear: walls, and discs that move exactly on one line parallel to an axis. Linear cases are computed by
+linear identities, in which errors do not grow. Friction is added. If it is not decided whether two bodies stick or
+slide, the hull of both is used, since friction is continuous between the two. A state after an impact is given at
+`Meeting.at`, before the impact, on the new path extended backwards.
 """
 
 from __future__ import annotations
@@ -233,7 +233,7 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
 
 
 def _bounce_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of a disc on a vertex or an arc. It arrives there at the speed ``root / reach``."""
+    """Apply the impact of a disc on a vertex or an arc. The disc arrives there at the speed ``root / reach``."""
     i = meeting.first
     x, y = bodies.moved(i, meeting.at)
     change = near.law.change * near.root

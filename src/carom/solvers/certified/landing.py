@@ -1,7 +1,7 @@
 """The end of infinitely many bounces in certified runs: the state of the disc then, and whether anything interferes.
 
-Bounces are alike if they all slip one way or are held, and so is the spin. They then change speed, slip and position by
-geometric series: `docs/theory/contact.md`.
+Bounces are alike if they all slip one way or are held, and so is the spin. Such bounces change speed, slip and position
+by geometric series: `docs/theory/contact.md`.
 """
 
 from __future__ import annotations
@@ -73,7 +73,8 @@ def _given_back(
     ends at 0 together with the approach, whichever bounces slide. Friction does not change ``y u - q``, which gives the
     speed.
 
-    Otherwise some slip remains if it is larger than all these impacts could remove. It is known up to that amount.
+    Otherwise some slip remains if it is larger than all these impacts could remove. The remaining slip is known up to
+    that amount.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)
@@ -97,7 +98,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
     """Whether disc `i` certainly meets only its ground for a while.
 
     Impacts, friction and walls at rest add nothing to the energy E of all discs, and gravity increases ``sqrt(2 E)`` by
-    at most ``sqrt(M) g`` a second. This bounds the speed of a disc.
+    at most ``sqrt(M) g`` a second. The energy bounds the speed of a disc.
     """
     discs = bodies.scene.discs
     if bodies.fastest_drive:

@@ -14,7 +14,7 @@ ZERO = arb(0)
 
 
 def ball(number: Fraction) -> arb:
-    """Return a ball that contains a rational number. It is exact if the working precision has all of its digits."""
+    """Return a ball that contains a rational number. The ball is exact if the working precision has all digits."""
     return arb(fmpq(number.numerator, number.denominator))
 
 
@@ -34,7 +34,7 @@ class BallLeg(NamedTuple):
 
 
 def legs_of(drive: Drive) -> tuple[BallLeg, ...]:
-    """Return the legs of a path. Each begins at the exact sum of the legs before it."""
+    """Return the legs of a path. A leg begins at the exact sum of the legs before it."""
     found, x, y = [], Fraction(0), Fraction(0)  # part of the displacement that is not velocity times time
     before = (Fraction(0), Fraction(0))
     for leg in drive.legs:

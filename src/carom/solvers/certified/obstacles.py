@@ -1,8 +1,8 @@
 """Exact features of walls that discs meet: half-planes, faces, vertices, and both sides of arcs.
 
 All numbers are rational functions of those in the scene. A finite wall's obstacles are its features, in the order of
-`carom.core.wall_features.features_of`. A face and an arc's side have a continuation at each end. This is a vertex, or
-the same side of a neighbour that continues them without a kink. A disc at such a joint touches both alike.
+`carom.core.wall_features.features_of`. A face and an arc's side have a continuation at each end. A continuation is a
+vertex, or the same side of a neighbour that continues them without a kink. A disc at such a joint touches both alike.
 """
 
 from __future__ import annotations

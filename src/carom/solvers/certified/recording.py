@@ -129,7 +129,7 @@ class Recording:
         self._skip = self.events
 
     def add(self, event: BallEvent) -> None:
-        """Append one event. It is converted later, many at a time."""
+        """Append one event. Events are converted later, many at a time."""
         if self._skip:
             self._skip -= 1
         else:

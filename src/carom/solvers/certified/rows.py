@@ -1,8 +1,8 @@
 """Discs in a row between two bodies that leave them no room. The row is on a line of any direction.
 
 The mirror image of a motion is a motion. So discs stay on a line by symmetry if their centres are exactly on it and
-nothing moves, pulls or turns them off it. Their room is the distance between the ends of the row minus their widths. It
-is linear in time.
+nothing moves, pulls or turns them off it. The room of the discs is the distance between the ends of the row minus their
+widths. The room is linear in time.
 """
 
 from __future__ import annotations

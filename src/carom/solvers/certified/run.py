@@ -42,8 +42,8 @@ _CHUNK = 32
 _FIRST_BITS = 160
 #: Bits by which the working precision exceeds the best known disc's accuracy.
 _GUARD_BITS = 24
-#: The precision is raised to an eighth more than the bits lost so far predict. It is raised by at most a factor of
-#: eight, since the first impacts predict little, and by at least half.
+#: The precision is raised to an eighth more than the bits lost so far predict. The precision is raised by at most a
+#: factor of eight, since the first impacts predict little, and by at least half.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
 #: The working precision is lowered if its useful fraction is less than this.
 _LOWER_AT = 0.9

@@ -183,7 +183,7 @@ class Selection:
         fastest, most = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
             fastest, most = max([fastest, *(abs(bodies.surface(k)).upper() for k in range(len(bodies)))]), 13
-        # Both may move at 5 (13 with friction) times the fastest speed, for twice the window and from `at` to the
+        # Both discs may move at 5 (13 with friction) times the fastest speed, for twice the window and from `at` to the
         # window.
         length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
         gained = bodies.strongest_pull() * (window.upper() + length)  # the velocities are those at time 0

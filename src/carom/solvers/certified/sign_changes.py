@@ -16,8 +16,8 @@ from carom.solvers.certified.legs import ZERO
 
 #: The lengths of the first pieces are the horizon times powers of two, with exponents from minus this number to 0.
 _FIRST = 8
-#: A piece is left open after this many halvings more than half of the bits, where a touch of zero is visible. It is
-#: also left open if the polynomial changes along it by at most this many times the radius of its balls.
+#: A piece is left open after this many halvings more than half of the bits, where a touch of zero is visible. A piece
+#: is also left open if the polynomial changes along it by at most this many times the radius of its balls.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 

@@ -35,7 +35,7 @@ def cut(x: arb, most: arb) -> arb:
 
 
 def stick(sticking: arb, most: arb) -> BallFrictions:
-    """Return what friction alone removes: up to sticking, and at most `most`, the limit of the cone."""
+    """Return what friction alone removes: enough for sticking, but at most `most`, the limit of the cone."""
     return BallFrictions(cut(sticking, most), ZERO, sticks=_within(sticking, most), blocks=False)
 
 

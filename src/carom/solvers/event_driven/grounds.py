@@ -90,8 +90,8 @@ class _Surroundings:
     def of_face(self, face: Face) -> tuple[tuple[int, int], list[int]]:
         """Return the vertices over the ends of a face, and the features that a disc on it never meets.
 
-        These are the face, its other side, the vertices, and any arc with which the wall goes on smoothly. Rounding
-        would decide whether the disc meets the arc or the face first.
+        The features are the face, its other side, the vertices, and any arc with which the wall goes on smoothly.
+        Rounding would decide whether the disc meets the arc or the face first.
         """
         first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
         never = [*self._faces[frozenset((face.a, face.b))]]

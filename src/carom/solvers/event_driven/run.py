@@ -73,7 +73,7 @@ class RunState(NamedTuple):
 
 
 class EventDrivenRun:
-    """A PIC run that can be advanced in any number of pieces. They do not change the result.
+    """A PIC run that can be advanced in any number of pieces. The pieces do not change the result.
 
     A `carom.solvers.run.Run` for any number of discs; a million are possible as `DiscArrays`. Under gravity discs
     slide, roll and rest on straight walls. Any other lasting contact ends the run: see `carom.model.trace.Outcome` and
@@ -84,8 +84,8 @@ class EventDrivenRun:
         record: Which impacts to record: "all" or "none". Impacts are always counted, see `impacts_per_disc`.
         window_s: Record only impacts reported within these times.
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). A disc whose
-            last impact is more recent than this has an impact without loss of energy or friction. That ends inelastic
-            collapse. 0 for none.
+            last impact is more recent than this has an impact without loss of energy or friction. A contact time ends
+            inelastic collapse. 0 for none.
         resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
             and contact time must be the same. Positions, velocities and spins are those of the state.
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
@@ -254,7 +254,7 @@ def _obstacles_of(start: DiscArrays, *, accelerate: bool) -> Obstacles | None:
     return obstacles
 
 
-#: Coefficients of a start. Impacts change neither these nor the walls, and the discs' radii, masses and inertia.
+#: Coefficients of a start. Impacts change neither these coefficients nor walls, radii, masses and moments of inertia.
 _LAW = (
     *("restitution", "wall_restitution", "wall_materials"),
     *("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"),

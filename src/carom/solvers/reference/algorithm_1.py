@@ -159,7 +159,7 @@ def _move(discs: list[MovingDisc], seconds: float) -> None:
 
 
 def _just_met(disc: MovingDisc, partner: int) -> bool:
-    """Return whether the disc's last impact was with this partner. It then does not approach the partner."""
+    """Return whether the disc's last impact was with this partner. The disc then does not approach the partner."""
     return disc.inverse_mass == 0.0 or disc.last_partner == partner
 
 
