@@ -13,9 +13,9 @@ from carom.support.escaping import shortened, visible
 
 
 class CaromError(Exception):
-    """Base of every deliberate error. Its text contains no control characters, whatever it quotes.
+    """Base of every deliberate error. The text contains no control characters, even in quotations.
 
-    As text it is one sentence, including the hints. A terminal prints each hint on a line of its own.
+    The text is one sentence, including the hints. A terminal prints each hint on a line of its own.
 
     Attributes:
         hints: Remedies, each a question or a phrase without a full stop.

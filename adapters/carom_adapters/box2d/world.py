@@ -74,7 +74,7 @@ def _key(contact: Any) -> tuple[Any, ...]:
 
 def _imported() -> Any:  # untyped: a SWIG module without stubs
     with warnings.catch_warnings():
-        # Its SWIG types have no __module__, so CPython warns; as an error, the warning would end the process.
+        # Box2D's SWIG types have no __module__, so CPython warns; as an error, the warning would end the process.
         warnings.simplefilter("ignore")
         return importlib.import_module("Box2D")
 

@@ -66,8 +66,8 @@ def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="mujoco",
-    # Release 2.3 fails with the adapter's settings of a pair. Speculative contacts came with 4.0. In 3.x profiles with
-    # them run without them, which the settings that are read back show.
+    # Release 2.3 fails with the adapter's settings of a pair. Speculative contacts came with 4.0. Releases 3.x run
+    # these profiles without speculation, and the settings that are read back show it.
     engine=Engine(
         "MuJoCo",
         module="mujoco",
@@ -106,8 +106,8 @@ adapter = EngineAdapter(
         "located": located("MuJoCo's own collision detection", _located, but=" without speculation"),
         "no-ccd": Profile("The tuned settings without continuous detection: no contact is speculative.", _no_ccd),
         "cylinder": Profile(
-            "The tuned settings with cylinders instead of spheres. Slide joints keep them from tipping over, and their "
-            "contacts are found to 1e-12 (Carom's own measurements).",
+            "The tuned settings with cylinders for spheres. Slide joints keep the cylinders from tipping over, and "
+            "their contacts are found to 1e-12 (Carom's own measurements).",
             _cylinder,
             CYLINDER_ACCURACY,
         ),

@@ -48,11 +48,11 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "solver": ("PGS", "CG", "Newton"),
 }
 
-#: MuJoCo's mjMAXVAL. A coordinate, velocity or acceleration beyond it counts as bad.
+#: MuJoCo's mjMAXVAL. A coordinate, velocity or acceleration beyond mjMAXVAL counts as bad.
 LARGEST_VALUE = 1e10
 
-#: MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a lighter body, invents a normal for centres closer than this, and takes
-#: no solver step in acceleration that is smaller. The limits keep well away from the last two.
+#: MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body lighter than mjMINVAL, invents a normal for centres closer than it,
+#: and takes no solver step in acceleration that is smaller. The limits here are far from the last two cases.
 SMALLEST_MASS_KG = 1e-15
 SMALLEST_RADIUS_M = 1e-12
 LEAST_ACCELERATION_M_S2 = 1e-12
@@ -68,8 +68,8 @@ MOST_LISTED = 1000
 #: inertia below mjMINVAL, 1e-15 in units of the model.
 LEAST_INERTIA_FACTOR = 1e-5
 
-#: MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient to it, except 0. From 1e80 on there is no friction,
-#: since the fourth power is not a float.
+#: MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU. From 1e80 on there is no
+#: friction, since the fourth power is not a float.
 LEAST_FRICTION = 1e-5
 LARGEST_FRICTION = 1e30
 

@@ -50,9 +50,10 @@ def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, f
 def _solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
     """Return a contact's ``solreffriction`` that ends the slip of these discs within the step.
 
-    Without it, friction uses the bounce of `solref`, and returns the fraction ``restitution`` of the slip. MuJoCo
-    regularises friction like the push, by ``(1 - d) / d`` of the inverse mass along the normal. Along the slip the
-    inverse mass is larger, by the inertia. The quotient compensates for this, as MuJoCo itself does for the push.
+    Without `solreffriction`, friction uses the bounce of `solref`, and returns the fraction ``restitution`` of the
+    slip. MuJoCo regularises friction like the push, by ``(1 - d) / d`` of the inverse mass along the normal. Along the
+    slip the inverse mass is larger, by the inertia. The quotient of the two compensates for this, as MuJoCo itself does
+    for the push.
     """
     inverse = [1.0 / scene.discs[i].mass_kg for i in discs]
     slip = [(1.0 + 1.0 / scene.discs[i].inertia_factor) / scene.discs[i].mass_kg for i in discs]
@@ -111,7 +112,7 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             return f"<body>{_turning(scene, settings, i, unit)}{made}</body>"
         damped = _damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
-            # Its inertia about any axis has no effect, so it is also set for small discs, whose own would be too small.
+            # The inertia about any axis has no effect. It is set because that of a small disc would be too small.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{made}</body>'

@@ -92,7 +92,8 @@ class MujocoWorld:
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
         self._turns = scene.arrays.turns
         # Normals of cylinders lean out of the plane, although slide joints keep the cylinders upright. Normals of free
-        # spheres do so after some dozen impacts, since each impact amplifies roundings across the plane.
+        # spheres lean out of the plane after some dozen impacts, since each impact amplifies roundings across the
+        # plane.
         self._leans = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
         self._unit = mass_unit(scene, settings)
         self._pieced = find_walls_in_pieces(scene)
@@ -255,7 +256,7 @@ class MujocoWorld:
         return "; ".join(told)
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps. A contact's damping depends on it."""
+        """Set the length of the following steps. A contact's damping depends on the length."""
         if self._shared:  # with other worlds, whose step differs
             self._model, self._shared = copy.copy(self._model), False
             model = self._model

@@ -23,7 +23,7 @@ from carom_adapters.ode.limits import CAPABILITIES, LEAST_STEP_S, SETTINGS, STEP
 
 
 class OdeWorld:
-    """One `OdeWorld` of spheres in a hash space. Nothing turns them or moves them out of the plane."""
+    """One `OdeWorld` of spheres in a hash space. Nothing turns the spheres or moves them out of the plane."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("ODE", scene, settings, SETTINGS, words={"stepper": STEPPERS})
@@ -85,7 +85,7 @@ class OdeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from ODE. The stepper is a method: the one that is called."""
+        """The settings, read back from ODE. The stepper is the method that is called."""
         return {
             "dt_s": self._clock.dt_s,
             "cfm": self._world.getCfm(),

@@ -112,8 +112,8 @@ adapter = EngineAdapter(
         "located": located("Bullet's own collision detection", _no_ccd, but=" without sweeping"),
         "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
         "cylinder": Profile(
-            "The tuned settings with cylinders instead of spheres. Infinite moments of inertia keep them from tipping "
-            "over (Carom's own measurements).",
+            "The tuned settings with cylinders instead of spheres. Infinite moments of inertia keep the "
+            "cylinders from tipping over (Carom's own measurements).",
             _cylinder,
             CYLINDER_ACCURACY,
         ),

@@ -35,8 +35,8 @@ BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold"
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
 SHAPES = ("sphere", "cylinder")
 
-#: Bullet's SIMD_EPSILON is 2.2e-16. Bullet treats a step below it as none, and a body with 1/mass below it as static.
-#: For discs closer than this it invents a normal.
+#: Bullet's SIMD_EPSILON is 2.2e-16. Bullet ignores a step below this constant, and treats a body with 1/mass below it
+#: as static. Bullet invents a normal for discs closer than this constant.
 SHORTEST_STEP_S = 1e-15
 LARGEST_MASS_KG = 1e15
 SMALLEST_RADIUS_M = 1e-15

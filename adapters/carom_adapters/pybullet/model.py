@@ -30,7 +30,7 @@ def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> lis
         return None
     # For Bullet, 0 is an infinite moment.
     factor = disc.inertia_factor if turns and math.isfinite(disc.inertia_factor) else 0.0
-    # With 0 about the two other axes no impact turns a multibody. A sphere does not need it.
+    # With 0 about the two other axes no impact turns a multibody. A sphere does not need this.
     tips = CYLINDER_TIPS if cylinder else factor
     scale = disc.mass_kg * disc.radius_m**2
     return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
@@ -39,8 +39,8 @@ def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> lis
 def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
     """Return the settings of every body. A scene's damping replaces that of the settings.
 
-    With maximal coordinates Bullet's number is the fraction of a speed that is lost in a second. For a multibody it is
-    the rate c of ``v' = -c v (1 + |v|)``, which is not linear damping.
+    With maximal coordinates Bullet's number is the fraction of a speed that is lost in a second. A multibody's number
+    is the rate c of ``v' = -c v (1 + |v|)``, which is not linear damping.
     """
     dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
     if scene.damping_per_s:
@@ -65,9 +65,9 @@ def resistance_of(scene: Scene, disc_friction: float) -> float:
 def structure_of(scene: Scene, settings: Mapping[str, Setting]) -> object:
     """Return a scene without the start states of its movable discs; None if the scene must be rebuilt.
 
-    Bullet stores state that cannot be reset. With three bodies or more it keeps the order in which pairs came near, and
-    solves shared contacts in that order, which changes the last bits. Bullet also keeps contact points of cylinders and
-    planes. After a run in which a disc rolled, a contact point slightly off its line turns it in the next run.
+    Bullet stores state that cannot be reset. With three bodies or more Bullet keeps the order in which pairs came near,
+    and solves shared contacts in that order, which changes the last bits. Bullet also keeps contact points of cylinders
+    and planes. After a run in which a disc rolled, a contact point slightly off its line turns it in the next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
     if len(scene.discs) > 2 or scene.walls or not plain:

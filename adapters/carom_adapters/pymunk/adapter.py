@@ -23,7 +23,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         # Chipmunk pushes overlapping bodies apart, in addition to the bounce. The setting is the fraction of an overlap
         # that is left after a second, so with 1 bodies are never pushed.
         "collision_bias": 1.0,
-        # A disc that slides over the joint of two segments catches on it, unless the segments know each other.
+        # A disc that slides over the joint of two segments catches on it, unless each segment has the other as its
+        # neighbour.
         NEIGHBORS: 1,
     }
 

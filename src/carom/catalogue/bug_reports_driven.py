@@ -30,7 +30,7 @@ def _at_a_mallet(
 @misses(
     thread="https://github.com/NITDgpOS/AirHockey/issues/30",
     reported="A puck often passes a paddle if both move. If it bounces, it does not get the velocity of the paddle.",
-    made="The thread has no scene. Puck and mallet move head-on, past their reach in a frame; sizes are chosen here.",
+    made="The thread has no scene. Puck and mallet meet head-on, between two frames; all sizes are chosen here.",
 )
 def _airhockey_30() -> Staged:
     """A puck and a mallet approach each other so fast that they pass each other between two frames."""
@@ -102,7 +102,7 @@ def _box2d_130() -> Staged:
     made="The thread has no scene. A pinball meets a post that moves across its path; all sizes are chosen here.",
 )
 def _visualpinball_322() -> Staged:
-    """A ball and a moving post meet obliquely, and move by more than their reach in a frame."""
+    """A ball and a moving post meet obliquely, and pass each other's radius within a frame."""
     drive, velocity, radius, post, time = 3 + 12j, 4 - 9j, 0.125, 0.0625, 0.255
     normal = complex(-0.28, 0.96)  # from the post to the ball
     start = (radius + post) * normal - velocity * time

@@ -69,7 +69,7 @@ def _rapier_97() -> Staged:
 
 @loses_energy(
     thread="https://github.com/dimforge/rapier/issues/974",
-    reported="In a beta a ball rebounds to 1 % of the drop whatever its restitution; it should be the square of it.",
+    reported="In a beta a ball always rebounds to 1 % of the drop, instead of the square of its restitution.",
     at_least=0.25,
     made="Height and restitution are from the thread. The run ends at the first apex, where the thread measures.",
 )

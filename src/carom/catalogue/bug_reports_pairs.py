@@ -142,7 +142,7 @@ def _pooltool_257() -> Staged:
 @complained(
     thread="https://github.com/erincatto/box2d/pull/1094",
     reported="Restitution is computed from the approach velocity of the step before.",
-    made="The thread has only code. In this scene that velocity changes within a step.",
+    made="The thread has only code. In this scene the approach velocity changes within a step.",
 )
 def _box2d_1094() -> Staged:
     """A disc is struck, and strikes the next one within the same step."""

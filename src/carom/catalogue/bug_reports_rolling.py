@@ -137,7 +137,7 @@ def _cannon_293() -> Staged:
     along, resists, fall, g = 1.0, 0.2, 0.1, 9.81
     slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
     return _on_a_floor(
-        "On a slope v' = (g sin - c g cos)/(1 + k), and a disc at rest stays there if tan is at most c",
+        "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c",
         _ball(along, rolls=True),
         along**2 / (2.0 * slower),
         2.0 * along / slower,
@@ -176,7 +176,7 @@ def _cannon_345() -> Staged:
 def _nphysics_204() -> Staged:
     """A sphere that is released on a slope stays at rest."""
     return _on_a_floor(
-        "A sphere stays at rest if tan is at most the friction and the rolling resistance",
+        "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance",
         _ball(0.0, rolls=True),
         0.0,
         5.0,
@@ -209,8 +209,8 @@ def _physijs_274() -> Staged:
 @_never_rests(
     package="Visual Pinball Engine",
     thread="https://github.com/freezy/VisualPinball.Engine/pull/571",
-    reported="Balls lacked rolling resistance. The new one must keep them rolling, reduce their speed, and never "
-    "reverse it.",
+    reported="Balls lacked rolling resistance. The new resistance must keep them rolling, reduce their speed, and "
+    "never reverse it.",
     made=_OURS,
 )
 def _visualpinball_engine_571() -> Staged:
@@ -335,7 +335,9 @@ def _bullet3_2117() -> Staged:
 def _matter_613() -> Staged:
     """A block on a slope below its angle of friction stays at rest."""
     block = _ball(0.0, rolls=True, inertia=math.inf)
-    return _on_a_floor("Coulomb: a block stays at rest if tan is at most f", block, 0.0, 5.0, fall=0.25, friction=0.5)
+    return _on_a_floor(
+        "Coulomb: a block stays at rest if the slope's tangent is at most f", block, 0.0, 5.0, fall=0.25, friction=0.5
+    )
 
 
 def _bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:

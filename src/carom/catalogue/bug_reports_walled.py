@@ -129,7 +129,7 @@ def _pooltool_217_touching() -> Staged:
     package="Nimble Physics",
     thread="https://github.com/keenon/nimblephysics/issues/143",
     reported="Two balls and a wall, restitution 1, no gravity: the velocities after the impacts are wrong.",
-    made="Radius, wall, step and restitution are from the thread. Its positions and speeds could not be "
+    made="Radius, wall, step and restitution are from the thread. The thread's positions and speeds could not be "
     "read, so they are chosen here.",
 )
 def _nimble_143() -> Staged:
@@ -155,8 +155,8 @@ def _nimble_143() -> Staged:
 @misses(
     thread="https://github.com/ekiefl/pooltool/issues/154",
     reported="In a break the cue ball passes through another ball: the collision is missed.",
-    made="Speed and direction are from the thread. Its rack has random positions and this one regular ones; friction "
-    "and cushions are left out.",
+    made="Speed and direction are from the thread. The thread's rack has random positions, this one regular ones; "
+    "friction and cushions are left out.",
 )
 def _pooltool_154() -> Staged:
     """A cue ball breaks a loosely racked triangle of fifteen balls."""
@@ -199,8 +199,8 @@ def _matter_626() -> Staged:
 
 @never_bounces(
     thread="https://github.com/piqnt/planck.js/issues/217",
-    reported="A ball of restitution 1 that moves slowly and diagonally, as in Pong, does not bounce off walls, and "
-    "sticks to them.",
+    reported="A ball of restitution 1 that moves slowly and diagonally, as in Pong, sticks to walls instead of "
+    "bouncing off.",
     made="The thread gives no numbers; all are chosen here, below Planck's threshold of 1 m/s.",
 )
 def _planck_217() -> Staged:
@@ -258,7 +258,7 @@ def _dyn4j_87() -> Staged:
     scene = scene_of(
         discs=[disc(-0.3 + 0j, 2 + 0j, radius)], walls=walls, wall_restitution=restitution, duration_s=duration
     )
-    return answered(scene, impacts, f"{_MIRROR}: the distance between them over a speed that falls by a factor")
+    return answered(scene, impacts, f"{_MIRROR}: the walls' distance over a speed that falls by a factor")
 
 
 @never_bounces(

@@ -40,7 +40,7 @@ def disc(position: complex, velocity: complex, radius_m: float, mass_kg: float =
 
 
 def scene_of(discs: list[Disc], **fields: Any) -> Scene:
-    """Return a scene. The catalogue gives it its name."""
+    """Return a scene. The catalogue adds the name."""
     return Scene(name="unnamed", discs=discs, **fields)
 
 
@@ -119,7 +119,7 @@ class WedgeImpact(NamedTuple):
 
     Attributes:
         time_s: Seconds from the start.
-        upper: Whether the side is the upper one, at the wedge's angle. The lower one is at angle 0.
+        upper: Whether the side is the upper one, at the wedge's angle. The lower side is at angle 0.
         velocity: Velocity of the point after it.
     """
 
@@ -162,7 +162,7 @@ def struck_row(
     duration_s: float,
     frame_rate_hz: float = 60.0,
 ) -> Staged:
-    """Stage a striker and a row of equal discs at rest. `gaps_m` are the gaps between them, from the striker's on."""
+    """Stage a striker and a row of equal discs at rest. `gaps_m` are the gaps of neighbours, from the striker's on."""
     position, time = 0.0, 0.0
     discs = [disc(0j, complex(speed, 0), radius_m)]
     impacts = []

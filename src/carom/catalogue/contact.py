@@ -85,7 +85,7 @@ def _damped_stop() -> Staged:
 
 @listed("contact")
 def _damped_pair() -> Staged:
-    """A damped disc catches up with a heavier one, and the impact pushes that one on."""
+    """A damped disc catches up with a heavier one, and the impact pushes the heavier one on."""
     fast, slow, mass, restitution, damping, duration = 4.0, 1.0, 3.0, 0.5, 0.8, 1.5
     gap, radius = 1.5, 0.5
     when, end = gap / (fast - slow), _undamped_s(duration, damping)
@@ -254,13 +254,13 @@ def _incline_rolls() -> Staged:
 
 @listed("contact")
 def _incline_slips() -> Staged:
-    """With less friction on the same slope a disc slips from the start, faster and faster."""
+    """On a slope with too little friction for rolling, a disc slips from the start, faster and faster."""
     return _on_a_wall(_COULOMB, (11 / 5, 22 / 5, -16 / 5), 1.0, fall=0.75, wall_friction=0.2)
 
 
 @listed("contact")
 def _incline_edge() -> Staged:
-    """On the same slope friction is just enough for rolling, so slipping and rolling are the same."""
+    """On a slope with just enough friction for rolling, slipping and rolling are the same."""
     return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.25)
 
 
@@ -395,7 +395,7 @@ def _corner() -> Staged:
 
 @listed("contact")
 def _out_of_a_corner() -> Staged:
-    """A disc that spins the other way drives itself out of the corner, and rolls after 4/3 s."""
+    """A disc in a corner spins so that it drives itself out of the corner, and rolls after 4/3 s."""
     slides, speed = 4 / 3, 10 / 3
     way = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
     return _in_a_corner(-20.0, _COULOMB, way, speed, -2.0 * speed, 3.0)

@@ -86,7 +86,7 @@ def before_a_paddle(
     Args:
         speed: Velocity of the disc along the line, away from the wall.
         length: Initial distance of the paddle from the wall.
-        legs: Begins of the paddle's legs, and its velocities away from the wall.
+        legs: Start times of the paddle's legs, and its velocities away from the wall.
         duration: Duration of the scene.
         source: Source of the answer.
     """
@@ -145,7 +145,7 @@ def _piston_that_recedes() -> Staged:
 
 @listed("driven")
 def _moving_box() -> Staged:
-    """A disc bounces in a moving box of four edges; relative to the box, the box is at rest."""
+    """A disc bounces in a moving box of four edges, as in a box at rest in the box's frame."""
     source = "Galileo: relative to the box it is at rest, and the path unfolds to a straight line"
     start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
     return in_a_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
@@ -153,12 +153,12 @@ def _moving_box() -> Staged:
 
 @listed("driven")
 def _lift() -> Staged:
-    """A ball bounces on a floor that rises at a constant speed; relative to the floor, the floor is at rest."""
+    """A ball bounces on a floor that rises at a constant speed, as on a floor at rest in the floor's frame."""
     return on_a_lift(1.5)
 
 
 def on_a_lift(rise: float) -> Staged:
-    """Stage a ball that falls from rest on a floor with this upward velocity, and bounces three times."""
+    """Stage a ball that falls from rest on a floor with an upward velocity, and bounces three times."""
     pull, speed, radius, restitution = 8.0, 5.0, 0.5, 0.5
     height = 0.5 * speed**2 / pull  # seen from the floor, the ball begins at this height with a speed of -rise
     lands = math.sqrt(rise**2 + 2.0 * pull * height)

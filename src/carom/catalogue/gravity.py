@@ -48,7 +48,7 @@ def _hops(first_s: float, speed: float, pull: float, restitution: float, end_s: 
 
 
 def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
-    """Stage a disc that falls from rest on a level floor while it moves sideways."""
+    """Stage a disc that is dropped on a level floor with a constant sideways velocity."""
     radius, drift = 0.2, 0.4
     pull = abs(FALL)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
@@ -81,7 +81,7 @@ def _ladder() -> Staged:
 
 @listed("gravity")
 def _box() -> Staged:
-    """A ball is thrown in a box: it meets floor and side walls in an order that only right times give."""
+    """A ball is thrown in a box: it meets floor and side walls in an order that follows from exact times only."""
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
     start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the region of the centre
     pull = abs(FALL)

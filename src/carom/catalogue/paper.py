@@ -38,7 +38,7 @@ def _late() -> Staged:
 
 @listed("paper")
 def _wrong_direction() -> Staged:
-    """Green strikes blue, and blue bounces off red, which is at rest: with PIT at a wrong angle (figures 6 and 7)."""
+    """A green disc strikes a blue one, which bounces off a red one: with PIT at a wrong angle (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
     green, blue = 7 + 0j, -1 + 0j
     time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ

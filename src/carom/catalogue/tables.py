@@ -97,7 +97,7 @@ def _corner_at_once() -> Staged:
 
 @listed("tables")
 def _corner_with_losses() -> Staged:
-    """A disc meets both sides of a right-angled corner at one instant, and loses the same at both."""
+    """A disc meets both sides of a right-angled corner at one instant, and loses the same fraction of speed at both."""
     return _corner(0.6)
 
 

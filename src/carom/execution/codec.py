@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 
 class Codec(Generic[T]):
-    """Writes and reads values of one type as JSON. Creation takes milliseconds, so reuse it.
+    """Writes and reads values of one type as JSON. Creating a codec takes milliseconds.
 
     Args:
         kind: The type: a dataclass that JSON can represent.
@@ -84,8 +84,8 @@ LATER = frozenset({"edges", "modes", "looks", "rests"})
 def _carried(kind: type[Any], **carried: Any) -> Any:
     """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` has field types.
 
-    In a separate text, NaN and infinities can be numbers. As strings they could not be distinguished from text
-    settings.
+    In a separate text, NaN and infinities can be numbers. As strings, NaN and infinities could not be distinguished
+    from text settings.
     """
     hints = (
         get_type_hints(

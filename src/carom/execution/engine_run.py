@@ -255,7 +255,8 @@ class _Run:
     def _take_quiet_steps(self, world: Any, until_s: float) -> None:
         """Take steps until one has contacts or a warning, or is near a time. Add the states of all except the last.
 
-        `world` is a `carom.engines.api.QuietWorld`. Its contacts are impacts by themselves, so no contact stays open.
+        `world` is a `carom.engines.api.QuietWorld`. The contacts of such a world are impacts by themselves, so no
+        contact stays open.
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()

@@ -6,7 +6,7 @@ file except null and its socket, and it loads no adapter and no engine. For each
 server ends with the command, and everything that it forked ends with it.
 
 Only the command `carom` on Linux has a fork server. Another process, such as a notebook, can have threads, which a fork
-does not copy. There, and if the server does not answer, each worker starts in a new interpreter.
+does not copy. In such a process, and if the server does not answer, each worker starts in a new interpreter.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ class ForkServer:
             if sys.platform == "linux":
                 pidfd = os.pidfd_open(process)
                 select.select([pidfd], [], [], PATIENCE_S)
-                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # a stopped one would not react to another signal
+                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # a stopped server would not react to another signal
                 os.close(pidfd)
             os.waitpid(process, 0)
 

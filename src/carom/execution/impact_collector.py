@@ -82,7 +82,7 @@ class _OpenContact:
     rested: _OpenContact | None = None
 
     def impact(self) -> _OpenContact:
-        """Return the contact up to the end of its impact. Steps after a whole step at rest do not belong to it."""
+        """Return the contact up to the end of its impact. Steps after a whole step at rest are not part of it."""
         return self if self.rested is None or self.rested.steps == self.steps else self.rested
 
     def add(self, impulse: float, normal: Vector) -> None:
@@ -295,7 +295,8 @@ class ImpactCollector:
                 if held
                 else _effective_time(pair, contact, self._gravity, self._slowing, leg)
             )
-        # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body it is bent.
+        # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body the path is
+        # bent.
         falls = bool(self._gravity.any())
         bent = falls and len(self._movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
@@ -325,8 +326,8 @@ class ImpactCollector:
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
         """Return velocities and spins of slowed discs at the instant of an impact, from those at step boundaries.
 
-        If the instant is not known, the reported one is used. It is clamped to at most the contact's duration before
-        its start or after its end.
+        If the instant is not known, the reported one is used. The reported instant is clamped to at most the contact's
+        duration before its start or after its end.
         """
         lasted = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s

@@ -93,7 +93,7 @@ class Journal(MemoryJournal[K, T], Closeable):
         kind: Type of the entries. JSON must be able to represent their keys and values.
         path: The file, in an existing folder. The file is created if it does not exist.
         stamp: Options that a resumed run must share with the run that began the journal.
-        resume: Whether to continue an existing journal. Without it, an existing one is refused.
+        resume: Whether to continue an existing journal. Without `resume` an existing journal is refused.
         retry: Whether to continue an existing journal, without the entries in which an engine failed.
 
     Raises:

@@ -186,8 +186,8 @@ class Options(LimitOptions):
             engine has. If two profiles of an engine have the same settings, only the later one is run. A profile whose
             steps are cut is run only at a scene's coarsest step, unless steps are given: its results do not depend on
             them.
-        settings: Settings to try instead of the profiles' own, by name. Every requested engine must have them. A text
-            is converted to the type of the setting.
+        settings: Settings to try instead of the profiles' own, by name. Every requested engine must have the settings.
+            A text is converted to the type of the setting.
         phases: Number of sub-step phases at which to run each job in addition to the scene's own, for the spread of
             errors.
         seed: Start of the quasi-random sequence of phases.
@@ -217,7 +217,7 @@ class Options(LimitOptions):
             wrong=("x", 5, ["x"], None),
             gather=parse_settings,
         ),
-        "Override a setting of the profiles, repeatable. Every chosen engine must have it.",
+        "Override a setting of the profiles, repeatable. Every chosen engine must have the setting.",
         "--set",
         stamped=True,
     )

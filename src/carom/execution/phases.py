@@ -62,9 +62,9 @@ def pit_miss_probability(scene: Scene, dt_s: float) -> float:
     """Return the fraction of all phases in which PIT misses the impact of two discs; NaN if they do not meet.
 
     PIT detects the impact if a frame is in the interval in which the discs overlap and approach. The interval's length
-    is half the chord, ``sqrt(R^2 - b^2)``, over the relative speed. If it is at least a step long, a frame is always in
-    it. Otherwise the probability is its length in steps. The formula is valid for straight relative paths at constant
-    speed.
+    is half the chord, ``sqrt(R^2 - b^2)``, over the relative speed. If the interval is at least a step long, a frame is
+    always in it. Otherwise the probability is the interval's length in steps. The formula is valid for straight
+    relative paths at constant speed.
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan

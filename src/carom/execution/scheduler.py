@@ -42,7 +42,7 @@ class DependentTasks(ABC, Generic[T]):
         """Run the tasks and return their common result."""
 
     def complete(self, answer: Answer[Any]) -> Answer[T]:
-        """Turn the result of `run` into the answer for the journal. Runs in the study's process; may write files."""
+        """Turn the result of `run` into the answer for the journal. The study's process runs it."""
         return answer
 
 
@@ -61,7 +61,7 @@ class TaskRequest(Generic[S, K, T]):
         subject: The study's own label of the task; returned with the answer.
         key: Key of the task's journal entry. Tasks with the same key are the same.
         task: Task to carry out.
-        refused: Why the task can't be carried out, if that is known. Then it is neither sent nor journalled.
+        refused: Why the task can't be carried out, if that is known. A refused task is neither sent nor journalled.
         steps: Number of engine steps. Tasks of few steps share a batch, others have a batch of their own.
     """
 

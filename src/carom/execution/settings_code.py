@@ -1,4 +1,4 @@
-"""Settings of a profile as code of the engine, ready to paste. The adapter writes it in a worker process."""
+"""Settings of a profile as code of the engine, ready to paste. The adapter writes the code in a worker process."""
 
 from __future__ import annotations
 

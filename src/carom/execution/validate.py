@@ -34,7 +34,7 @@ FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 #: Limits of a text, and of the number of settings or counts. People read all of these.
 MOST_CHARACTERS = 2000
 MOST_ENTRIES = 1000
-#: Limit of whole numbers. Python can't even print much larger ones.
+#: Limit of whole numbers. Python can't even print much larger numbers.
 MOST_WHOLE = 2**64
 
 _FLOAT64 = np.dtype(np.float64)
@@ -49,7 +49,7 @@ def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
     """Return a text from an adapter, of at most `most` characters, as a plain string.
 
     Raises:
-        AdapterError: The value is not a text, is too long, or is not valid Unicode. The message names it as `what`.
+        AdapterError: The value is not a text, is too long, or is not valid Unicode. The message calls the value `what`.
     """
     if not isinstance(value, str):
         raise adapter_error(f"{what} must be a text, got {_shown(value)}")

@@ -41,7 +41,7 @@ def main() -> None:
 
 
 def watch_worker(parent: int, memory_bytes: int) -> None:
-    """Fork a worker and watch it. This returns only in the worker, after its last task.
+    """Fork a worker and watch it. The function returns only in the worker, after its last task.
 
     Args:
         parent: The process whose exit ends the watchdog and the worker.
@@ -106,7 +106,7 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
 
 
 def _reap_children(worker: int, *, wait: bool = False) -> int | None:
-    """Reap the children that have ended, and return the worker's status; None if it is not among them."""
+    """Reap the children that have ended, and return the worker's status; None if the worker has not ended."""
     found = None
     with suppress(ChildProcessError):
         while True:

@@ -217,7 +217,7 @@ class _Process:
                     self.ended |= key.fd == self._answers
             except BlockingIOError:
                 pass
-            except BrokenPipeError:  # it ended before it had read everything; the end of its answers shows that
+            except BrokenPipeError:  # the process ended before it had read everything; its answers show that
                 self._selector.unregister(self._requests)
 
     def printed(self) -> str:
@@ -251,7 +251,7 @@ class _Process:
 
     def end(self) -> None:
         """End the process and all processes that it started."""
-        self._popen.send_signal(signal.SIGCONT)  # its watchdog can have been stopped
+        self._popen.send_signal(signal.SIGCONT)  # the watchdog can have been stopped
         for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
             if pipe is not None:
                 pipe.close()  # the watchdog ends when its input does

@@ -31,7 +31,7 @@ class Surd(NamedTuple):
             return int(p > 0 or q > 0)
         if p <= 0 and q <= 0:
             return -1
-        larger = p * p - q * q * self.square  # above 0 where the whole decides
+        larger = p * p - q * q * self.square  # above 0 if the whole part decides the sign
         return (larger > 0) - (larger < 0) if p > 0 else (larger < 0) - (larger > 0)
 
 

@@ -203,8 +203,8 @@ class Scene(Drawn, Model):
 
         Raises:
             SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain. Sizes span more than
-                `carom.support.limits` allows. Damping, rolling resistance or a table is combined with something with
-                which it is not solved.
+                `carom.support.limits` allows. Damping, rolling resistance or a table is combined with an unsupported
+                law.
         """
         start = self.arrays
         problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))

@@ -1,4 +1,4 @@
-"""Registry for the function that finds scenes by name. `carom` registers it, since the catalogue is above the model."""
+"""Function that finds scenes by name. `carom` registers it, since the model can't import the catalogue."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ WINDOW_DTYPE = np.dtype(
 )
 
 #: One pair of a window: the window's index, the bodies (a wall is `carom.model.trace.wall_body`), and the first and
-#: last state of its steps. Then the time when the impact was due (NaN for a push without impact), whether the run
+#: last state of its steps. Also the time when the impact was due (NaN for a push without impact), whether the run
 #: missed it, and whether PIT missed it from the same state.
 MEETING_DTYPE = np.dtype(
     [
@@ -141,9 +141,9 @@ class LocalTruth:
         resting_steps: Number of steps of discs that belonged to a resting pair.
         sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if none did.
         sinks_s: First time at which a pair sank in a step by more than a free fall of that step; NaN if none did.
-        polygon: Whether the method's paths are polygons. Under gravity each step is then off by up to half of the
-            fall in that step. With damping it is off by up to half of the speed that the step removes, times the
-            step.
+        polygon: Whether the method's paths are polygons. For polygons, under gravity each step is off by up to half of
+            the fall in that step. With damping each step is off by up to half of the speed that the step removes, times
+            the step.
         rests: Structured array of `REST_DTYPE`: resting pairs, with pushes that are in no window. None in journals
             of earlier versions.
     """

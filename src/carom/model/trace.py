@@ -208,7 +208,7 @@ def velocities(impacts: NDArray[np.void], when: Literal["before", "after"]) -> N
 def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the rim speeds ``R w`` of both bodies of each impact, shape ``(2, m)``: first bodies, then second bodies.
 
-    In metres a second, counterclockwise. A wall has 0, and all bodies do if the trace has no spins.
+    In metres a second, counterclockwise. The speed of a wall is 0; all are 0 if the trace has no spins.
     """
     speeds = np.zeros((2, len(trace.impacts)))
     if trace.spins is not None:
@@ -278,7 +278,7 @@ class Samples(ByValue):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Trace(ByValue, Tabular):
-    """All results of one run of one method. Two are equal if all fields are, arrays to the bit; there is no hash.
+    """All results of one run of one method. Traces are equal if all fields are, arrays to the bit; there is no hash.
 
     Attributes:
         method: Name of the method or engine.

@@ -136,8 +136,8 @@ class Chain(_Common):
         bulges: Tangent of a quarter of each edge's angle: 0 straight, 1 half of a circle, positive counterclockwise.
             Empty if all edges are straight.
         closed: Whether an edge runs from the last point to the first.
-        half_width_m: The wall consists of all points within this distance of the line, metres. So ends and corners are
-            round.
+        half_width_m: The wall consists of all points within this distance of the line, metres. Ends and corners are
+            therefore round.
         solid: Whether the inside of a closed chain is also part of the wall, so that no disc may begin there.
         pieces: Number of pieces into which each edge is cut for engines. PIC and PIT ignore it.
         restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
@@ -310,7 +310,7 @@ def begun_at(body: Any, time_s: float) -> Any:
 
 
 def driven_back(wall: AnyWall) -> AnyWall:
-    """Return a wall with the opposite motion and belt: its motion before the start, seen backwards in time."""
+    """Return a wall with the opposite motion and belt: the motion until the start, backwards in time."""
     u, v = wall.drive.velocity_at(0.0)
     changed = {"velocity_m_s": (-u, -v), "legs": (), "surface_speed_m_s": -wall.surface_speed_m_s}
     return wall.model_copy(update=changed) if wall.driven or wall.surface_speed_m_s else wall

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Rows:
-    """An array that grows. Views that it returned earlier do not change."""
+    """An array that grows. Views that were returned earlier do not change."""
 
     def __init__(self, dtype: DTypeLike) -> None:
         self._rows: NDArray[np.void] = np.empty(0, dtype)
@@ -52,7 +52,7 @@ CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 class RecordedImpacts:
     """Impacts in order, a `carom.solvers.run.RunImpacts`, in the memory that compiled code wrote.
 
-    `edges_of` finds the edges of contacts, which are rows of `CONTACT_DTYPE`. Without it there are no edges.
+    `edges_of` finds the edges of contacts, which are rows of `CONTACT_DTYPE`. Without this function there are no edges.
     """
 
     def __init__(

@@ -10,7 +10,7 @@ import numpy as np
 
 
 class ByValue:
-    """Base of frozen dataclasses with ``eq=False``. Two of one class are equal if all of their fields are.
+    """Base of frozen dataclasses with ``eq=False``. Two results of one class are equal if all of their fields are.
 
     Fields declared with ``compare=False`` don't count.
 

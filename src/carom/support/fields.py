@@ -59,8 +59,8 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
     x, y = vector
     if vector == (0.0, 0.0):
         raise ValueError("must not be of length zero")
-    # A vector that this function returned stays unchanged, so that a saved wall loads as an equal one. Its length
-    # differs from 1 by at most 3 units of relative rounding (2^-53): two from the length, one from the division.
+    # A vector that this function returned stays unchanged, so that a saved wall loads as an equal one. The vector's
+    # length differs from 1 by at most 3 units of relative rounding (2^-53): two from the length, one from the division.
     # Computing the length adds two more.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
         return (x, y)
@@ -71,7 +71,7 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
     return (x / length, y / length)
 
 
-# The bounds precede the validator. After it they would be enforced, but missing from the JSON Schema.
+# The bounds precede the validator. After the validator they would be enforced, but missing from the JSON Schema.
 _Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
 Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]

@@ -51,7 +51,7 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
     """Mark a folder as Carom's, and finish an interrupted commit in it.
 
     Args:
-        folder: The folder; it is made if necessary.
+        folder: The folder, which is made if necessary.
         purpose: Purpose of the folder, one word of the marker.
         option: The option that names the folder, for the message.
 
@@ -83,7 +83,7 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
 
 @contextmanager
 def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
-    """Mark a folder like `claim`, around work that writes results. If there are none, the folder is restored."""
+    """Mark a folder like `claim`, around work that writes results. Without results the folder is restored."""
     new, marked = not folder.exists(), (folder / MARKER).exists()
     try:
         claim(folder, purpose, option)

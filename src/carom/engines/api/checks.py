@@ -59,7 +59,7 @@ def require_sound(
         known: Names of all settings except ``dt_s``.
         at_least: Smallest values of settings, including ``dt_s``.
         at_most: Largest values of settings, including ``dt_s``.
-        words: Allowed words of settings that are words.
+        words: Allowed values of settings that are words.
 
     Raises:
         AdapterError: A field or setting is invalid; the message contains its name and value.
@@ -115,7 +115,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
             return f"the scene has {need.value}, which this method does not support{suffix}"
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
-        # The limit holds for semi-implicit and explicit Euler. With whole steps, the late detection cancels the error.
+        # The error occurs with semi-implicit and explicit Euler. With whole steps, the late detection cancels the
+        # error.
         gained = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
             f"discs fall onto bodies that do not fall, and this profile cuts its steps. An engine's step of {dt_s:g} "

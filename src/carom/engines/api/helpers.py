@@ -91,8 +91,9 @@ def factored_frictions(scene: Scene) -> tuple[float, float]:
 def _factored(pair: float, wall: float) -> tuple[float, float]:
     """Return coefficients of discs and of walls for an engine that multiplies the coefficients of two bodies.
 
-    The coefficient of a disc is the root of the pair's. If the pair has 0 and the walls have not, the disc gets a tiny
-    coefficient and the walls a huge one. The square of the tiny one underflows to 0, and the product does not.
+    The coefficient of a disc is the root of the pair's. If the pair has 0 and the walls have more, the disc gets a tiny
+    coefficient and the walls a huge one. The square of the tiny coefficient underflows to 0, and its product with the
+    huge one does not.
     """
     disc = math.sqrt(pair) if pair > 0 else VANISHING
     return disc, wall / disc

@@ -46,10 +46,10 @@ class Engine:
         distribution: Distribution whose version is reported.
         install: Command that installs the engine, shown if it is missing.
         no_wheel_from: First CPython version for which the engine publishes no wheel, if any.
-        oldest: Oldest release that the adapter supports, such as "5.7". An older one is unavailable. Empty if none is
-            known to fail.
-        newest_tried: Newest release that the adapter was run on. A newer one is run and reported as untried. Empty if
-            unknown.
+        oldest: Oldest release that the adapter supports, such as "5.7". An older one is unavailable. Empty if no
+            release is known to fail.
+        newest_tried: Newest release that the adapter was run on. A newer release is run and reported as untried. Empty
+            if unknown.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Engine:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Declared capabilities of an engine. The harness skips scenes by these alone, and reports the reason.
+    """Declared capabilities of an engine. These alone decide which scenes the harness skips. It reports the reason.
 
     Attributes:
         walls: Half-plane walls.
@@ -286,10 +286,10 @@ class World(Protocol):
         """The settings in use, read back from the engine if possible."""
 
     def advance(self, steps: int) -> None:
-        """Take `steps` steps. This is timed, so keep it as close to the engine's own loop as possible."""
+        """Take `steps` steps. The call is timed, so keep it as close to the engine's own loop as possible."""
 
     def observe(self) -> Observation:
-        """Return the present state and the contacts of the last step. This is not timed."""
+        """Return the present state and the contacts of the last step. The call is not timed."""
 
     def close(self) -> None:
         """Release the engine's resources. Called once, also after an error."""
@@ -328,7 +328,7 @@ class CuttableWorld(World, Protocol):
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test, numbered as in `Contact`.
 
-        Called after `advance`. It must not change the state or the contacts that `observe` returns.
+        Called after `advance`. The call must not change the state or the contacts that `observe` returns.
         """
 
     def save(self) -> object:
@@ -359,7 +359,7 @@ class Adapter(Protocol):
         """Profiles by name: at least ``default`` and ``tuned``."""
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a scene with settings of one of the profiles. This is timed separately from the steps."""
+        """Build a scene with settings of one of the profiles. Building is timed separately from the steps."""
 
 
 @runtime_checkable
@@ -403,7 +403,7 @@ class ReadingAdapter(Adapter, Protocol):
         """Read a file as a scene, and list everything that is lost. Called in a worker process.
 
         Args:
-            content: Content of the file. It is not trusted: no part of it may be executed.
+            content: Content of the file. The content is not trusted: no part of it may be executed.
             name: Name of the scene.
             duration_s: Duration of the scene, seconds; files of engines do not contain one.
 

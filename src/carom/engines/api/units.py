@@ -1,6 +1,6 @@
 """Conversion of scenes to an engine's own units, and of its observations back.
 
-Engines have hidden lengths and speeds: a slop, a margin, a threshold below which nothing bounces. If they are
+Engines have hidden lengths and speeds: a slop, a margin, a threshold below which nothing bounces. If such constants are
 compiled in, other units avoid their effect. Units are powers of two, so that the conversion does not round.
 """
 

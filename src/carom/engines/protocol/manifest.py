@@ -75,7 +75,7 @@ class _Table(BaseModel):
 class ProgramProfile(_Table):
     """A named set of settings; ``dt_s`` is added to them. The fields are those of `carom.engines.api.Profile`.
 
-    `capabilities` contains only those that differ from the engine's.
+    `capabilities` contains only values that differ from the engine's.
     """
 
     description: str
@@ -100,8 +100,8 @@ class Manifest(_Table):
             this file the engine is unavailable. If `version` is empty, the package's version is the engine's.
         command: Command that starts the program. The program runs in an empty folder. A word that begins with ``./`` or
             ``../`` is the path of a file from the manifest's folder.
-        install: Command that installs the program's requirements, shown if they are missing. The words are of the same
-            kind as `command`.
+        install: Command that installs the program's requirements, shown if they are missing. The words are resolved
+            like those of `command`.
         capabilities: Capabilities of the engine.
         profiles: Profiles by name; ``default`` and ``tuned`` at least.
         knobs: Settings that may be searched, with their ranges, by name. Profiles need not have them.

@@ -5,7 +5,7 @@ before its last impact. So the uncertainty of the impact's time enters the posit
 and the instant itself needs no rounding. Between the reference and the impact, the present path is extended backwards.
 
 Under uniform gravity, states of movable discs are relative to a frame that falls from rest at time 0. The frame adds
-``g t^2 / 2`` to a position and ``g t`` to a velocity. In it paths are straight, and walls move.
+``g t^2 / 2`` to a position and ``g t`` to a velocity. In the falling frame paths are straight, and walls move.
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ class BallBodies:
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
     def path_start(self, i: int, body: int) -> float:
-        """Return the later of the reference instants of disc `i` and another body. After it, both paths are valid."""
+        """Return the later of the reference instants of disc `i` and another body; then both paths are valid."""
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def since(self, i: int, second: int) -> arb:

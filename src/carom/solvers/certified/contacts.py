@@ -2,11 +2,11 @@
 
 The law is that of `core/contact_law.h`, and the transitions are those of `core/contact.h`, in balls. Quantities that
 the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a path with its own
-acceleration. For an impact the disc is released from its wall; after it, it returns or stays free. An undecided event
-ends the run and is named.
+acceleration. For an impact the disc is released from its wall. After the impact it returns or stays free. An undecided
+event ends the run and is named.
 
 Bounces are applied one by one until the requested digits can't distinguish them from the last. All remaining bounces
-may then be alike: each slips one way or is held, and so is each spin. If so, they are summed as a geometric series.
+may then be alike: each slips one way or is held, and so is each spin. Such bounces are summed as a geometric series.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ class BallContacts:
         """Keep disc `i` in contact with its wall after its release and impact, or let it leave.
 
         Raises:
-            Undecided: The disc is driven into its wall, which has no unique answer, or this can't be decided.
+            Undecided: The disc is driven into its wall, which has no unique answer, or the outcome can't be decided.
         """
         bodies, ground = self._bodies, before.ground
         time, at = meeting.time, meeting.at

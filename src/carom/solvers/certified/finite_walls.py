@@ -233,7 +233,8 @@ def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degenerac
 
     A disc that has `begun` in contact with the wall is left out.
 
-    Balls of many bits decide about contact. If they contain both contact and a gap, contact is reported, as not proven.
+    Balls of many bits decide about contact. If the balls contain both contact and a gap, contact is reported, as not
+    proven.
     """
     with ctx.workprec(_START_BITS):
         bodies = BallBodies(scene)

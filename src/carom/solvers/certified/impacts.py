@@ -196,7 +196,7 @@ def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[
 def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
     """Return velocities and positions after an impact along one axis, each as a mean of the values before.
 
-    In ``x + share (gap)`` the error of x would count twice. In a mean of both positions it hardly grows.
+    In ``x + share (gap)`` the error of x would count twice. In a mean of both positions the error hardly grows.
     """
     return (
         law.keep_i * vi + law.share_i * vj,

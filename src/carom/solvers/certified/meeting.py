@@ -83,8 +83,8 @@ class Meeting(NamedTuple):
 
     Attributes:
         first: Number of a disc.
-        second: A disc with a higher number, or an obstacle as `wall_body` of its number. For the end of a mode it is
-            the same disc.
+        second: A disc with a higher number, or an obstacle as `wall_body` of its number. For the end of a mode the
+            second body is the same disc.
         at: Float64 lower bound of the time from which the impact was solved, seconds.
         time: Ball that contains the time of impact; if undecided, the earliest possible time.
         latest: Float64 upper bound of `time`.

@@ -1,6 +1,6 @@
 """Times, as balls, at which a disc meets a half-plane, or the line of a face, on a straight path or a parabola.
 
-Under gravity the gap is ``w + s t + a t^2 / 2``. Where it is 0, its derivative is plus or minus the root of
+Under gravity the gap is ``w + s t + a t^2 / 2``. Where the gap is 0, its derivative is plus or minus the root of
 ``D = s^2 - 2 a w``. So a path reaches the wall from the front at one instant at most: ``(-s - sqrt(D)) / a``.
 """
 

@@ -1,7 +1,7 @@
 """Discs in a row between two bodies that leave them no room. The row is on a line of any direction.
 
-The mirror image of a motion is a motion. So discs stay on a line by symmetry if their centres are exactly on it and
-nothing moves, pulls or turns them off it. The room of the discs is the distance between the ends of the row minus their
+The mirror image of a motion is a motion. So by symmetry discs stay on a line if their centres are exactly on it and
+nothing moves, pulls or turns them off. The room of the discs is the distance between the ends of the row minus their
 widths. The room is linear in time.
 """
 
@@ -160,7 +160,7 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         return dot(away, away)
 
     facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
-    # A disc never leaves its side of a wall. Of two vertices on a line it meets the nearer.
+    # A disc never leaves its side of a wall. A disc on a line with two vertices meets the nearer.
     rounds = [
         (away2(shape), one)
         for one in fits

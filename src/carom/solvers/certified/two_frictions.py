@@ -2,7 +2,7 @@
 
 `stick` is the limit between sticking and sliding in `core/impact.h`.
 
-Forces are clipped, which is continuous. If it is not decided on which side of a limit they are, the ball contains
+Forces are clipped, which is continuous. If it is not decided on which side of a limit a force is, its ball contains
 both.
 """
 

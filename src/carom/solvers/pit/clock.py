@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class FrameClock:
     """Instants of the frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
-    A frame has a length in seconds or a rate in frames per second. The other one is 1, so that neither is rounded
+    A frame has a length in seconds or a rate in frames per second. The unused one is 1, so that neither is rounded
     twice.
     """
 
