@@ -72,7 +72,7 @@ def _key(contact: Any) -> tuple[Any, ...]:
     return a.body.userData, b.body.userData, a.userData, b.userData, contact.childIndexA, contact.childIndexB
 
 
-def _imported() -> Any:  # untyped: a SWIG module without stubs
+def _import_box2d() -> Any:  # untyped: a SWIG module without stubs
     with warnings.catch_warnings():
         # Box2D's SWIG types have no __module__, so CPython warns; as an error, the warning would end the process.
         warnings.simplefilter("ignore")
@@ -85,7 +85,7 @@ class Box2dWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
         require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
-        self._box2d = _imported()
+        self._box2d = _import_box2d()
         self._asked = dict(settings)
         # Units of time of the world's clock in a second; velocities are larger by this factor.
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
@@ -130,7 +130,7 @@ class Box2dWorld:
     def _add_disc(self, scene: Scene, i: int, immovable: bool) -> None:
         box2d, disc = self._box2d, scene.discs[i]
         if immovable:
-            body = self._held(disc.position_m, disc, disc.spin_rad_s)
+            body = self._create_held_body(disc.position_m, disc, disc.spin_rad_s)
         else:
             body = self._world.CreateDynamicBody(
                 position=disc.position_m,
@@ -164,7 +164,7 @@ class Box2dWorld:
         body.userData = i
         self._bodies.append(body)
 
-    def _held(self, place: Point, of: Driven, spin: float = 0.0) -> Any:
+    def _create_held_body(self, place: Point, of: Driven, spin: float = 0.0) -> Any:
         """Return a body that no impact moves: it is at rest or driven."""
         if not of.driven:
             return self._world.CreateStaticBody(position=place)
@@ -177,7 +177,7 @@ class Box2dWorld:
     def _add_wall(
         self, scene: Scene, k: int, place: Point, shapes: list[Any], half_width_m: float | None = None
     ) -> None:
-        body = self._held(place, scene.walls[k])
+        body = self._create_held_body(place, scene.walls[k])
         for number, shape in enumerate(shapes):
             fixture = body.CreateFixture(
                 shape=shape,
@@ -269,14 +269,14 @@ class Box2dWorld:
     def _contacts(self) -> tuple[Contact, ...]:
         at_s = self._clock.step_began_s
         found = []
-        for a, b, (nx, ny), impulse, tangential in self._summed():
+        for a, b, (nx, ny), impulse, tangential in self._sum_contacts():
             length = math.hypot(nx, ny)  # a unit vector only to 32 bits
             # Box2D's tangent is the normal turned by -90 degrees.
             along = -tangential if self._turns else None
             found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse, along))
         return tuple(found)
 
-    def _summed(self) -> list[tuple[Any, Any, Point, float, float]]:
+    def _sum_contacts(self) -> list[tuple[Any, Any, Point, float, float]]:
         """Return the solved contacts. Contacts of a disc with several edges of one chain are summed."""
         # Box2D reports a contact for as long as it lasts.
         pushes = [push for push in self._solved if push[3] > 0]

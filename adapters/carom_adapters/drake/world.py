@@ -26,7 +26,7 @@ from carom.engines.api import (
 from carom_adapters.drake.limits import CAPABILITIES, LEAST, SETTINGS
 
 
-def _imported() -> Any:  # Drake's modules, by short names
+def _import_modules() -> Any:  # Drake's modules, by short names
     from pydrake import geometry, math
     from pydrake.multibody import plant, tree
     from pydrake.systems import analysis, framework
@@ -42,7 +42,7 @@ class DrakeWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("Drake", scene, settings, SETTINGS, LEAST)
         require_supported("Drake", scene, CAPABILITIES, float(settings["dt_s"]))
-        drake = self._drake = _imported()
+        drake = self._drake = _import_modules()
         scheme = settings.get("integration_scheme")
         if scheme is not None and scheme not in (schemes := drake.analysis.GetIntegrationSchemes()):
             raise AdapterError(f"Drake: integration_scheme must be one of {', '.join(schemes)}, got {scheme!r}")
@@ -131,14 +131,14 @@ class DrakeWorld:
         """
         if not self._watched:
             self._watched = True
-            self._simulator.set_monitor(self._look)
+            self._simulator.set_monitor(self._record_contacts)
         position, velocity = self._position.copy(), np.zeros_like(self._position)
         count = len(self._movable)
         position[self._movable] = self._plant.GetPositions(self._context).reshape(count, 3)[:, :2]
         velocity[self._movable] = self._plant.GetVelocities(self._context).reshape(count, 3)[:, :2]
         return Observation(position, velocity, tuple(self._contacts()))
 
-    def _look(self, _root: Any) -> Any:
+    def _record_contacts(self, _root: Any) -> Any:
         results = self._plant.get_contact_results_output_port().Eval(self._context)
         for k in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(k)

@@ -43,7 +43,7 @@ def _ignore(_text: str) -> None:
 
 
 @lru_cache(maxsize=KEPT_MODELS)
-def _compiled(text: str) -> Any:
+def _compile(text: str) -> Any:
     """Compile a model, or return the one compiled from the same text. A sweep of starts has only one model.
 
     Positions and velocities of movable discs are not part of it.
@@ -61,7 +61,7 @@ def _bit(mujoco: Any, flag: str) -> int:
     return int(getattr(getattr(mujoco, kind), member, 0))
 
 
-def _there(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
+def _without_missing_flags(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
     """Return the settings without flags that this release lacks. Missing flags read back as unset."""
     return {name: value for name, value in settings.items() if name not in _LATER or _bit(mujoco, name)}
 
@@ -76,7 +76,7 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            self._model = _compiled(mjcf(scene, _there(self._mujoco, settings)))
+            self._model = _compile(mjcf(scene, _without_missing_flags(self._mujoco, settings)))
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error

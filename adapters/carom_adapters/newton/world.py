@@ -109,9 +109,9 @@ class NewtonWorld:
         found = int(self._contacts.rigid_contact_count.numpy()[0])
         lost = found > self._contacts.rigid_contact_max
         warning = f"Newton kept {self._contacts.rigid_contact_max} of {found} contacts" if lost else ""
-        return Observation(position, velocity, () if lost else tuple(self._pushed(found)), warning)
+        return Observation(position, velocity, () if lost else tuple(self._find_pushed(found)), warning)
 
-    def _pushed(self, count: int) -> Iterator[Contact]:
+    def _find_pushed(self, count: int) -> Iterator[Contact]:
         """Yield contacts without impulses: the solver reports its changes of positions, but not the bounce."""
         pushed = np.flatnonzero(self._forces.contact_f.numpy()[:count].any(axis=1))
         normals = self._contacts.rigid_contact_normal.numpy()[pushed].tolist()

@@ -34,10 +34,12 @@ class NpmAdapter(ProgramAdapter):
         Raises:
             OSError: The sources of the adapter's program can't be read.
         """
-        return write_code(self._source.read_text(encoding="utf-8"), _shared(self._source), scene, settings, heading)
+        return write_code(
+            self._source.read_text(encoding="utf-8"), _find_exports(self._source), scene, settings, heading
+        )
 
 
-def _shared(source: Path) -> Mapping[str, str]:
+def _find_exports(source: Path) -> Mapping[str, str]:
     """Return the exports of `serve.mjs`, each with its comment, by name."""
     pieces = (source.parents[1] / "serve.mjs").read_text(encoding="utf-8")
     found = ((_EXPORTED.search(piece), piece) for piece in re.split(r"\n\n(?=//)", pieces.rstrip("\n")))

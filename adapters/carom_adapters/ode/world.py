@@ -56,14 +56,14 @@ class OdeWorld:
             else:
                 geom.setBody(body)
                 self._put(body, disc.position_m, disc.velocity_m_s)
-            self._known(geom, i)
+            self._register(geom, i)
         for k, wall in enumerate(scene.half_planes()):
             (nx, ny), (x, y) = wall.normal, wall.point_m
-            self._known(ode.OdePlaneGeom(self._space, core.LVecBase4f(nx, ny, 0.0, nx * x + ny * y)), wall_body(k))
+            self._register(ode.OdePlaneGeom(self._space, core.LVecBase4f(nx, ny, 0.0, nx * x + ny * y)), wall_body(k))
         #: Contacts of the last step: the joint, its bodies, and the normal from the second to the first.
         self._met: list[tuple[Any, int, int, tuple[float, float]]] = []
 
-    def _known(self, geom: Any, number: int) -> None:
+    def _register(self, geom: Any, number: int) -> None:
         self._geoms[number], self._number[geom.getId().this] = geom, number
 
     def _surface(self, restitution: float) -> Any:
@@ -113,12 +113,12 @@ class OdeWorld:
     def advance(self, steps: int) -> None:
         """Take steps. Contacts are found and solved at the start of each, and joints are released before the next."""
         for _ in range(steps):
-            self._let_go()
+            self._release_joints()
             self._space.collide("", self._meet)
             self._step(max(self._clock.dt_s, LEAST_STEP_S))
         self._clock.count(steps)
 
-    def _let_go(self) -> None:
+    def _release_joints(self) -> None:
         self._met = []
         self._group.empty()
 
@@ -174,7 +174,7 @@ class OdeWorld:
 
     def close(self) -> None:
         """Release joints, bodies and world, which Panda3D does not free."""
-        self._let_go()
+        self._release_joints()
         for geom in self._geoms.values():
             geom.destroy()
         for body in self._bodies:

@@ -179,10 +179,10 @@ class _Reading:
         if space.damping != 1.0:
             self.dropped.append(f"the damping of the space, {space.damping:g}")
         for k, (shape, _) in enumerate(self.discs):
-            self.dropped += [f"disc {k}: {told}" for told in _own(shape)]
+            self.dropped += [f"disc {k}: {told}" for told in _unsupported_properties(shape)]
 
 
-def _own(shape: pymunk.Circle) -> Iterator[str]:
+def _unsupported_properties(shape: pymunk.Circle) -> Iterator[str]:
     """Yield properties of a disc that scenes do not support."""
     body, passing = shape.body, type(shape.filter)()
     if shape.filter != passing:

@@ -71,7 +71,7 @@ class RapierWorld:
         handles, number = [], {}
         of_discs, of_walls = states[: len(scene.discs)], states[len(scene.discs) :]
         for i, (disc, (position, velocity)) in enumerate(zip(scene.discs, of_discs, strict=True)):
-            body = self._held(disc.driven) if disc.immovable else rapier.RigidBody.dynamic()
+            body = self._create_held_body(disc.driven) if disc.immovable else rapier.RigidBody.dynamic()
             body = body.translation((*position, 0.0)).linvel((*velocity, 0.0))
             body = body.can_sleep(bool(asked["can_sleep"])).enabled_rotations((False, False, False))
             body = body.enabled_translations((True, True, False))
@@ -86,7 +86,9 @@ class RapierWorld:
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
             position, velocity = of_walls[k]
-            body = world.add_body(self._held(wall.driven).translation((*position, 0.0)).linvel((*velocity, 0.0)))
+            body = world.add_body(
+                self._create_held_body(wall.driven).translation((*position, 0.0)).linvel((*velocity, 0.0))
+            )
             handles.append(body)
             wins = rule.MIN if material.restitution < scene.restitution else rule.MAX
             for shape in self._shapes_of(wall):
@@ -94,7 +96,7 @@ class RapierWorld:
                 number[world.add_collider(made, body)] = wall_body(k)
         return world, handles, number
 
-    def _held(self, driven: bool) -> Any:
+    def _create_held_body(self, driven: bool) -> Any:
         """Return a body that no impact moves, at rest or driven."""
         return self._rapier.RigidBody.kinematic_velocity_based() if driven else self._rapier.RigidBody.fixed()
 

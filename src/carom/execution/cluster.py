@@ -110,7 +110,7 @@ class ClusterPool(Pool):
             for name, item in items
         }
         lost = []
-        with self._watched(submitted) as gone:
+        with self._watch_workers(submitted) as gone:
             for future in distributed.as_completed(list(submitted), loop=self._client.loop):
                 name = submitted.pop(future)
                 try:
@@ -128,7 +128,7 @@ class ClusterPool(Pool):
             raise ClusterError(f"{what}: {len(lost)}, the first with {lost[0]}", hints=[_CONTINUE])
 
     @contextmanager
-    def _watched(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
+    def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
         """Cancel the submitted items at the end, or if there is no worker for long. Yield a list for the reason."""
         over, gone = threading.Event(), list[str]()
 

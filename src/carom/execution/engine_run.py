@@ -334,7 +334,7 @@ class _Run:
             discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), self.taken * self.dt_s
             if self.slowing.table_m_s2:  # the path of a disc that has stopped since then can't be traced back
                 discs, until_s, missing = [*range(len(self.scene.discs))], self.scene.duration_s, 0.0
-            state = self._flown_to(until_s, discs, impacts, turned_s, spins)
+            state = self._fly_to(until_s, discs, impacts, turned_s, spins)
         if self.samples and completed:
             self.positions += [
                 state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
@@ -387,7 +387,7 @@ class _Run:
             return pull, None
         return pull, np.where(held, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
 
-    def _flown_to(
+    def _fly_to(
         self,
         until_s: float,
         discs: list[int],
@@ -410,15 +410,15 @@ class _Run:
                 (kept_s > begun_s) & ((kept["first"] == disc) | (kept["second"] == disc))
             ).tolist():
                 side = "first" if kept["first"][row] == disc else "second"
-                place, _ = self._flown(disc, place, speed, float(kept_s[row]) - since_s)
+                place, _ = self._fly(disc, place, speed, float(kept_s[row]) - since_s)
                 speed, since_s = kept[f"velocity_{side}_after"][row], float(kept_s[row])
                 turning = turning if spins is None else spins[f"{side}_after"][row]
-            position[disc], velocity[disc] = self._flown(disc, place, speed, until_s - since_s)
+            position[disc], velocity[disc] = self._fly(disc, place, speed, until_s - since_s)
             if spin is not None and turning is not None:
                 spin[disc] = turning * self.slowing.damping.kept(until_s - since_s)
         return replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
 
-    def _flown(
+    def _fly(
         self, disc: int, place: NDArray[np.float64], speed: NDArray[np.float64], seconds: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return position and velocity of a disc after some seconds of free flight."""

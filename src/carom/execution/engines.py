@@ -234,7 +234,7 @@ def list_methods(
         for info in infos
     }
     found: dict[str, dict[str, Answer[_Settings]]] = {info.name: {} for info in infos}
-    for several in pool.each(((name, of) for name, of in tasks.items() if of), _ask_all):
+    for several in pool.each(((name, of) for name, of in tasks.items() if of), _query_all):
         for task, answer in several:
             found[task.engine][task.profile] = answer
     at: dict[tuple[str, float], tuple[Method, ...]] = {}
@@ -269,5 +269,5 @@ def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> 
     return Answer(Status.FAILED, str(answer.value[step]))
 
 
-def _ask_all(tasks: Sequence[SettingsTask], runner: TaskRunner) -> Iterator[tuple[SettingsTask, Answer[_Settings]]]:
+def _query_all(tasks: Sequence[SettingsTask], runner: TaskRunner) -> Iterator[tuple[SettingsTask, Answer[_Settings]]]:
     yield from zip(tasks, runner.run_each(tasks), strict=True)

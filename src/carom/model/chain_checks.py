@@ -102,13 +102,13 @@ def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
                 continue
             joints = [one.a] if i == j - 1 else []
             joints += [one.b] if closed and i == 0 and j == last else []
-            for place in _shared(lines[i], one):
-                if not any(_is(place, joint) for joint in joints):
+            for place in _find_shared_points(lines[i], one):
+                if not any(_is_at(place, joint) for joint in joints):
                     yield Crossing(i, j, *place.floats())
                     break
 
 
-def _is(place: Place, point: tuple[Number, Number]) -> bool:
+def _is_at(place: Place, point: tuple[Number, Number]) -> bool:
     return not any(Surd(c.whole - p, c.part, c.square).sign for c, p in zip(place, point, strict=True))
 
 
@@ -124,24 +124,24 @@ def _span(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, 
     return box[0], box[1], box[2], box[3]
 
 
-def _at(point: tuple[Number, Number]) -> Place:
+def _place_at(point: tuple[Number, Number]) -> Place:
     return Place(Surd(point[0], 0, 0), Surd(point[1], 0, 0))
 
 
-def _shared(one: _Line, other: _Line) -> Iterator[Place]:
+def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
     """Yield the points that two edges share. If they share a stretch, yield its ends."""
     candidates: Iterator[Place]
     if one.circle is not None and one.circle == other.circle:
         middles = (_middle(line, one.circle) for line in (one, other))
-        candidates = iter([*map(_at, (one.a, one.b, other.a, other.b)), *middles])
+        candidates = iter([*map(_place_at, (one.a, one.b, other.a, other.b)), *middles])
     elif one.circle is None and other.circle is None:
-        candidates = _of_straights(one, other)
+        candidates = _intersect_straights(one, other)
     elif one.circle is None and other.circle is not None:
-        candidates = _on_line(one.a, one.along, other.circle)
+        candidates = _intersect_line(one.a, one.along, other.circle)
     elif other.circle is None and one.circle is not None:
-        candidates = _on_line(other.a, other.along, one.circle)
+        candidates = _intersect_line(other.a, other.along, one.circle)
     elif one.circle is not None and other.circle is not None:
-        candidates = _of_circles(one.circle, other.circle)
+        candidates = _intersect_circles(one.circle, other.circle)
     for place in candidates:
         if one.holds(place) and other.holds(place):
             yield place
@@ -156,18 +156,18 @@ def _middle(line: _Line, circle: ExactCircle) -> Place:
     return Place(Surd(x, line.turn * ey, square), Surd(y, -line.turn * ex, square))
 
 
-def _of_straights(one: _Line, other: _Line) -> Iterator[Place]:
+def _intersect_straights(one: _Line, other: _Line) -> Iterator[Place]:
     (ex, ey), (fx, fy) = one.along, other.along
     dx, dy = other.a[0] - one.a[0], other.a[1] - one.a[1]
     cross = ex * fy - ey * fx
     if cross != 0:
         part = (dx * fy - dy * fx) / cross
-        yield _at((one.a[0] + part * ex, one.a[1] + part * ey))
+        yield _place_at((one.a[0] + part * ex, one.a[1] + part * ey))
     elif dx * ey - dy * ex == 0:
-        yield from map(_at, (one.a, one.b, other.a, other.b))
+        yield from map(_place_at, (one.a, one.b, other.a, other.b))
 
 
-def _on_line(a: tuple[Number, Number], along: tuple[Number, Number], circle: ExactCircle) -> Iterator[Place]:
+def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circle: ExactCircle) -> Iterator[Place]:
     """Yield the points at which a line meets a circle."""
     (ex, ey), dx, dy = along, a[0] - circle.x, a[1] - circle.y
     e2, b = ex * ex + ey * ey, ex * dx + ey * dy
@@ -182,11 +182,11 @@ def _on_line(a: tuple[Number, Number], along: tuple[Number, Number], circle: Exa
         )
 
 
-def _of_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
+def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
     """Yield the points at which two circles meet: points of the first on the line of equal power."""
     dx, dy = other.x - one.x, other.y - one.y
     distance2 = dx * dx + dy * dy
     if distance2 == 0:
         return
     part = (distance2 + one.radius2 - other.radius2) / (2 * distance2)
-    yield from _on_line((one.x + part * dx, one.y + part * dy), (-dy, dx), one)
+    yield from _intersect_line((one.x + part * dx, one.y + part * dy), (-dy, dx), one)

@@ -50,19 +50,19 @@ def written_out(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _in_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
-    found: dict[str, Any] = _divided(content, _LENGTHS[""], per_metre)
+    found: dict[str, Any] = _divide_fields(content, _LENGTHS[""], per_metre)
     for name in ("discs", "walls"):
         if isinstance(bodies := found.get(name), list):
-            found[name] = [_divided(body, _LENGTHS[name], per_metre) for body in bodies]
+            found[name] = [_divide_fields(body, _LENGTHS[name], per_metre) for body in bodies]
     return found
 
 
-def _divided(fields: Any, names: tuple[str, ...], by: float) -> Any:
+def _divide_fields(fields: Any, names: tuple[str, ...], by: float) -> Any:
     if not isinstance(fields, dict):
         return fields
     found = {name: _quotient(value, by) if name in names else value for name, value in fields.items()}
     if isinstance(legs := found.get("legs"), list):
-        found["legs"] = [_divided(leg, ("velocity_m_s",), by) for leg in legs]
+        found["legs"] = [_divide_fields(leg, ("velocity_m_s",), by) for leg in legs]
     return found
 
 

@@ -81,10 +81,10 @@ def overlaps(
     found: list[Overlap] = []
     more = False
     with np.errstate(over="ignore", invalid="ignore"):  # distances beyond the largest float are infinite
-        kinds = [_of_discs(position_m, radius_m, movable, size, disc_name)]
+        kinds = [_find_disc_overlaps(position_m, radius_m, movable, size, disc_name)]
         if walls:
-            kinds.append(_of_walls(position_m, radius_m, movable, size, walls, wall_name))
-            kinds.append(_of_outlines(position_m, radius_m, movable, size, walls, wall_name))
+            kinds.append(_find_half_plane_overlaps(position_m, radius_m, movable, size, walls, wall_name))
+            kinds.append(_find_outline_overlaps(position_m, radius_m, movable, size, walls, wall_name))
         for kind in kinds:
             named = list(islice(kind, NAMED + 1))
             found += named[:NAMED]
@@ -92,7 +92,7 @@ def overlaps(
     return found, more
 
 
-def _of_discs(
+def _find_disc_overlaps(
     position: Floats, radius: Floats, movable: NDArray[np.bool_], size: Floats, name: str
 ) -> Iterator[Overlap]:
     # The tolerance of a pair is at least the mean of two tolerances: each disc with another of its own size.
@@ -113,7 +113,7 @@ def _of_discs(
             )
 
 
-def _of_walls(
+def _find_half_plane_overlaps(
     position: Floats,
     radius: Floats,
     movable: NDArray[np.bool_],
@@ -137,7 +137,7 @@ def _of_walls(
             )
 
 
-def _of_outlines(
+def _find_outline_overlaps(
     position: Floats,
     radius: Floats,
     movable: NDArray[np.bool_],
@@ -145,7 +145,7 @@ def _of_outlines(
     walls: Sequence[tuple[float, float, float, float] | Outline],
     name: str,
 ) -> Iterator[Overlap]:
-    for i, k in _near_outlines(position, radius, movable, walls):
+    for i, k in _find_near_outlines(position, radius, movable, walls):
         x, y, r, wall = float(position[i, 0]), float(position[i, 1]), float(radius[i]), walls[k]
         if isinstance(wall, tuple):
             continue
@@ -162,7 +162,7 @@ def _of_outlines(
             yield Overlap(i, k, f"{found}the disc reaches {metres(-gap)} into {edge}it; move the disc")
 
 
-def _near_outlines(
+def _find_near_outlines(
     position: Floats,
     radius: Floats,
     movable: NDArray[np.bool_],

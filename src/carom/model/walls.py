@@ -25,7 +25,7 @@ from carom.support.limits import LARGEST, MOST_LEGS, MOST_WALLS, SMALLEST
 _NAMED = 3
 
 
-def _no_bumper(value: Any) -> Any:
+def _refuse_bumper(value: Any) -> Any:
     if isinstance(value, int | float) and not isinstance(value, bool) and value > 1:
         raise ValueError(
             "must be at most 1: a bumper adds energy at each impact, so speeds would have no limit that could scale "
@@ -36,7 +36,7 @@ def _no_bumper(value: Any) -> Any:
 
 Point = tuple[float, float]
 WallRestitution = Annotated[
-    Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False)] | None, BeforeValidator(_no_bumper)
+    Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False)] | None, BeforeValidator(_refuse_bumper)
 ]
 Width = Friction  # a number, 0 or more
 Radius = Friction
@@ -282,7 +282,7 @@ Unit = Callable[[float], float]
 def with_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
     """Return a wall with converted lengths, speeds and times, one function for each. The shape is not checked again."""
     changed: dict[str, Any] = {
-        "velocity_m_s": _each(wall.velocity_m_s, speed),
+        "velocity_m_s": _map_point(wall.velocity_m_s, speed),
         "legs": with_speeds(wall.legs, speed, time),
         "surface_speed_m_s": speed(wall.surface_speed_m_s),
     }
@@ -290,13 +290,13 @@ def with_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWal
         changed["half_width_m"] = length(wall.half_width_m)
     if isinstance(wall, Ring):
         changed["radius_m"] = length(wall.radius_m)
-    return _placed(wall, lambda point: _each(point, length)).model_copy(update=changed)
+    return _map_points(wall, lambda point: _map_point(point, length)).model_copy(update=changed)
 
 
 def with_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ...]:
     """Return legs with converted velocities and times, one function for each."""
     return tuple(
-        leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _each(leg.velocity_m_s, speed)})
+        leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _map_point(leg.velocity_m_s, speed)})
         for leg in legs
     )
 
@@ -318,14 +318,14 @@ def driven_back(wall: AnyWall) -> AnyWall:
 
 def moved_by(wall: AnyWall, x: float, y: float) -> AnyWall:
     """Return a wall moved by a vector. The shape is not checked again."""
-    return _placed(wall, lambda point: (point[0] + x, point[1] + y))
+    return _map_points(wall, lambda point: (point[0] + x, point[1] + y))
 
 
-def _each(point: Point, of: Unit) -> Point:
+def _map_point(point: Point, of: Unit) -> Point:
     return of(point[0]), of(point[1])
 
 
-def _placed(wall: AnyWall, of: Callable[[Point], Point]) -> AnyWall:
+def _map_points(wall: AnyWall, of: Callable[[Point], Point]) -> AnyWall:
     """Return a wall with a function applied to each of its points."""
     if isinstance(wall, Wall):
         return wall.model_copy(update={"point_m": of(wall.point_m)})

@@ -49,7 +49,7 @@ class DampedRun(SeenRun):
         def times_s() -> Array:
             return damping.all_damped(run.log.array()["time_s"])
 
-        super().__init__(run, lambda rows: _slowed(rows, run.log, times_s, damping))
+        super().__init__(run, lambda rows: _slow_rows(rows, run.log, times_s, damping))
         self.time_s = 0.0
         self._damping = damping
 
@@ -77,7 +77,7 @@ class DampedRun(SeenRun):
         return None if spins is None else spins * self._damping.kept(self.time_s)
 
 
-def _slowed(
+def _slow_rows(
     rows: NDArray[np.void], log: RunImpacts, times_s: Callable[[], Array], damping: Damping
 ) -> NDArray[np.void]:
     """Convert impacts without damping, or the spins around them, to those with damping.

@@ -152,19 +152,19 @@ class SeenLog:
 
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.model.trace.IMPACT_DTYPE`."""
-        return self._seen(self._log.array())
+        return self._convert(self._log.array())
 
     def spins(self) -> NDArray[np.void] | None:
         """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
         spins = self._log.spins()
-        return None if spins is None else self._seen(spins)
+        return None if spins is None else self._convert(spins)
 
     def modes(self) -> NDArray[np.void] | None:
         """Return changes between sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
         modes = self._log.modes()
-        return None if modes is None else self._seen(modes)
+        return None if modes is None else self._convert(modes)
 
-    def _seen(self, rows: NDArray[np.void]) -> NDArray[np.void]:
+    def _convert(self, rows: NDArray[np.void]) -> NDArray[np.void]:
         seen = self._rows(rows)
         seen.flags.writeable = False
         return seen

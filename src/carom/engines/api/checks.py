@@ -129,7 +129,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     for name, value in used:
         if not low <= value <= high:
             return f"{name} is {value}, and this method simulates only {low:g} to {high:g} exactly"
-    if reason := _combined(capabilities.restitution_combine, used, high):
+    if reason := _combination_problem(capabilities.restitution_combine, used, high):
         return reason
     if Need.FRICTION in needs and not capabilities.spin and any(_can_turn(disc) for disc in scene.discs):
         return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method turns no discs"
@@ -139,7 +139,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     for name, value in rubbed:
         if value != 0.0 and not low <= value <= high:
             return f"{name} is {value:g}, and this method simulates only {low:g} to {high:g} exactly"
-    if reason := _combined(capabilities.friction_combine, rubbed, high):
+    if reason := _combination_problem(capabilities.friction_combine, rubbed, high):
         return reason
     disc_speeds = [_greatest_speed(disc) for disc in scene.discs]
     fastest = max(disc_speeds)
@@ -201,7 +201,7 @@ def _supports(capabilities: Capabilities, need: Need) -> bool:
             return bool(getattr(capabilities, need.name.lower()))
 
 
-def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
+def _combination_problem(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
     """Return why discs and walls can't have these coefficients in one scene; empty if they can."""
     if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
         return ""

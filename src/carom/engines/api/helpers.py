@@ -80,15 +80,15 @@ class StepClock:
 
 def factored_restitutions(scene: Scene) -> tuple[float, float]:
     """Return restitutions (of every disc, of every wall) whose products are the coefficients of a scene."""
-    return _factored(scene.restitution, scene.wall_restitution)
+    return _factor(scene.restitution, scene.wall_restitution)
 
 
 def factored_frictions(scene: Scene) -> tuple[float, float]:
     """Return coefficients of friction (of every disc, of every wall) whose products are those of a scene."""
-    return _factored(scene.friction, scene.wall_friction)
+    return _factor(scene.friction, scene.wall_friction)
 
 
-def _factored(pair: float, wall: float) -> tuple[float, float]:
+def _factor(pair: float, wall: float) -> tuple[float, float]:
     """Return coefficients of discs and of walls for an engine that multiplies the coefficients of two bodies.
 
     The coefficient of a disc is the root of the pair's. If the pair has 0 and the walls have more, the disc gets a tiny

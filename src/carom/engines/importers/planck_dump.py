@@ -46,10 +46,10 @@ class _Body:
     """A body of a dump, with its fixtures, in the world's coordinates."""
 
     def __init__(self, entries: Any, reference: Any) -> None:
-        self.fields = _of(entries, reference)
+        self.fields = _resolve(entries, reference)
         self.kind = str(self.fields["type"])
-        self.fixtures = [_of(entries, one) for one in self.fields["fixtures"]]
-        self.shapes = [_of(entries, one["shape"]) for one in self.fixtures]
+        self.fixtures = [_resolve(entries, one) for one in self.fields["fixtures"]]
+        self.shapes = [_resolve(entries, one["shape"]) for one in self.fixtures]
         self.moves = self.kind == "dynamic"
         self.driven = self.kind == "kinematic" and (
             _point(self.fields["linearVelocity"]) != (0.0, 0.0) or float(self.fields["angularVelocity"]) != 0.0
@@ -68,7 +68,7 @@ class _Reading:
     def __init__(self, entries: Any) -> None:
         self.world = entries[0]
         self.bodies = [_Body(entries, one) for one in self.world["bodies"]]
-        self.joints = [str(_of(entries, one)["type"]) for one in self.world["joints"]]
+        self.joints = [str(_resolve(entries, one)["type"]) for one in self.world["joints"]]
         self.dropped: list[str] = []
         self.discs: list[tuple[Any, Disc]] = []
         self.walls: list[tuple[Any, Wall]] = []
@@ -167,7 +167,7 @@ class _Reading:
         return Imported(scene, tuple(self.dropped))
 
 
-def _of(entries: Any, reference: Any) -> Any:
+def _resolve(entries: Any, reference: Any) -> Any:
     """Return the entry of the list that a reference points to."""
     index = reference["refIndex"]
     if not isinstance(index, int) or not 0 < index < len(entries):

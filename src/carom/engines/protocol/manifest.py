@@ -31,7 +31,7 @@ _KINDS = (["float"], ["int"], ["bool"], ["str"])
 MOST_BYTES = 2**20
 
 
-def _known(kind: type[Any]) -> Any:
+def _check_known_fields(kind: type[Any]) -> Any:
     """Return a check that a table has only fields of a dataclass."""
 
     def check(table: object) -> object:
@@ -63,9 +63,9 @@ def _finite(setting: Setting) -> Setting:
     return setting
 
 
-_Capabilities = Annotated[Capabilities, BeforeValidator(_enums_by_name), _known(Capabilities)]
-_Accuracy = Annotated[Accuracy, _known(Accuracy)]
-_Knob = Annotated[Knob, _known(Knob)]
+_Capabilities = Annotated[Capabilities, BeforeValidator(_enums_by_name), _check_known_fields(Capabilities)]
+_Accuracy = Annotated[Accuracy, _check_known_fields(Accuracy)]
+_Knob = Annotated[Knob, _check_known_fields(Knob)]
 
 
 class _Table(BaseModel):
@@ -136,7 +136,7 @@ class Manifest(_Table):
 
     def command_from(self, folder: Path) -> tuple[str, ...]:
         """Return the command, with full paths of the files next to the manifest."""
-        return tuple(_from(folder, word) for word in self.command)
+        return tuple(_resolve_word(folder, word) for word in self.command)
 
     def version_from(self, folder: Path) -> str:
         """Return the engine's version from the manifest or the package; may be empty."""
@@ -159,11 +159,11 @@ class Manifest(_Table):
             reason = f"{name} {version} is older than {self.oldest}, the oldest release that its adapter drives"
         else:
             return ""
-        install = " ".join(_from(folder, word) for word in self.install.split(" "))
+        install = " ".join(_resolve_word(folder, word) for word in self.install.split(" "))
         return f"{reason}; {install}" if install else reason
 
 
-def _from(folder: Path, word: str) -> str:
+def _resolve_word(folder: Path, word: str) -> str:
     """Return a word of a command. If it is a file next to the manifest, return its full path."""
     return str((folder / word).resolve()) if word.startswith(("./", "../")) else word
 

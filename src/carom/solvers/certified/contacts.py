@@ -137,7 +137,7 @@ class BallContacts:
         time, at = meeting.time, meeting.at
         x, y = bodies.place_at(i, time)
         vx, vy = bodies.velocity(i, time, at)
-        if not self._struck_along(i, ground, meeting, normal):
+        if not self._keeps_normal_speed(i, ground, meeting, normal):
             off = ground.off_it(vx, vy)
             if off > 0:
                 return self._record(i, ground, time, at, before.mode, Mode.FLIGHT)
@@ -152,7 +152,7 @@ class BallContacts:
         same = now is not None and now.mode is before.mode and now.rate.overlaps(before.rate)
         return None if same and now is not None and now.rim_rate.overlaps(before.rim_rate) else settled
 
-    def _struck_along(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
+    def _keeps_normal_speed(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
         """Whether an impact leaves the speed of disc `i` along the normal of its ground exactly unchanged."""
         bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
         if other < 0:
@@ -241,7 +241,7 @@ class BallContacts:
                 found.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
             elif not toward >= 0:
                 raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since))
-        found += self._over(i, gliding)
+        found += self._find_ends(i, gliding)
         for end in found:
             if all(end is other or end.wait < other.wait for other in found):
                 return end._replace(time=gliding.since + end.wait)
@@ -249,7 +249,7 @@ class BallContacts:
             raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since + found[0].wait))
         return None
 
-    def _over(self, i: int, gliding: Gliding) -> list[End]:
+    def _find_ends(self, i: int, gliding: Gliding) -> list[End]:
         """Return the times at which a disc reaches the ends of its face."""
         (place, speed, _, _), half, span = gliding.begun, gliding.rate / 2, gliding.ground.span
         if span is None:

@@ -96,10 +96,10 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
     meeting = to_plane(bodies, i, second, at, leg)
     if meeting is None or shape.stretch is None:
         return None if meeting is None else _Touch(meeting, On.INSIDE)
-    return _Touch(meeting, _foot(shape.stretch, *_flown(bodies, i, x, y, vx, vy, meeting.time - at)))
+    return _Touch(meeting, _foot(shape.stretch, *_fly(bodies, i, x, y, vx, vy, meeting.time - at)))
 
 
-def _flown(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
+def _fly(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
     """Return the position of disc `i` after a wait."""
     if not bodies.falls and bodies.acceleration[i] is None:
         return x + vx * wait, y + vy * wait
@@ -127,7 +127,7 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.pull(i)
     powers = squared_gap((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
     for wait, meeting in contacts_ahead(bodies, i, second, at, powers, leg):
-        px, py = _flown(bodies, i, dx, dy, ux, uy, wait)
+        px, py = _fly(bodies, i, dx, dy, ux, uy, wait)
         on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
         if on is On.BESIDE:
             continue

@@ -106,7 +106,7 @@ def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
             _slide_pair(bodies, meeting, meeting.near, normal)
     else:
         edge = _edge(bodies, meeting)
-        velocity = _seen_from_wall(bodies, meeting)
+        velocity = _velocity_from_wall(bodies, meeting)
         normal = _bounce(bodies, meeting, meeting.near)
         rubbed = _slide_on_wall(bodies, meeting, velocity, normal)
         if isinstance(meeting.near, WallApproach):
@@ -162,7 +162,7 @@ def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, ar
     return *bodies.velocity(first, time, at), *((ZERO, ZERO) if leg is None else (leg.vx, leg.vy))
 
 
-def _seen_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
+def _velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
     """Return the velocity of a disc relative to the wall at its impact, on its path until then."""
     vx, vy, ux, uy = _velocities(bodies, meeting)
     return vx - ux, vy - uy

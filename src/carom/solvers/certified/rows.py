@@ -69,7 +69,7 @@ def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     }
     if struck != pairs or not _is_alone(row, bodies) or _loses_or_slips(row, bodies):
         return None
-    ends = [_facing(last, row[0], row[1]), _facing(last, row[-1], row[-2])]
+    ends = [_find_facing(last, row[0], row[1]), _find_facing(last, row[-1], row[-2])]
     obstacles = [_obstacle(bodies, end) for end in ends]
     line = _line(row, obstacles, bodies)
     if line is None:
@@ -139,7 +139,7 @@ def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:
     return runs or any(scene.discs[body].spin_rad_s for body in row if body >= 0)
 
 
-def _facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
+def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
     """Return the last contact of a disc with the body at its end of a row."""
     found = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
     nx, ny = found.normal

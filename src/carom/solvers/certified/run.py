@@ -149,7 +149,7 @@ class CertifiedRun:
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
         while stop.ending is None:
-            stop = self._judged(attempt.advance(goal), attempt)
+            stop = self._judge(attempt.advance(goal), attempt)
             if attempt.has_replayed:  # the attempt before it can't improve the estimate any more
                 self._attempt = attempt
             if stop.ending is None:
@@ -241,7 +241,7 @@ class CertifiedRun:
         with ctx.workprec(self._most_bits):
             return undamped(self.scene.damping_per_s, arb(time_s))
 
-    def _judged(self, stop: Stop, attempt: Attempt) -> Stop:
+    def _judge(self, stop: Stop, attempt: Attempt) -> Stop:
         """Decide whether more precision may help after an attempt that did not reach its end."""
         trouble = stop.degeneracy
         if stop.ending is not None:
@@ -315,7 +315,7 @@ class Attempt:
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.lying()) if self.bodies.falls else ():
             begun = contacts.begin(i, ground)
-            self._happened(
+            self._add_event(
                 carry_out(self.bodies, begun) if isinstance(begun, Meeting) else BallEvent(None, (begun,)), _START
             )
 
@@ -391,14 +391,14 @@ class Attempt:
     def _end(self, ending: Ending) -> Stop:
         return Stop(ending if self._log.convert() and self._log.state_is_good(self.bodies) else None)
 
-    def _happened(self, event: BallEvent, how: tuple[int, int, float]) -> None:
+    def _add_event(self, event: BallEvent, how: tuple[int, int, float]) -> None:
         self._log.add(event)
         self.events.append(how)
         self.impacts += event.impact is not None
 
     def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
         """Apply and record an event. At intervals convert events, lower the precision, and check whether to stop."""
-        self._happened(carry_out(self.bodies, meeting), meeting[:3])
+        self._add_event(carry_out(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:
             return None
         if not self._log.convert():

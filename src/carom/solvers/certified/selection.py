@@ -130,7 +130,7 @@ class Selection:
             if candidate.time > self.end_s:
                 continue
             if not candidate.decided:
-                blocking = blocking or Undecided(self._unresolved(candidate))
+                blocking = blocking or Undecided(self._report_unresolved(candidate))
                 continue
             commutes = False
             for rival in meetings:
@@ -139,7 +139,7 @@ class Selection:
                 if rival.decided and candidate.time.overlaps(rival.time) and self._commute(candidate, rival):
                     commutes = True
                     continue
-                blocking = blocking or Undecided(self._tied(candidate, rival))
+                blocking = blocking or Undecided(self._report_tie(candidate, rival))
                 break
             else:
                 if not candidate.time <= self.end_s:
@@ -190,14 +190,14 @@ class Selection:
         reach = bodies.pair_law(i, j).reach + 2 * most * (fastest + gained) * length
         return bool(dx * dx + dy * dy > reach * reach)
 
-    def _unresolved(self, meeting: Meeting) -> Degeneracy:
+    def _report_unresolved(self, meeting: Meeting) -> Degeneracy:
         kind = Degenerate.RESTING_CONTACT if meeting.resting else Degenerate.GRAZE
         kind = Degenerate.AT_A_TURN if meeting.turning else kind
         return self._report(kind, (meeting,), meeting.time)
 
-    def _tied(self, one: Meeting, other: Meeting) -> Degeneracy:
+    def _report_tie(self, one: Meeting, other: Meeting) -> Degeneracy:
         if not other.decided:
-            return self._unresolved(other)
+            return self._report_unresolved(other)
         shared = self._moved_by(one) & self._moved_by(other)
         kind = Degenerate.SHARED_INSTANT if shared else Degenerate.SIMULTANEOUS_NEIGHBOURS
         return self._report(kind, (one, other), one.time.union(other.time))

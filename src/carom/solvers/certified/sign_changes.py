@@ -102,7 +102,7 @@ def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int
         return None
     low, high = pending[0].low, pending[-1].high
     if slopes == {-1}:
-        return Fall(_refined(polynomial, low, high), certain=True)
+        return Fall(_refine_zero(polynomial, low, high), certain=True)
     return Fall(low.union(high), certain=False)
 
 
@@ -162,7 +162,7 @@ def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
     return (4 * bound + arb((1, -1000))).upper().min(end)
 
 
-def _refined(polynomial: arb_poly, low: arb, high: arb) -> arb:
+def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
     """Return the zero between two instants, between which the polynomial falls, as narrowly as its balls permit.
 
     Both instants are kept, because one ball around them would reach further, where there may be another zero.
