@@ -34,8 +34,8 @@ MJCF_INTEGRATORS = {
 #: (1/s**2) is that of a contact, 0 for none: see `_solref` of `model`. ``solimp`` is a geom's attribute. With
 #: ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in `located`. ``shape`` is
 #: "sphere" or "cylinder"; a cylinder is as high as it is wide. With ``in_turn`` contacts with friction are solved one
-#: after another, the push and then friction within its bounds, which is the law of impacts. Otherwise they are solved
-#: all at once, as MuJoCo's optimum.
+#: after another, the push and then friction within its bounds, which is the law of impacts. Without `in_turn` all
+#: contacts are solved at once, as MuJoCo's optimum.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
 #: Settings with a few possible words.

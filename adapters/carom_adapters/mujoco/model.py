@@ -112,7 +112,8 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             return f"<body>{_turning(scene, settings, i, unit)}{made}</body>"
         damped = _damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
-            # The inertia about any axis has no effect. It is set because that of a small disc would be too small.
+            # The inertia about any axis has no effect. The inertia is set because that of a small disc would be too
+            # small.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{made}</body>'

@@ -28,7 +28,7 @@ _HIT_S = 0.25
     reported="A ball with friction bounces without starting to spin, and begins to roll only after all bounces; a "
     "spinning ball bounces without moving sideways.",
     at_least=0.1,
-    made="The thread has a slope and gravity. Here it is one bounce on a level floor; all sizes are chosen here.",
+    made="The thread has a slope and gravity. Here the ball bounces once on a level floor; all sizes are chosen here.",
 )
 def _mbsim_49() -> Staged:
     """A disc that does not spin bounces on a rough floor, and leaves rolling."""

@@ -18,7 +18,7 @@ Point = tuple[float, float]
 
 
 class ExactCircle(NamedTuple):
-    """The exact circle of an arc. Its centre and squared radius are rational numbers."""
+    """The exact circle of an arc. Centre and squared radius are rational numbers."""
 
     x: Fraction
     y: Fraction
@@ -37,8 +37,8 @@ class Foot(NamedTuple):
     """The point of a wall's line that is nearest to a given point.
 
     Attributes:
-        x: Its x coordinate, metres.
-        y: Its y coordinate, metres.
+        x: x coordinate of the point, metres.
+        y: y coordinate of the point, metres.
         edge: Number of the edge that contains the point; if two edges do, the lower number.
         inner: Whether the point is between the ends of that edge.
     """

@@ -1,4 +1,4 @@
-"""Helpers shared by adapters of several engines. Their use is optional: the harness does not require them."""
+"""Helpers shared by adapters of several engines. No adapter has to use them."""
 
 from __future__ import annotations
 
