@@ -243,7 +243,7 @@ def _free_joint(damped: str) -> str:
 def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
     """Return the damping about the axes of a free joint with these moments of inertia; None if MJCF contains it.
 
-    MJCF has one damping for all six axes of a free joint, which is that of the mass.
+    MJCF has one damping for all six axes of a free joint: the damping of the mass.
     """
     if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):
         return None

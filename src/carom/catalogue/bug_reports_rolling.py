@@ -67,7 +67,7 @@ def _tailuge_298() -> Staged:
     struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
     hit = KnownImpact(_HIT_S, 0, 1, *after, spin, spin)
-    source = "Alciatore, billiards TP A.14: for e = 1 the tangent of the throw is a seventh of that of the cut"
+    source = "Alciatore, billiards TP A.14: for e = 1 the tangent of the throw is a seventh of the cut's"
     return Staged(scene, KnownAnswer(source, (hit,), 1, after, final_spin_rad_s=(spin, spin)))
 
 

@@ -164,7 +164,7 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """Coordinates and radii, those of arcs included, from which units are chosen. Some are negative."""
+        """Coordinates and radii, including the radii of arcs, from which units are chosen. Some are negative."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 

@@ -179,7 +179,7 @@ class Profile:
         accuracy: Declared accuracy with these settings.
         located: Whether the harness cuts the steps so that they end when bodies begin to touch. `prepare` must then
             return a `CuttableWorld`.
-        capabilities: Capabilities with these settings, if they differ from those of the adapter.
+        capabilities: Capabilities with these settings, if they differ from the adapter's.
         changed: For a profile of the engine's default settings: every setting that differs from the engine's default,
             by the engine's own name, with the reason.
     """

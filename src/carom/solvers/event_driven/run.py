@@ -294,6 +294,6 @@ def _require_equal(name: str, values: NDArray[np.float64], others: NDArray[np.fl
     differ = np.flatnonzero(values != others)
     if len(differ):
         raise InputError(
-            f"resume must be the state of a run of the same {name}: that of disc {differ[0]} differs, "
-            f"and that of {len(differ) - 1} others"
+            f"resume must be the state of a run of the same {name}: disc {differ[0]} differs, "
+            f"and {len(differ) - 1} other discs"
         )
