@@ -20,7 +20,6 @@ from carom.comparator.compare import Score
 from carom.comparator.measure.contact import motion_at
 from carom.comparator.measure.contact_intervals import measure_contact_quality
 from carom.engines.registry import load_adapter
-from carom.execution.codec import CarriedTrace, Codec
 from carom.execution.engine_run import observe_run
 from carom.model.step_windows import States
 from carom.model.trace import SPIN_DTYPE
@@ -250,13 +249,6 @@ def test_a_state_that_is_no_number_is_wrong() -> None:
     """NaN passes no comparison."""
     score = doctored(lambda looks: replace(looks, position_m=np.full_like(looks.position_m, math.nan)), "contact/stops")
     assert score.grade is Grade.WRONG
-
-
-def test_states_go_over_the_wire_and_come_back() -> None:
-    """A worker's answer keeps them to the bit."""
-    trace = run_of("contact/struck", "pic")
-    codec = Codec[Trace](CarriedTrace)
-    assert codec.loads(codec.dumps(trace)) == trace
 
 
 def test_of_flight_alone_nothing_is_scored_in_contact() -> None:

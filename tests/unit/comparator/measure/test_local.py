@@ -95,11 +95,7 @@ def test_an_impact_that_does_not_follow_from_its_own_state_is_spurious_locally()
 
 
 def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
-    """The harness's effective time, from states at step boundaries alone, is the instant that mathematics gives.
-
-    The collector gets PIC's states without contact times and velocities, like an engine's; each pair's impact is alone
-    in its step.
-    """
+    """The harness's effective time, from states at step boundaries alone, is the instant that mathematics gives."""
     from carom.engines.api import Contact, Observation
     from carom.execution.impact_collector import ImpactCollector
 
