@@ -80,15 +80,6 @@ def test_the_documentation_tells_every_check() -> None:
     assert checks <= told, checks - told
 
 
-@pytest.mark.long
-@pytest.mark.usefixtures("installed")
-def test_a_third_party_adapter_is_found() -> None:
-    """An adapter of another distribution is listed with its own name, version and distribution."""
-    info = next(info for info in carom.engines() if info.name == "penalty")
-    assert (info.engine, info.version, info.distribution) == ("Penalty springs", "0.1", "carom-penalty")
-    assert info.available
-
-
 @pytest.mark.usefixtures("installed", "in_process")
 @pytest.mark.parametrize(("profile", "contact_steps"), long_after(1, [("default", 4), ("tuned", 2)]))
 def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_contact_late(
