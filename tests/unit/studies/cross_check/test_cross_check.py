@@ -121,15 +121,6 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
         assert words in reason
 
 
-def test_free_fall_is_exact_between_steps_and_beyond_the_last() -> None:
-    """PIC and PIT fall along a parabola, also where the last step ends beyond the scene and is taken back."""
-    falling = Scene(name="falling", discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -8), duration_s=1)
-    results = cross_checked([falling], ["pic", "pit"], dts=[0.3])
-    for row in results.rows:
-        assert sure(row.trace).final_position_m == pytest.approx(np.array([[0, -4]]), rel=1e-14)
-        assert sure(row.trace).final_velocity_m_s == pytest.approx(np.array([[0, -8]]), rel=1e-14)
-
-
 @pytest.mark.long
 def test_what_comes_after_rest_is_not_scored() -> None:
     """Where PIC ends because a ball has come to rest, the comparison ends as well, and the score has that time."""
