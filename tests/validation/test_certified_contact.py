@@ -201,10 +201,7 @@ def test_contact_and_spins_survive_as_data() -> None:
 @pytest.mark.parametrize("seeds", long_after(1, [range(8), *(range(k, k + 20) for k in range(8, 408, 20))]))
 @pytest.mark.parametrize("gives_back", [False, True])
 def test_discs_thrown_on_slopes_are_within_their_radii_of_runs_of_60_digits(gives_back: bool, seeds: range) -> None:
-    """With spin, any friction and rolling resistance, or friction that gives back: ends, and when modes change.
-
-    PIC is within 1e-12 of these; bounces whose slip stays undecided, where friction gives back, end as a collapse.
-    """
+    """With spin, any friction and rolling resistance, or friction that gives back: ends, and when modes change."""
     proven = 0
     with mp.workdps(contact_runs.DIGITS):
         for seed in seeds:

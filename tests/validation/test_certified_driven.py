@@ -105,10 +105,7 @@ def test_what_starts_at_a_touching_disc_strikes_it_at_that_instant(falls: bool) 
 
 
 def test_an_impact_when_a_wall_turns_that_balls_cannot_place_has_no_certain_answer() -> None:
-    """Off a slope of 3 in 4 a disc of 25 m/s goes on at 7 and 24: exactly, but through divisions that are not.
-
-    It reaches the wall just when that turns, and no precision decides which leg it meets.
-    """
+    """Off a slope of 3 in 4 a disc of 25 m/s goes on at 7 and 24: exactly, but through divisions that are not."""
     slope = Chain(points_m=[(-4.0, -3.0), (4.0, 3.0)])
     puck = disc_at(-25.0, 1.25, 25.0, r=1.0)  # it touches at the origin's (0, 1.25)
     wall = wall_at(

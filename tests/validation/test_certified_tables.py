@@ -61,10 +61,7 @@ def contradictions(table: Table, impacts: int) -> list[int]:
 def test_every_impact_on_random_tables_is_within_its_radius_of_brute_force(
     moves: bool, first: int, count: int, impacts: int
 ) -> None:
-    """Bulges of both signs, re-entrant joints, thick bars, islands, cut sides, walls of their own restitution.
-
-    The same under gravity, and of lines on up to nine legs each: quartics, and impacts leg by leg.
-    """
+    """Bulges of both signs, re-entrant joints, thick bars, islands, cut sides, walls of their own restitution."""
     tables = drawn_tables(first, count, moves=moves)
     assert {k: bad for k, one in enumerate(tables) if (bad := contradictions(one, impacts))} == {}
 

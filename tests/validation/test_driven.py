@@ -52,10 +52,7 @@ def _velocity(rng: random.Random) -> Vector:
 
 
 def on_a_path(seed: int) -> Scene:
-    """Two discs, one of which begins without a speed along gravity under a ceiling that is a line, and bodies on legs.
-
-    Every other scene falls.
-    """
+    """Two discs, one of which begins without a speed along gravity under a ceiling that is a line; bodies on legs."""
     rng = random.Random(f"galileo {seed}")
 
     def legs() -> dict[str, Any]:
@@ -124,10 +121,7 @@ def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], 
 
 @pytest.mark.parametrize("speed", [0.0, 1e3, 1e6])
 def test_a_corner_that_is_driven_fast_is_no_more_certain_than_one_that_stands(speed: float) -> None:
-    """Both edges of 80 degrees are met at one instant, in all directions: the order is a convention, and is said to be.
-
-    The rounding of the positions of disc and corner distinguishes the instants; it grows with their distance.
-    """
+    """Both edges of 80 degrees are met at one instant, in all directions: the order is a convention, and said to be."""
     half = math.tan(math.radians(40.0))
 
     def turned(x: float, y: float, angle: float) -> Vector:
@@ -167,10 +161,7 @@ def bounces(left: Legs, right: Legs, speed: Fraction, end: Fraction) -> list[tup
 
 @each("seed", range(32))
 def test_a_disc_between_walls_on_legs_is_a_recurrence_of_fractions(seed: int) -> None:
-    """A disc between two half-planes that are driven along one line, one of them on many legs in some, is exact.
-
-    The times and speeds are those of fractions, on many legs by Algorithm 2 too.
-    """
+    """A disc between two half-planes that are driven along one line, one of them on many legs in some, is exact."""
     rng, still = random.Random(f"legs {seed}"), (Fraction(0), Fraction(0))
     left, right = ([(Fraction(0), Fraction(rng.randint(-8, 8), 16))] for _ in range(2))
     if seed % 3 == 0:

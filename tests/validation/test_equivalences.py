@@ -249,10 +249,7 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
 @pytest.mark.parametrize("kind", TIMES)
 @each_batch
 def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
-    """A run that skips tests, or sweeps, in one go or in pieces, has the bits of a run that makes every test.
-
-    Every fourth scene of drawn discs falls, and every fourth has friction.
-    """
+    """A run that skips tests, or sweeps, in one go or in pieces, has the bits of a run that makes every test."""
     impacts = 0
     for number in times(batch, 2 / 3):
         gravity = GRAVITY if number % 4 == 2 else (0.0, 0.0)
@@ -329,10 +326,7 @@ each_symmetric = pytest.mark.parametrize("scenes", symmetric())
 @pytest.mark.parametrize("turn", [mirrored, quarter_turned])
 @each_symmetric
 def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scenes: list[Scene], turn: Map, solver: str) -> None:
-    """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows neither sign nor axis.
-
-    That holds for scenes without a unique answer too, since the order of body numbers does not change.
-    """
+    """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows no sign or axis."""
     for scene in scenes:
         assert_seen(SOLVERS[solver](scene), SOLVERS[solver](rebuilt(scene, turn, turn, turn)), turn)
 

@@ -99,11 +99,7 @@ def as_arrays(start: DiscArrays) -> tuple[np.void, np.void]:
 
 @pytest.mark.parametrize("count", long_after(1, [150, 10_000]))
 def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
-    """Every velocity and surface speed after an impact is the exact law's to a few units in the last place.
-
-    So it is by the law on arrays, which without friction gives the velocities of the smooth one to the bit, and spins
-    that have not changed.
-    """
+    """Every velocity and surface speed after an impact is the exact law's to a few units in the last place."""
     rng = random.Random(count)
     worst, worst_as_arrays = 0.0, 0.0
     for number in range(count):
@@ -192,11 +188,7 @@ def past(one: Body, other: Body, axes: tuple[tuple[Fraction, Fraction], ...]) ->
 
 
 def test_the_exact_law_keeps_what_physics_keeps() -> None:
-    """In 500 exact impacts momentum and angular momentum about the contact are kept, and energy never grows.
-
-    It is lost by what `docs/theory/friction.md` says, exactly; the limits of e, friction and b are those of smooth,
-    rough and superelastic bodies.
-    """
+    """In 500 exact impacts momentum and angular momentum about the contact are kept, and energy never grows."""
     rng = random.Random(7)
     for _ in range(500):
         normal = rng.choice([(3, 4), (5, -12), (1, 0), (-8, 15)])
@@ -226,11 +218,7 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
 
 @pytest.mark.parametrize("numbers", long_after(1, [range(2), *(range(k, k + 12) for k in range(2, 98, 12))]))
 def test_whole_runs_obey_the_exact_law_impact_by_impact(numbers: range) -> None:
-    """Each impact is what the exact law makes of the state before it, and that is what the last impact left.
-
-    So it is in scenes of every kind, of which every third falls; and of PIT, which finds its impacts overlapped and
-    turned: its friction acts at full radius along the line of centres.
-    """
+    """Each impact is what the exact law makes of the state before it, and that is what the last impact left."""
     for kind, number in product(KINDS, numbers):
         scene = drawn(kind, number, rough=True, gravity=(0.25, -1.0) if number % 3 == 1 else (0.0, 0.0))
         if scene.arrays.turns:
