@@ -126,10 +126,7 @@ def slip_after_stepping(press: Press, slip: float, approach: float, restitution:
 
 @pytest.mark.parametrize("landings", long_after(1, [30, 150]))
 def test_what_is_left_of_a_slip_is_what_stepping_through_the_bounces_leaves(landings: int) -> None:
-    """Of landings those whose slip keeps its sign agree to rounding; of the others next to nothing is left.
-
-    Theirs is no more than what hops can give: the closed form says 0, for bounces as small as a clock can tell.
-    """
+    """Of landings those whose slip keeps its sign agree to rounding; of the others next to nothing is left."""
     rng, slid = random.Random(2), 0
     for _ in range(landings):
         press = Press(rng.uniform(1, 10), rng.uniform(-5, 5), rng.uniform(0, 0.8), rng.choice([0.0, 1.0, 2.0, 2.5]))

@@ -179,30 +179,6 @@ def pairs_of(powers: list[Fraction]) -> list[Pair]:
     return [(high := float(power), float(power - Fraction(high))) for power in powers]
 
 
-@each(
-    ("roots", "times"),
-    [
-        ((1, 2, 3, 4), [1.0, 3.0]),
-        ((1, 1, 3, 4), [3.0]),  # a graze first
-        ((1, 1, 1, 4), [1.0]),  # a threefold root is a crossing
-        ((1, 1, 2, 2), []),  # two grazes
-        ((1, 2, 3, 3), [1.0]),  # a graze from below is no fall
-        ((-1, 1, 2, 3), [2.0]),  # below 0 at first: it rises at 1
-        ((-1, -2, 3, 4), [3.0]),
-        ((-1, -2, -3, -4), []),
-        ((0, 1, 2, 3), [0.0, 2.0]),  # 0 now, and it does not open
-        ((0, 0, 1, 2), [1.0]),
-        ((0, 0, 0, 2), [0.0]),
-        ((3, 3, 3, 3), []),
-        ((1000, 1001), [1000.0]),
-        ((2,), []),
-    ],
-)
-def test_falls_are_told_from_rises_and_grazes(roots: tuple[int, ...], times: list[float]) -> None:
-    """A fall is a root of odd multiplicity at which the polynomial turns negative."""
-    assert core.falls(pairs_of(product(*([Fraction(-root), Fraction(1)] for root in roots)))) == times
-
-
 def random_root(rnd: random.Random, kind: str) -> Fraction:
     if kind == "wide":
         return Fraction(rnd.choice([1, 1, 1, -1]) * 10 ** rnd.uniform(-8, 8))

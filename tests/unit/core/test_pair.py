@@ -29,10 +29,7 @@ def assert_right(row: np.ndarray, found: float) -> None:
 
 @each("name, larger", [*((name, 1.0) for name in CLASSES), ("random", 8.0)])
 def test_every_class_is_right_to_two_units_in_the_last_place(name: str, larger: float) -> None:
-    """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input.
-
-    Radii eight times as large make two of three random pairs overlap.
-    """
+    """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input."""
     columns = pairs_of_class(name, CASES, 1)
     columns[[4, 9]] *= larger
     for row, found in zip(columns.T, carom_form(columns).tolist(), strict=True):
