@@ -73,10 +73,7 @@ class Gains(EventDrivenRun):
 def test_a_kernel_that_gains_energy_without_bound_is_found(
     factor: float, rule: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A kernel whose speeds grow at every impact, to overflow, breaks a rule that is named, and raises nothing.
-
-    Where speeds overflow in the first stretch, its rows break the first rule, and no other is looked at.
-    """
+    """A kernel whose speeds grow at every impact, to overflow, breaks a rule that is named, and raises nothing."""
     monkeypatch.setattr(Gains, "FACTOR", factor)
     monkeypatch.setattr(campaign_run, "EventDrivenRun", Gains)
     assert command.main(["--gas", "0", "--most-discs", "64"]) == 1

@@ -114,10 +114,7 @@ def _catalogue() -> list[Job]:
 
 @pytest.mark.parametrize("one_in", long_after(1, [3, 1]))
 def test_the_catalogue_has_the_bits_of_python(one_in: int) -> None:
-    """Every time, normal, velocity, spin, mode and final state is the same float.
-
-    One scene in three; long, all of them.
-    """
+    """Every time, normal, velocity, spin, mode and final state is the same float."""
     assert _unlike([job for k, job in enumerate(_catalogue()) if k // 2 % one_in == 0]) == []
 
 
@@ -230,13 +227,7 @@ def _random(seeds: range) -> list[Job]:
 
 
 def test_scenes_drawn_at_random_have_the_bits_of_python() -> None:
-    """No bit differs of scenes of every kind that is drawn, of tables, of extreme sizes, of what lands and glides.
-
-    The scenes have friction and spin, gravity, and both. Tables are edges, arcs, circles and their joints, with
-    materials of their own, driven and falling. What lands where friction gives back keeps none of its slip, or all of
-    it, turned round or not. A disc that friction slows to 1e-302 m/s reaches its far wall at no time that a float
-    holds: no impact.
-    """
+    """No bit differs of scenes of every kind that is drawn, of tables, of extreme sizes, of what lands and glides."""
     tables = _tables(range(2, 4))  # driven, and driven and falling
     assert len(tables) == 8
     slips = [(thrown(seed, gives_back=True), "pic") for seed in range(8)]
