@@ -61,7 +61,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (root / "src/carom/__init__.py").write_text("")
     (root / "src/carom/core/__init__.py").write_text("")
     (root / "src/carom/core/middle.py").write_text(SOURCE)
-    for name in ("adapters", "tests", "benchmarks", "docs"):
+    for name in ("adapters", "tests", "benchmarks", "build_backend", "docs"):
         (root / name).mkdir()
     for name in ("pyproject.toml", "setup.py", "README.md", "Makefile", "CHANGELOG.md", "CONTRIBUTING.md"):
         (root / name).write_text("")
