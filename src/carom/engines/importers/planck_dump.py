@@ -32,6 +32,7 @@ def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
         entries = json.loads(content)
         reading = _Reading(entries)
         reading.read()
+        return reading.scene(name, duration_s)
     except (SceneError, InputError):
         raise
     except RecursionError:
@@ -39,7 +40,6 @@ def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
         told = f"{type(error).__name__}: {error}"
         raise InputError(f"it is not a dump of Planck's Serializer.toJson: {told}") from None
-    return reading.scene(name, duration_s)
 
 
 class _Body:

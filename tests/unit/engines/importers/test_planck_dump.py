@@ -70,3 +70,11 @@ def test_a_dump_with_a_part_that_is_none_is_refused(tmp_path: Path, part: int) -
     path.write_text(json.dumps(entries))
     with pytest.raises(InputError, match=r"world\.json: it is not a dump"):
         import_scene(path)
+
+
+def test_a_coefficient_that_is_no_number_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    """The message names the file and the value."""
+    path = tmp_path / "world.json"
+    path.write_text(DUMP.read_text().replace('"friction":0.25', '"friction":"rough"'))
+    with pytest.raises(InputError, match=r"world\.json: it is not a dump .* 'rough'"):
+        import_scene(path)
