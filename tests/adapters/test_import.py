@@ -160,7 +160,7 @@ def test_what_is_no_part_of_a_space_is_refused_by_name_and_not_run(tmp_path: Pat
     path.write_bytes(content)
     result = CliRunner().invoke(app, ["import", str(path)])
     assert result.exit_code == 2
-    assert f"the file asks for {name}, which is neither pymunk's nor a plain type" in result.output
+    assert f"the file contains {name}, which is neither a type of pymunk nor a plain type" in result.output
     assert not mark.exists()
 
 
@@ -282,7 +282,7 @@ def test_all_that_a_scene_has_no_place_for_in_a_model_is_named(tmp_path: Path) -
     told = "\n".join(found.dropped)
     for what in (
         "geom 0, a plane: its normal is not in the plane",
-        "a box: scenes have discs and half-planes",
+        "a box: scenes have only discs and half-planes",
         "its body is not one geom that is free in the plane",
         "its centre is 1 off the plane z = 0",
         "geom can, a cylinder: its axis is not z",
