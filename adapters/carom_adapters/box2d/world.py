@@ -339,7 +339,7 @@ class Box2dWorld:
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
 
     def close(self) -> None:
-        """Release the world. Its memory is freed with the last reference."""
+        """Release the world. The last reference to the world frees its memory."""
         self._world.contactListener = None
         del (
             self._bodies,

@@ -181,5 +181,5 @@ class DartWorld:
         self._put(states)
 
     def close(self) -> None:
-        """Release the world. Its memory is freed with the last reference."""
+        """Release the world. The last reference to the world frees its memory."""
         del self._discs, self._world

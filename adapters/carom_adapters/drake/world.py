@@ -157,7 +157,7 @@ class DrakeWorld:
         return found
 
     def close(self) -> None:
-        """Release the simulator. Its memory is freed with the last reference."""
+        """Release the simulator. The last reference to the simulator frees its memory."""
         self._simulator.clear_monitor()
         del self._context, self._simulator, self._diagram, self._plant
 

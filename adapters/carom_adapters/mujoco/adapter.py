@@ -55,8 +55,8 @@ def _located(dt_s: float) -> dict[str, Setting]:
 
 
 def _cylinder(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, of which MuJoCo keeps single points, off the middle. Cylinders that can turn tip
-    # over.
+    # Cylinders touch along a line, but MuJoCo keeps only single points of it, off the middle. Cylinders that can turn
+    # tip over.
     return {**_tuned(dt_s), "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
 
 

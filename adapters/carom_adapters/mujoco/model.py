@@ -112,7 +112,8 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             return f"<body>{_turning(scene, settings, i, unit)}{made}</body>"
         damped = _damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
-            # The inertia about any axis has no effect. It is set because that of a small disc would be too small.
+            # The inertia about any axis has no effect. The inertia is set because that of a small disc would be too
+            # small.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{made}</body>'
@@ -242,7 +243,7 @@ def _free_joint(damped: str) -> str:
 def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
     """Return the damping about the axes of a free joint with these moments of inertia; None if MJCF contains it.
 
-    MJCF has one damping for all six axes of a free joint, which is that of the mass.
+    MJCF has one damping for all six axes of a free joint: the damping of the mass.
     """
     if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):
         return None

@@ -70,7 +70,7 @@ def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str,
         if disc.immovable:
             continue
         x, y, vx, vy, turns = *disc.position_m, *disc.velocity_m_s, disc.inertia_factor < float("inf")
-        # The joints are those of `_turning` and `mjcf`.
+        # The joints are the same as in `_turning` and `mjcf`.
         free = settings["joints"] == "free" and (turns or not scene.arrays.turns)
         if free:
             places += [x, y, 0.0, 1.0, 0.0, 0.0, 0.0]

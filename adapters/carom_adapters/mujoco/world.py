@@ -293,5 +293,5 @@ class MujocoWorld:
         self._clock.restart(time_s)
 
     def close(self) -> None:
-        """Release model and data. Their memory is freed with the last reference."""
+        """Release model and data. The last references to both free their memory."""
         del self._data, self._warnings, self._qpos, self._qvel, self._probe, self._dampings, self._model

@@ -57,8 +57,8 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 
 def _cylinder(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, of which Bullet keeps single points, off the middle. Cylinders that can turn tip
-    # over.
+    # Cylinders touch along a line, but Bullet keeps only single points of it, off the middle. Cylinders that can turn
+    # tip over.
     return {**_tuned(dt_s), "shape": "cylinder", "turn": False}
 
 

@@ -37,7 +37,7 @@ def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> lis
 
 
 def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
-    """Return the settings of every body. A scene's damping replaces that of the settings.
+    """Return the settings of every body. A scene's damping replaces the damping in the settings.
 
     With maximal coordinates Bullet's number is the fraction of a speed that is lost in a second. A multibody's number
     is the rate c of ``v' = -c v (1 + |v|)``, which is not linear damping.

@@ -132,7 +132,8 @@ class PymunkWorld:
     def observe(self) -> Observation:
         """Read the bodies and the arbiters of the last step. No callback is used, which would slow the step down.
 
-        Chipmunk moves the bodies and then tests for contacts, so those of step k (from 0) are at ``(k + 1) dt_s``.
+        Chipmunk moves the bodies and then tests for contacts, so the contacts of step k (from 0) are at ``(k + 1)
+        dt_s``.
         """
         impulses: dict[Pair, list[ArbiterImpulse]] = {}
         for body in self._movable:

@@ -173,7 +173,7 @@ class RapierWorld:
         return ""
 
     def close(self) -> None:
-        """Release the world. Its memory is freed with the last reference."""
+        """Release the world. The last reference to the world frees its memory."""
         del self._all, self._bodies, self._number, self._world
 
 

@@ -35,7 +35,7 @@ class EngineAdapter:
     Attributes:
         name: Name for ``--engine``.
         engine: The engine.
-        capabilities: Its capabilities.
+        capabilities: Capabilities of the engine.
         knobs: Settings that may be searched, with their ranges, by name.
         profiles: Profiles by name.
         world: Builds a world from a scene and settings. The function raises AdapterError if the engine does not support

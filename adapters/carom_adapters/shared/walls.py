@@ -37,7 +37,7 @@ def thickness_of(scene: Scene, wall: Chain | Ring) -> float:
 
 
 def factored_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
-    """Return restitution and friction of every disc and of each wall, for engines that multiply those of a pair.
+    """Return restitution and friction of every disc and of each wall, for engines that multiply coefficients.
 
     Friction is 0 in a scene in which nothing turns.
     """

@@ -29,7 +29,7 @@ def _at_a_mallet(
 
 @misses(
     thread="https://github.com/NITDgpOS/AirHockey/issues/30",
-    reported="A puck often passes a paddle if both move. If it bounces, it does not get the velocity of the paddle.",
+    reported="A puck often passes a paddle if both move. A puck that bounces does not get the velocity of the paddle.",
     made="The thread has no scene. Puck and mallet meet head-on, between two frames; all sizes are chosen here.",
 )
 def _airhockey_30() -> Staged:

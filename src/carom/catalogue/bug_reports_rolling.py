@@ -28,7 +28,7 @@ _HIT_S = 0.25
     reported="A ball with friction bounces without starting to spin, and begins to roll only after all bounces; a "
     "spinning ball bounces without moving sideways.",
     at_least=0.1,
-    made="The thread has a slope and gravity. Here it is one bounce on a level floor; all sizes are chosen here.",
+    made="The thread has a slope and gravity. Here the ball bounces once on a level floor; all sizes are chosen here.",
 )
 def _mbsim_49() -> Staged:
     """A disc that does not spin bounces on a rough floor, and leaves rolling."""
@@ -67,7 +67,7 @@ def _tailuge_298() -> Staged:
     struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
     hit = KnownImpact(_HIT_S, 0, 1, *after, spin, spin)
-    source = "Alciatore, billiards TP A.14: for e = 1 the tangent of the throw is a seventh of that of the cut"
+    source = "Alciatore, billiards TP A.14: for e = 1 the tangent of the throw is a seventh of the cut's"
     return Staged(scene, KnownAnswer(source, (hit,), 1, after, final_spin_rad_s=(spin, spin)))
 
 

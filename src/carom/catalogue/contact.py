@@ -52,7 +52,7 @@ def _damped_box() -> Staged:
             hits.append((since, wall_body(2 * axis + wall)))
 
     def moving(when: float) -> tuple[complex, complex]:
-        """Return position and velocity just after an undamped time; the velocity is that of the damped disc."""
+        """Return position and velocity of the damped disc just after an undamped time."""
         now = [max(leg for leg in own if leg[0] <= when) for own in legs]
         kept = 1.0 - damping * when
         (x, u), (y, v) = ((start + speed * (when - since), speed * kept) for since, start, speed in now)

@@ -48,7 +48,8 @@ class KnownImpact:
         velocity_second_after: Velocity of the second body after the impact, metres a second; None for a wall.
         spin_first_after: Spin of the first body after the impact, radians a second; None if unknown, or if nothing
             turns.
-        spin_second_after: Spin of the second body after the impact, radians a second; None likewise.
+        spin_second_after: Spin of the second body after the impact, radians a second; None if unknown, or if nothing
+            turns.
     """
 
     time_s: float

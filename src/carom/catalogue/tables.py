@@ -102,7 +102,7 @@ def _corner_with_losses() -> Staged:
 
 
 def _wedge(degrees: float, start: complex, velocity: complex) -> Staged:
-    """Stage a disc in a wedge. Start and velocity are those of its centre, in the wedge in which the centre moves."""
+    """Stage a disc in a wedge. Start and velocity are the centre's, in the wedge in which the centre moves."""
     angle, radius = math.radians(degrees), 0.125
     apex = radius * complex(1.0 / math.tan(angle / 2.0), 1.0)
     walls = [edges(64, 0, 64 * cmath.exp(1j * angle))]

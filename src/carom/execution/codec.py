@@ -112,7 +112,7 @@ def _carried(kind: type[Any], **carried: Any) -> Any:
 
 
 def _check_shapes(value: Any) -> Any:
-    """Return a value. If it is a trace, first check the shapes of its arrays against its scene and impacts."""
+    """Return a value. For a trace, first check the shapes of arrays against scene and impacts."""
     if not isinstance(value, Trace):
         return value
     discs, impacts = len(value.scene.discs), len(value.impacts)

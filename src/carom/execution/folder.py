@@ -95,7 +95,7 @@ def _remove(root: Path) -> None:
 
 
 def _is_folder(name: str, within: int) -> bool:
-    """Whether a name is a folder, not a link. Its permissions are restored, since an engine can change them."""
+    """Whether a name is a folder, not a link. Permissions are restored, since an engine can change them."""
     found = stat.S_ISDIR(os.stat(name, dir_fd=within, follow_symlinks=False).st_mode)
     if found:
         os.chmod(name, 0o700, dir_fd=within)

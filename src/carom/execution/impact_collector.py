@@ -131,7 +131,7 @@ class ImpactCollector:
         self.spins: NDArray[np.void] | None = None
 
     def pass_to(self, time_s: float, now: Observation) -> None:
-        """Pass steps without contacts, of which the last ended at `time_s`. No contact may be open."""
+        """Pass steps without contacts, up to one that ended at `time_s`. No contact may be open."""
         self._last, self._last_s = now, time_s
 
     def add(self, time_s: float, now: Observation) -> None:
@@ -255,11 +255,11 @@ class ImpactCollector:
             known.rested = replace(known)
 
     def _is_resting(self, motions: _Motions, normal: Vector, step_s: float) -> bool:
-        """Whether gravity may hold a pair together: its relative speed is at most that of a fall of `_REST_STEPS`."""
+        """Whether gravity may hold a pair together: its relative speed is at most what `_REST_STEPS` of fall give."""
         return abs(_separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
 
     def _has_all_impulses(self, contact: Contact) -> bool:
-        """Whether all impulses of a contact are reported, including that of friction if there is friction."""
+        """Whether all impulses of a contact are reported, including friction's impulse if there is friction."""
         rubs = self._rubs_walls if contact.second < 0 else self._rubs_discs
         return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
 

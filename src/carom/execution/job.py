@@ -34,7 +34,7 @@ class Method:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile; an alias is replaced by it.
-        tried: Settings that replace those of the profile. With such settings the method is not that of the profile.
+        tried: Settings that replace those of the profile. With such settings the method differs from the profile's.
     """
 
     engine: str

@@ -91,8 +91,8 @@ def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CER
 
     Args:
         trace: The PIC trace of the scene.
-        asked: True to certify and to score against the certified run. None to certify the horizon of scenes with three
-            discs or more if python-flint is installed. False not to certify.
+        asked: True to certify and to score against the certified run. With None the horizon is certified for scenes
+            with three discs or more if python-flint is installed. False not to certify.
         time_budget_s: Seconds for the certified run.
 
     Raises:

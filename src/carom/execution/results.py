@@ -27,10 +27,10 @@ class Row:
         reason: Why it was not run; empty if it was.
         trace: The trace; None if it was not run.
         score: The comparison with the reference; None if it was not run.
-        timing: Its run times; None if it was not timed.
+        timing: Run times; None if the job was not timed.
         time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None if either was
             not timed.
-        spread: Its scores over many sub-step phases; None if only one was run.
+        spread: Scores over many sub-step phases; None if only one was run.
         untimed: Why it was not timed although it ran and timing was requested; empty otherwise.
     """
 

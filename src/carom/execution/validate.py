@@ -213,7 +213,7 @@ class Validator:
 
     Args:
         scene: The scene of the run.
-        dt_s: Its step, seconds.
+        dt_s: Step of the run, seconds.
         float_bits: Declared width of the method's floats.
     """
 

@@ -129,7 +129,7 @@ def _place_at(point: tuple[Number, Number]) -> Place:
 
 
 def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
-    """Yield the points that two edges share. If they share a stretch, yield its ends."""
+    """Yield the points that two edges share. For a shared stretch, yield its ends."""
     candidates: Iterator[Place]
     if one.circle is not None and one.circle == other.circle:
         middles = (_middle(line, one.circle) for line in (one, other))

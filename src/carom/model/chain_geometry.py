@@ -18,7 +18,7 @@ Point = tuple[float, float]
 
 
 class ExactCircle(NamedTuple):
-    """The exact circle of an arc. Its centre and squared radius are rational numbers."""
+    """The exact circle of an arc. Centre and squared radius are rational numbers."""
 
     x: Fraction
     y: Fraction
@@ -37,8 +37,8 @@ class Foot(NamedTuple):
     """The point of a wall's line that is nearest to a given point.
 
     Attributes:
-        x: Its x coordinate, metres.
-        y: Its y coordinate, metres.
+        x: x coordinate of the point, metres.
+        y: y coordinate of the point, metres.
         edge: Number of the edge that contains the point; if two edges do, the lower number.
         inner: Whether the point is between the ends of that edge.
     """
@@ -164,7 +164,7 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """Coordinates and radii, those of arcs included, from which units are chosen. Some are negative."""
+        """Coordinates and radii, including the radii of arcs, from which units are chosen. Some are negative."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 

@@ -60,7 +60,7 @@ class DiscArrays:
         wall_drives: Path of each wall; None if no wall is driven. `walls` has their positions at time 0.
         belts_m_s: Speed of each wall's surface, metres a second, to the left of the normal into the free side; None if
             no surface moves.
-        driven_discs: Numbers of the driven discs, ascending. Their masses are infinite.
+        driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
         disc_drives: Path of each driven disc.
     """
 

@@ -91,7 +91,7 @@ def _with_inertia(disc: Any, k: int) -> Any:
 
 
 def with_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
-    """Return the JSON Schema of a scene file: that of a scene, and the shorthand."""
+    """Return the JSON Schema of a scene file: the schema of a scene, extended by the shorthand."""
     unit = {
         "default": "m",
         "description": "Unit of the lengths in this file: m, or px for pixels (then pixels_per_metre is required).",

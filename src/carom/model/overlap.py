@@ -75,7 +75,7 @@ def overlaps(
 
     Returns:
         The overlaps: first those between discs, then those with walls, each ordered by disc, then by the other body.
-            And whether there are more.
+            Also whether there are more.
     """
     size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
     found: list[Overlap] = []

@@ -90,7 +90,7 @@ class Drive(NamedTuple):
         return self.leg_at(time_s).moved_at(time_s)
 
     def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:
-        """Return the velocities of all legs in a time span. For an empty span, return that of the later leg."""
+        """Return the velocities of all legs in a time span. For an empty span, return the later leg's velocity."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
     def begun_at(self, time_s: float) -> list[tuple[float, Vector]]:

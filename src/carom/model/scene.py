@@ -169,8 +169,8 @@ class Scene(Drawn, Model):
             as ``exp(-c t)``. The rate must be 0 in a scene with gravity. See `docs/theory/damping.md`.
         wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more. If a disc
             of radius R presses on a wall with the force P, the wall resists its rotation with a torque of up to c P R.
-            So c is the tangent of the steepest slope on which a disc stays at rest. Rolling resistance needs gravity,
-            and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
+            The coefficient c is the tangent of the steepest slope on which a disc stays at rest. Rolling resistance
+            needs gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
         table_deceleration_m_s2: Deceleration of discs that slide on a table, metres a second squared. The scene is then
             seen from above. A table excludes gravity, damping, spin, friction and driven bodies. See
             `docs/theory/contact.md`.
@@ -379,9 +379,9 @@ def as_scene(scene: Scene | str) -> Scene:
 def steps_to_cover(duration_s: float, dt_s: float) -> int:
     """Return the number of steps of length `dt_s` that cover a duration, 0 or more. The last step may end later.
 
-    The quotient is computed exactly. Both numbers may be rounded (2 and 1/240, for example). Their quotient then
-    differs from the intended whole number by up to 2 units of 2^-53, one for each number. This difference must not add
-    a step.
+    The quotient is computed exactly. Both numbers may be rounded (2 and 1/240, for example). The quotient of rounded
+    numbers differs from the intended whole number by up to 2 units of 2^-53, one for each number. This difference must
+    not add a step.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`

@@ -212,7 +212,7 @@ def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.flo
     """
     speeds = np.zeros((2, len(trace.impacts)))
     if trace.spins is not None:
-        radius = np.append(trace.scene.arrays.radius_m, 0.0)  # the last is that of any wall
+        radius = np.append(trace.scene.arrays.radius_m, 0.0)  # the last is the radius of any wall
         for row, side in zip(speeds, ("first", "second"), strict=True):
             row[:] = radius[np.maximum(trace.impacts[side], -1)] * trace.spins[f"{side}_{when}"]
     return speeds
@@ -372,7 +372,7 @@ class Flight(ByValue):
         end_s: End of the path, seconds.
         position_m: Position at the start, shape ``(2,)``.
         velocity_m_s: Velocity at the start, shape ``(2,)``.
-        pull_m_s2: Acceleration, shape ``(2,)``: gravity, or that of the disc's mode.
+        pull_m_s2: Acceleration, shape ``(2,)``: gravity, or the acceleration in the disc's mode.
         damping: Damping of the disc's motion.
     """
 

@@ -82,7 +82,7 @@ def solve_pic(
         progress: Called at intervals with the number of impacts so far and the time reached.
 
     Returns:
-        The trace. Its final state is the state at the end, or at the last impact if the run ended earlier.
+        The trace. The trace's final state is that at the end, or at the last impact if the run ended earlier.
 
     Raises:
         InputError: An option is outside its range, or not supported under gravity or with damping.

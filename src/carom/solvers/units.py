@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 _LEAST = 1.0 / ORDINARY
-#: Exponent of the greatest speed. The exponent is above that of 1, to leave more room for slower discs. The exponent is
-#: below that of `ORDINARY`, so that a gravity which causes this speed in the shortest scene is not too large.
+#: Exponent of the greatest speed. This speed is above 1, to leave more room for slower discs. It is below `ORDINARY`,
+#: so that a gravity which causes this speed in the shortest scene is not too large.
 _FASTEST = 100
 
 

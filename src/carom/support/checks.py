@@ -26,7 +26,7 @@ def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = 
 
     Args:
         name: Name of the argument.
-        value: Its value: a number of any type except bool.
+        value: Value of the argument: a number of any type except bool.
         least: Lower bound.
         positive: Whether it must be above 0.
 

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 #: Start of a line about an error: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 
-#: Number of lines that are searched for the last error of a program. The longest stack traces, those of node, have half
-#: as many.
+#: Number of lines that are searched for the last error of a program. The longest stack traces, by node, have half as
+#: many.
 _LAST_LINES = 40
 
 #: Characters that are shown as escapes. These are control characters except tab and line feed, changes of the direction

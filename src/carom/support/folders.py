@@ -4,8 +4,8 @@ Carom marks its folders with a file that states their purpose. Carom writes only
 marked for the same purpose, so it never touches other files.
 
 Files that belong together appear together. All files are written into a temporary folder and synchronised to the disk,
-and the rename of that folder commits them. Then they are moved to their places, by the next process if necessary. So
-after a kill or a loss of power the next command finds either all old files or all new ones.
+and the rename of that folder commits them. Then the files are moved to their places, by the next process if necessary.
+So after a kill or a loss of power the next command finds either all old files or all new ones.
 """
 
 from __future__ import annotations

@@ -66,12 +66,12 @@ class Option:
     """One option.
 
     Attributes:
-        kind: Kind of its values, or of each item of a list.
-        what: Its description for `--help`.
-        flags: Its names in the shell, the shown one first; empty if it is not in the shell.
+        kind: Kind of the values, or of each item of a list.
+        what: Description for `--help`.
+        flags: Names in the shell, the shown one first; empty if it is not in the shell.
         many: Whether it is a list.
         stamped: Whether results in a journal depend on it, apart from their keys.
-        default: Its default in words, if the value is not enough.
+        default: Default in words, if the value is not enough.
     """
 
     kind: ValueKind

@@ -88,11 +88,11 @@ def rough_start(**changes: Any) -> DiscArrays:
 @each(
     ("name", "value", "message"),
     [
-        ("radius_m", np.array([0.5, 0.5, 0.25]), "that of disc 2 differs, and that of 0 others"),
-        ("radius_m", np.full(3, 0.25), "that of disc 0 differs, and that of 2 others"),
-        ("mass_kg", np.array([1.0, 2.0, 1.0]), "that of disc 1 differs, and that of 0 others"),
-        ("mass_kg", np.array([1.0, math.inf, 1.0]), "that of disc 1 differs, and that of 0 others"),
-        ("inertia_factor", np.array([0.5, 0.5, 1.0]), "that of disc 2 differs, and that of 0 others"),
+        ("radius_m", np.array([0.5, 0.5, 0.25]), "disc 2 differs, and 0 other discs"),
+        ("radius_m", np.full(3, 0.25), "disc 0 differs, and 2 other discs"),
+        ("mass_kg", np.array([1.0, 2.0, 1.0]), "disc 1 differs, and 0 other discs"),
+        ("mass_kg", np.array([1.0, math.inf, 1.0]), "disc 1 differs, and 0 other discs"),
+        ("inertia_factor", np.array([0.5, 0.5, 1.0]), "disc 2 differs, and 0 other discs"),
         ("walls", ((8.0, 0.0, -1.0, 0.0),), "((8.0, 0.0, -1.0, 0.0),), got ((9.0, 0.0, -1.0, 0.0),)"),
         ("walls", (), "(), got ((9.0, 0.0, -1.0, 0.0),)"),
         ("restitution", 0.5, "0.5, got 1.0"),

@@ -1,4 +1,4 @@
-"""Helpers shared by adapters of several engines. Their use is optional: the harness does not require them."""
+"""Helpers shared by adapters of several engines. No adapter has to use them."""
 
 from __future__ import annotations
 
@@ -103,8 +103,8 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     """Return the middle of a scene, and the largest distance from it that any point of a disc can reach, metres.
 
     Engines without half-planes need it for the size of walls. No impact adds energy, so the speed of a disc is limited
-    by the total energy of the scene, including that of spins, and by gravity. A driven body adds up to twice its speed
-    at each impact. `DRIVEN_IMPACTS` such impacts are included.
+    by the total energy of the scene, including the energy of spins, and by gravity. A driven body adds up to twice its
+    speed at each impact. `DRIVEN_IMPACTS` such impacts are included.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)

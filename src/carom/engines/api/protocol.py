@@ -63,7 +63,7 @@ class Engine:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Declared capabilities of an engine. These alone decide which scenes the harness skips. It reports the reason.
+    """Declared capabilities of an engine. These alone decide which scenes the harness skips.
 
     Attributes:
         walls: Half-plane walls.
@@ -179,7 +179,7 @@ class Profile:
         accuracy: Declared accuracy with these settings.
         located: Whether the harness cuts the steps so that they end when bodies begin to touch. `prepare` must then
             return a `CuttableWorld`.
-        capabilities: Capabilities with these settings, if they differ from those of the adapter.
+        capabilities: Capabilities with these settings, if they differ from the adapter's.
         changed: For a profile of the engine's default settings: every setting that differs from the engine's default,
             by the engine's own name, with the reason.
     """
@@ -266,7 +266,7 @@ class Observation:
         position_m: Centres, shape ``(n, 2)``, metres.
         velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
         contacts: Contacts of the last step.
-        warning: Text of the engine's own warnings. If it is not empty, the state is not reliable.
+        warning: Text of the engine's own warnings. With a warning, the state is not reliable.
         spin_rad_s: Spins, counterclockwise, shape ``(n,)``, radians a second; None from an adapter without spins, or if
             no disc turns.
     """

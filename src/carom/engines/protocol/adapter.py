@@ -113,8 +113,8 @@ class ProgramAdapter:
         folder: Folder of the manifest.
         name: Name for ``--engine``.
         engine: The engine.
-        capabilities: Its capabilities.
-        profiles: Its profiles, by name.
+        capabilities: Capabilities of the engine.
+        profiles: Profiles of the engine, by name.
         knobs: Settings that may be searched, with their ranges, by name.
     """
 

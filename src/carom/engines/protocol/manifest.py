@@ -164,7 +164,7 @@ class Manifest(_Table):
 
 
 def _resolve_word(folder: Path, word: str) -> str:
-    """Return a word of a command. If it is a file next to the manifest, return its full path."""
+    """Return a word of a command. For a file next to the manifest, return the full path."""
     return str((folder / word).resolve()) if word.startswith(("./", "../")) else word
 
 

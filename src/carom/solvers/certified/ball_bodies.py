@@ -54,7 +54,7 @@ def _pull(scene: Scene, shape: Plane | Round) -> int:
 
 
 class PairLaw(NamedTuple):
-    """Constants of a pair of discs at the working precision. Shares are those of the change of relative velocity."""
+    """Constants of a pair of discs at the working precision. Shares are parts of the change of relative velocity."""
 
     reach: arb
     reach2: arb

@@ -41,7 +41,7 @@ def certify(
         progress: Called at intervals with impacts so far, time reached in seconds, and bits of precision.
 
     Returns:
-        The trace with its radii. Its final state is the state at the end, or at the last certified impact if the run
+        The trace with its radii. The trace's final state is that at the end, or at the last certified impact if the run
         ended earlier.
 
     Raises:

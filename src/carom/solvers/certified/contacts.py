@@ -1,7 +1,7 @@
 """Contact in certified runs: discs that slide, roll and rest on straight walls below them.
 
-The law is that of `core/contact_law.h`, and the transitions are those of `core/contact.h`, in balls. Quantities that
-the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a path with its own
+The law of contact is as in `core/contact_law.h`, and the transitions are as in `core/contact.h`, in balls. Quantities
+that the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a path with its own
 acceleration. For an impact the disc is released from its wall. After the impact it returns or stays free. An undecided
 event ends the run and is named.
 
@@ -216,7 +216,7 @@ class BallContacts:
         return self._record(i, ground, time, at, before, mode)
 
     def _put(self, i: int, at: float) -> None:
-        """Set the path of disc `i` to that of its contact."""
+        """Set the path of disc `i` to the path of its contact."""
         bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
         assert gliding is not None  # noqa: S101 - callers have just set it
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate

@@ -71,7 +71,7 @@ class Obstacle:
         shape: Shape of the feature.
         half_width: The wall consists of all points within this distance of the line, metres.
         kind: Kind of the feature of an edge; None for a half-plane.
-        edges: Numbers of the feature's edges; for a vertex that of the lower edge.
+        edges: Numbers of the feature's edges; for a vertex the number of the lower edge.
         neighbours: Continuations at the begin and end of the stretch or sector, as body numbers of obstacles; None for
             no continuation.
     """

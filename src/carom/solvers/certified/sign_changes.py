@@ -51,8 +51,8 @@ def squared_gap(
 def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
     """Yield the instants from 0 up to `until` at which a polynomial falls through zero, in order.
 
-    Its coefficients are given lowest power first. A polynomial that begins below zero must rise first. If it begins at
-    exactly zero, its lowest remaining power decides.
+    Coefficients are given lowest power first. A polynomial that begins below zero must rise first. If a polynomial
+    begins at exactly zero, its lowest remaining power decides.
     """
     left = list(powers)
     while left and left[-1].is_zero():

@@ -89,7 +89,7 @@ class EventDrivenRun:
         resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
             and contact time must be the same. Positions, velocities and spins are those of the state.
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
-        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. It changes no result.
+        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. This changes no result.
 
     Raises:
         InputError: The scene has damping, or a contact time with gravity or a table that slows discs. Walls have more
@@ -294,6 +294,6 @@ def _require_equal(name: str, values: NDArray[np.float64], others: NDArray[np.fl
     differ = np.flatnonzero(values != others)
     if len(differ):
         raise InputError(
-            f"resume must be the state of a run of the same {name}: that of disc {differ[0]} differs, "
-            f"and that of {len(differ) - 1} others"
+            f"resume must be the state of a run of the same {name}: disc {differ[0]} differs, "
+            f"and {len(differ) - 1} other discs"
         )
