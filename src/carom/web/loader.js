@@ -1,6 +1,6 @@
-// Unpacks the blocks of the page and starts its script. A block is an LZMA stream, without header, after its length in four
-// bytes, as text of 91 letters: 13 bits are two of them. That is a fifth smaller than what browsers unpack by themselves.
-// The stream: Igor Pavlov, "LZMA specification" (2015); its parameters are those of carom/web/page.py.
+// Unpacks the blocks of the page and starts its script. A block is its length in four bytes and an LZMA stream without
+// header, as text of 91 characters, two for 13 bits. It is a fifth smaller than formats that browsers can unpack.
+// The stream is defined in Igor Pavlov, "LZMA specification" (2015). Its parameters are in carom/web/page.py.
 const LITERAL_BITS = 3,
   PLACES = { match: 0, rep: 12, rep0: 24, rep1: 36, rep2: 48, long: 60, slot: 72, far: 328, align: 443, lengths: 459, repeats: 733, literals: 1007 };
 function bytesOf(text) {
@@ -129,5 +129,5 @@ style.textContent = globalThis.caromText(document.getElementById("style"));
 document.head.append(style);
 const script = document.createElement("script");
 script.type = "module";
-script.textContent = globalThis.caromText(document.getElementById("page")); // the policy of the page has its hash
+script.textContent = globalThis.caromText(document.getElementById("page")); // the page's policy allows its hash
 document.head.append(script);
