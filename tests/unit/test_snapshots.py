@@ -1,7 +1,4 @@
-"""What commands print, and documents of fixed results, kept whole in tests/snapshots: a change is read as a diff.
-
-`make generated` rewrites them. Only methods of Carom's own are asked, so no engine's version is in them.
-"""
+"""What commands print, and documents of fixed results, kept whole in tests/snapshots: a change is read as a diff."""
 
 from __future__ import annotations
 

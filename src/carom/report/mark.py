@@ -16,8 +16,13 @@ class Mark(Enum):
     EXACT = ("exact", "✓", "equal to PIC except for rounding", "green")
     EXACT_32 = ("exact (float32)", "✓", "equal to PIC except for rounding of 32-bit floats", "green")
     CLOSE = ("close", "≃", "finds every impact, with at most a hundredth of PIT's largest error", "green")
-    SAMPLED = ("sampled", "≈", "finds every impact, with no larger errors than PIT at the same step", "cyan")
-    INACCURATE = ("inaccurate", "▲", "finds every impact, but early or with larger errors than PIT", "yellow")
+    SAMPLED = ("sampled", "≈", "finds every impact, with no larger errors than PIT can have at the same step", "cyan")
+    INACCURATE = (
+        "inaccurate",
+        "▲",
+        "early, with larger errors than PIT can have, or in contradiction with itself",
+        "yellow",
+    )
     PARTED = ("parted", "↗", "the trajectory diverged from PIC's, but each step is as accurate as PIT's", "yellow")
     PARTED_INACCURATE = (
         "parted inaccurate",

@@ -83,10 +83,7 @@ def test_an_arm_that_is_hardly_off_the_radius_is_told_by_its_difference(spin: fl
 
 @pytest.mark.parametrize("part", [0.9, 0.95, 1.05])
 def test_a_spin_that_sampling_does_not_explain_is_not_sampled(part: float) -> None:
-    """Off by a twentieth in what of its slip a superball gets back, at the right time, and by less than PIT in speed.
-
-    Here PIT is one whose velocities are off by half a metre a second and whose spins are right: it excuses no spin.
-    """
+    """Off by a twentieth in what of its slip a superball gets back, at the right time, by less than PIT in speed."""
     scene = scene_named("superball-table")
     truth = solve_pic(scene)
     other = scene.model_copy(update={"wall_tangential_restitution": part * scene.wall_tangential_restitution})

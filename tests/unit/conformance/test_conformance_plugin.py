@@ -20,10 +20,7 @@ Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
 def test_without_its_option_the_plugin_imports_nothing_and_says_nothing(project: Path, run_pytest: Pytest) -> None:
-    """A run that does not ask for it passes where not even Carom's own dependencies can be imported.
-
-    What the package itself loads says only how results are shown, and that the compiled extension is there.
-    """
+    """A run that does not ask for it passes where not even Carom's own dependencies can be imported."""
     (project / "test_own.py").write_text(
         "import sys\n"
         "def test_own():\n"

@@ -110,10 +110,7 @@ def test_an_entry_holds_on_the_platform_that_it_names() -> None:
 
 
 def test_two_entries_of_one_case_must_hold_of_different_releases(tmp_path: Path) -> None:
-    """A case has one reason for one release on one platform; ranges that both hold it are an error that names it.
-
-    What a message calls this platform is accepted by the file; a range can't be judged where nobody tells a release.
-    """
+    """A case has one reason for one release on one platform; ranges that both hold it are an error that names it."""
     file = tmp_path / "known.toml"
     entry = "[[known_failure]]\nreason = '{}'\ncases = ['a::b']\nversions = '{}'\n"
     file.write_text(entry.format("old", "<7") + entry.format("new", ">=7"))

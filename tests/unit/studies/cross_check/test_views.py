@@ -198,10 +198,7 @@ def test_verdict_line_counts_the_rows(results: Results) -> None:
 
 
 def test_engines_that_are_not_installed_are_named(results: Results) -> None:
-    """Engines that are not installed are one sentence on a terminal, and a line with the reason in the report.
-
-    A report is shared, so the path of a file below the working folder is relative.
-    """
+    """Engines that are not installed are one sentence on a terminal, and a line with the reason in the report."""
     reason = f"absent is not installed; make it in {Path.cwd() / 'its' / 'folder'}"
     missing = EngineInfo("absent", "Absent", "", reason, Capabilities(), {"tuned": ""}, "")
     shown = replace(results, engines=(*results.engines, missing))
@@ -210,13 +207,6 @@ def test_engines_that_are_not_installed_are_named(results: Results) -> None:
     assert "absent is not run: absent is not installed; make it in its/folder" in said(shown)
     assert "absent is not run: absent is not installed; make it in its/folder" in markdown(cross_check_document(shown))
     assert "absent" not in said(results)
-
-
-def test_verdict_line_names_a_known_answer_that_is_not_reproduced(results: Results) -> None:
-    """A deviation above rounding, infinite ones included, is reported with the scene's name."""
-    known = {**results.known, "paper/late": (results.known["paper/late"][0], float("inf"))}
-    line = said(replace(results, known=known))
-    assert "PIC reproduces 2 of 3 known answers to rounding, but not paper/late." in line
 
 
 def test_verdict_line_without_engines_speaks_of_pit(results: Results) -> None:
