@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Grade(Enum):
-    """Grades from best to worst, except for the last. `carom.report.mark` has short definitions, `scoring.md` full ones."""
+    """Grades from best to worst, except for the last. `carom.report.mark` defines each in a line, `scoring.md` in full."""
 
     EXACT = "exact"
     CLOSE = "close"
