@@ -12,12 +12,12 @@ VERDICT_CONDITIONS = {
         "met"
     ),
     Verdict.LATE: (
-        "an impact is late by more than `1e-12` of the duration. This is the paper's second case, in which the "
+        "it is late by more than `1e-12` of the duration. This is the paper's second case, in which the "
         "path is wrong, too"
     ),
     Verdict.WRONG_DIRECTION: "a direction differs by more than 1°",
     Verdict.MULTIPLE_MISSED: "more than one impact is missed",
-    Verdict.EARLY: "an impact is early by more than `1e-12` of the duration",
+    Verdict.EARLY: "it is early by more than `1e-12` of the duration",
     Verdict.WRONG_VELOCITY: "a velocity error exceeds `1e-12` of the scene's speed",
     Verdict.WRONG_SPIN: "a spin error exceeds `1e-12` of the scene's rim speed",
     Verdict.SLID: (

@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Grade(Enum):
-    """Grades from best to worst, except for the last. `carom.report.mark` defines each in a line, `scoring.md` in full."""
+    """Grades from best to worst, except for the last. `carom.report.mark` and `scoring.md` define them."""
 
     EXACT = "exact"
     CLOSE = "close"

@@ -169,7 +169,7 @@ def trend_section(grid: Grid) -> Section:
     note = "Velocity error: median over scenes (smallest to largest; number of scenes)."
     table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=ON_PAPER)
     said = (
-        f"Velocity errors are medians over the same {formatting.count(len(trend.scenes), 'scene')} at every step"
+        f"Velocity errors are medians over {formatting.count(len(trend.scenes), 'scene')} at every step"
         if trend.scenes
         else "There are no medians, because PIT has no scene with a velocity error at every step"
     )

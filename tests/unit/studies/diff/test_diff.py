@@ -112,7 +112,7 @@ def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_nam
     assert list(shown["energy error"]) == pytest.approx([0.0, 1e-6], rel=1e-6, abs=1e-12)
     assert "time error" not in shown
     assert "direction error" not in shown  # 0.06 degrees
-    assert any(cause.startswith("velocities after an impact are off (by up to 0.001 ") for cause in change.causes)
+    assert any(cause.startswith("velocities after an impact are wrong (by up to 0.001 ") for cause in change.causes)
     done = carom_command("diff", str(old), str(new))
     assert done.exit_code == 1, done.output
     for words in ("1 worse; 1 cell unchanged.", "Worst: row on mine tuned at 1/60 s, exact → ", "0.001"):
