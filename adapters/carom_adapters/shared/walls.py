@@ -56,7 +56,7 @@ def find_walls_in_pieces(scene: Scene) -> frozenset[int]:
 
 
 def sum_contacts(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Contact, ...]:
-    """Replace the contacts of a disc with several pieces of one of these walls at one time by their sum.
+    """If a disc touches several pieces of one of these walls at one time, replace the contacts by their sum.
 
     Contacts whose impulses cancel have no direction, and are returned unchanged.
     """

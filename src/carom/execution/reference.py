@@ -18,7 +18,7 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.support.formatting import instant
 
-#: Limit of a cross-check, since every row of its tables needs memory for these impacts.
+#: Most impacts of a reference in a cross-check. Every row of its tables needs memory for them.
 MOST_IMPACTS = 200_000
 
 #: Scenes with more discs are certified on request only: bounds for all pairs take 8 MB at 1000 discs.
@@ -54,7 +54,7 @@ def solve_reference(scene: Scene) -> Trace | str:
         at = f"{MOST_IMPACTS} impacts come before {instant(trace.end_time_s)} of its {scene.duration_s:g} s"
         return f"{at}, more than a cross-check follows; shorten duration_s"
     if broken := find_non_finite(trace):
-        return f"PIC's own answer is no number: {broken}"
+        return f"PIC's own result is not a number: {broken}"
     return trace
 
 
@@ -74,7 +74,7 @@ def require_reference(found: Trace | str) -> Trace:
     """Return the trace that `solve_reference` found.
 
     Raises:
-        UnsupportedError: It found none.
+        UnsupportedError: There is no reference.
     """
     if isinstance(found, str):
         raise UnsupportedError(found)

@@ -7,6 +7,7 @@ import hashlib
 import html
 import json
 import re
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -114,7 +115,7 @@ def _packed_json(value: object) -> str:
 
 
 def packed_block(content: bytes) -> str:
-    """Return packed text for `loader.js`: the length and an LZMA stream, with 13 bits in two characters.
+    """Return packed text for `loader.js`: length, Adler-32 and LZMA stream, with 13 bits in two characters.
 
     Raises:
         InputError: This Python was built without LZMA.
@@ -124,7 +125,8 @@ def packed_block(content: bytes) -> str:
     except ImportError as error:
         raise InputError("the page needs Python's module lzma, but this Python was built without it") from error
     filters = [{"id": lzma.FILTER_LZMA1, "preset": 9 | lzma.PRESET_EXTREME, "lc": _LITERAL_BITS, "lp": 0, "pb": 0}]
-    stream = len(content).to_bytes(4, "little") + lzma.compress(content, format=lzma.FORMAT_RAW, filters=filters)
+    packed = lzma.compress(content, format=lzma.FORMAT_RAW, filters=filters)
+    stream = len(content).to_bytes(4, "little") + zlib.adler32(content).to_bytes(4, "little") + packed
     held, bits, letters = 0, 0, []
     for byte in (*stream, 0, 0):
         held |= byte << bits

@@ -139,8 +139,8 @@ def test_a_state_of_other_discs_or_another_contact_time_or_none_at_all_is_refuse
     fewer = DiscArrays(np.zeros((1, 2)), np.zeros((1, 2)), np.full(1, 0.5), np.ones(1))
     for start, resume, message in (
         (fewer, state, "a run of 1 discs, got one of 3"),
-        (rough_start(), bare, "a run with friction or spin, as this one, got one without"),
-        (rough_start(**smooth), state, "a run without friction or spin, as this one, got one with"),
+        (rough_start(), bare, "a run with friction or spin, like this run, got one without"),
+        (rough_start(**smooth), state, "a run without friction or spin, like this run, got one with"),
     ):
         with pytest.raises(InputError) as refusal:
             EventDrivenRun(start, resume=resume)

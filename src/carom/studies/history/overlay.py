@@ -35,7 +35,7 @@ class Kept:
         folder = self._place(registry, package, version)
         try:
             json.loads((folder / _NOTE).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             return None
         with suppress(OSError):
             os.utime(folder / _NOTE)  # mark as recently used
@@ -48,6 +48,7 @@ class Kept:
 
         Raises:
             ClientError: The release can't be installed.
+            OSError: Its folder can't be written.
         """
         if (there := self.has(registry, package, version)) is not None:
             return there
@@ -56,9 +57,15 @@ class Kept:
         new = Path(tempfile.mkdtemp(prefix=".new-", dir=place.parent))
         try:
             (new / _NOTE).write_text(json.dumps(client.install(package, version, new)), encoding="utf-8")
-            shutil.rmtree(place, ignore_errors=True)  # incomplete without its list
-            with suppress(OSError):  # another process was faster
+            if place.is_dir() and not place.is_symlink():
+                shutil.rmtree(place, ignore_errors=True)  # incomplete without its list
+            else:
+                place.unlink(missing_ok=True)
+            try:
                 new.rename(place)
+            except OSError:
+                if self.has(registry, package, version) is None:  # no other process was faster
+                    raise
         finally:
             shutil.rmtree(new, ignore_errors=True)
         return place
@@ -74,7 +81,7 @@ class Kept:
         """Remove interrupted installations, and the least recently used releases beyond `most_bytes`."""
         for broken in self.root.glob("*/*/.new-*"):
             shutil.rmtree(broken, ignore_errors=True)
-        notes = sorted(self.root.glob(f"*/*/*/{_NOTE}"), key=lambda note: note.stat().st_mtime, reverse=True)
+        notes = sorted(self.root.glob(f"*/*/*/{_NOTE}"), key=lambda note: note.lstat().st_mtime, reverse=True)
         total = 0
         for note in notes:
             total += _size(note.parent)

@@ -189,3 +189,20 @@ def test_nothing_is_removed_while_another_uses_it(tmp_path: Path) -> None:
     with kept_releases(1.0, tmp_path):
         pass
     assert Kept(tmp_path).names("pip", "toy") == ()
+
+
+@pytest.mark.parametrize("instead", ["a file", "a link", "a list that nests"])
+def test_what_is_in_the_place_of_a_release_is_replaced(instead: str, tmp_path: Path) -> None:
+    """A file, a link to another folder or a list that can't be read is no release, and the release is installed."""
+    kept, other = Kept(tmp_path / "root"), tmp_path / "other"
+    place = kept.made(Breaks(), "pip", "toy", "1")
+    other.mkdir()
+    if instead == "a list that nests":
+        (place / "carom-release.json").write_text("[" * 100_000)
+    else:
+        place.rename(tmp_path / "before")
+        place.write_text("") if instead == "a file" else place.symlink_to(other)
+    assert kept.made(Breaks(), "pip", "toy", "1") == place
+    assert (place / "half").is_file()
+    assert not place.is_symlink()
+    assert list(other.iterdir()) == []
