@@ -208,7 +208,7 @@ def test_pybullet_refuses_rolling_resistance_on_discs_of_two_radii(named: Named)
     discs = [Disc(position_m=(3.0 * k, 0.5 + 0.1 * k), radius_m=0.5 + 0.1 * k) for k in range(2)]
     scene = on_a_floor(discs[0], 1.0, friction=0.5)
     scene = scene.model_copy(update={"discs": tuple(discs), "wall_rolling_resistance": 0.1})
-    with pytest.raises(AdapterError, match=r"radii from 0\.5 to 0\.6 m"):
+    with pytest.raises(AdapterError, match=r"radii are 0\.5 to 0\.6 m"):
         named("pybullet").prepare(scene, named("pybullet").profiles["tuned"].settings(1 / 60))
 
 
