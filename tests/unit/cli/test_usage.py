@@ -35,11 +35,11 @@ REFUSED = [
     ("play nowhere.toml", "nowhere.toml"),
     ("diff {kept} nowhere", "nowhere can't be read: No such file or directory hint: give the folder of a report"),
     ("diff {kept} {docs}", "results.jsonl can't be read"),
-    ("diff {kept} {kept} --engine pit=bullet", "has no 'bullet' hint: it has "),
+    ("diff {kept} {kept} --engine pit=bullet", "has no engine or method 'bullet' hint: it has "),
     # what a command is not for
     ("bench", "no scene given"),
     ("bench --grow paper/missed", "takes no scene, got 'paper/missed'"),
-    ("advise 'paper/*'", "carom advise takes one"),
+    ("advise 'paper/*'", "name one"),
     ("tune pit classics/miss", "the adapter of pit declares no knobs"),
     ("play classics/gas", "at most 10 discs"),
     ("play paper", "name one"),

@@ -137,12 +137,12 @@ def test_an_arm_shortened_by_the_overlap_is_named_and_not_held_against_the_run()
     run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98)
     result = score("slide", run)
     assert "as if it acted at 0.98 times its radius" in reason(result, Verdict.ANGULAR)
-    assert "more than bodies close" not in reason(result, Verdict.ANGULAR)
+    assert "more than the overlap gained" not in reason(result, Verdict.ANGULAR)
     assert sure(result.consistency).arm == pytest.approx(0.98, rel=1e-12)
     assert sure(result.consistency).angular_excess == 0.0
     assert result.grade is Grade.INACCURATE  # PIT, with full arms, has no such error on a wall
     shorter = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98, dt_s=1 / 600)
-    assert "more than bodies close" in reason(score("slide", shorter), Verdict.ANGULAR)
+    assert "more than the overlap gained" in reason(score("slide", shorter), Verdict.ANGULAR)
 
 
 def test_a_spin_that_fades_in_flight_is_named() -> None:

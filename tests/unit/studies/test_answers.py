@@ -159,7 +159,7 @@ def test_a_step_of_a_frame_is_said_with_the_code_that_takes_it() -> None:
     assert "direction error at most 1°: 10 steps per frame (3 to miss no impact), as code:" in fewer
     finer = replace(alone.never_misses, in_frame=alone.trials[-1])
     many = replace(found, answers=(replace(alone, never_misses=finer, demand=finer),))
-    assert "600 steps per second (40 steps per frame at 60 Hz are enough): pymunk tuned." in said(many)
+    assert "600 steps/s (40 steps per frame at 60 Hz are enough) with pymunk tuned." in said(many)
     by_hand = advice_document(many, "my scene.toml")
     assert "--scene 'my scene.toml'" in " ".join(printed(by_hand, 200))
 

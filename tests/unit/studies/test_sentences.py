@@ -67,7 +67,7 @@ def test_a_trend_says_no_more_than_was_run() -> None:
     said = trend_said(checked(head_on))
     assert "PIT's velocities are right at every step" in said
     assert "There are no medians" in said
-    assert "Where a method found no impact, it has fewer scenes." in trend_said(checked(LATE))
+    assert "A method that finds no impact in a scene has fewer scenes." in trend_said(checked(LATE))
 
 
 def stress_lead(endings: dict[str, SpotEnding]) -> str:
