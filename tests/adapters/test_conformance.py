@@ -13,7 +13,6 @@ import pytest
 from tests.adapters.conftest import NAMES
 from tests.adapters.staged import break_, oblique
 from tests.hazards.measures import ENGINES
-from tests.lengths import long_after
 from tests.stage import Named
 
 from carom import Scene
@@ -37,7 +36,7 @@ PROFILES = {
 @pytest.mark.parametrize(
     "name",
     [
-        *long_after(0, NAMES),
+        *(pytest.param(name, marks=pytest.mark.long) for name in NAMES),
         *(pytest.param(name, marks=pytest.mark.engines) for name in ENGINES if name not in NAMES),
     ],
 )

@@ -26,7 +26,7 @@ from carom.studies.history.options import HistoryOptions
 from carom.studies.history.overlay import Kept, kept_releases
 from carom.studies.history.run import history
 
-pytestmark = [pytest.mark.engines, pytest.mark.long]
+pytestmark = [pytest.mark.engines, pytest.mark.release]
 
 RAPIER = "@dimforge/rapier2d-compat"
 #: Given back of 0.2 and of 1 m/s, least and median over 32 phases: slow bounces were lost twice, and came back in 0.20.

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.planted.faults import DT, FAULTS, FIRST_S, LAST_S, ROW, Expected, Fault, faithful
 
 from carom import Trace, compare, solve_pic, solve_pit
@@ -77,10 +77,10 @@ def graded(fault: Fault, reference: Trace, sampling: Trace) -> Iterator[Grade]:
 
 
 @each("fault", FAULTS)
-@pytest.mark.parametrize("exact", long_after(1, [True, False]))
+@pytest.mark.parametrize("exact", release_after(1, [True, False]))
 @pytest.mark.parametrize(
     "name",
-    long_after(
+    release_after(
         1,
         [
             *("paper/multiple", "classics/inelastic-oblique", "paper/late", "classics/bullet"),

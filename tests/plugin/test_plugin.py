@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import pytest
 from tests.distribution import forget, lay
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import disc_at, staged, wall_at
 
 import carom
@@ -51,7 +51,7 @@ def test_the_documentation_quotes_the_files_that_are_run(file: str) -> None:
     assert (HERE / file).read_text().rstrip() in (DOCS / "reference" / "adapters.md").read_text()
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_the_documented_project_builds(tmp_path: Path) -> None:
     """The `pyproject.toml` of docs/reference/adapters.md builds a wheel with its entry point."""
     page = (DOCS / "reference" / "adapters.md").read_text()
@@ -81,7 +81,7 @@ def test_the_documentation_tells_every_check() -> None:
 
 
 @pytest.mark.usefixtures("installed", "in_process")
-@pytest.mark.parametrize(("profile", "contact_steps"), long_after(1, [("default", 4), ("tuned", 2)]))
+@pytest.mark.parametrize(("profile", "contact_steps"), release_after(1, [("default", 4), ("tuned", 2)]))
 def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_contact_late(
     profile: str, contact_steps: int
 ) -> None:
@@ -219,7 +219,7 @@ NOT_DECLARED = {
 }
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_a_third_party_distribution_passes_in_a_fresh_environment(author_pytest: Pytest, fresh_python: Path) -> None:
     """From its wheel built with Carom 0.1, named by its distribution, it passes except for its known failures."""
     code = "import carom, carom_penalty; print(carom.__file__); print(carom_penalty.__file__)"

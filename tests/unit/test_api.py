@@ -12,7 +12,7 @@ from types import ModuleType
 
 import grimp
 import pytest
-from tests.lengths import long_after
+from tests.lengths import release_after
 
 import carom
 from carom.engines import api
@@ -154,7 +154,7 @@ finally:
 """
 
 
-@pytest.mark.parametrize("command", long_after(2, COMMANDS))
+@pytest.mark.parametrize("command", release_after(2, COMMANDS))
 def test_a_command_loads_no_more_than_it_uses(command: str, tmp_path: Path) -> None:
     """The process of a command has imported none of the modules that the table excludes."""
     found = tmp_path / "modules.json"

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import crushed_rows, disc_at, on_legs, staged, wall_at
 from tests.validation.mpmath_runs import brute_force
 
@@ -90,7 +90,7 @@ def boosted(scene: Scene, drive: Vector) -> Scene:
 
 
 @pytest.mark.parametrize(
-    ("draw", "seeds"), long_after(2, [(a_table, range(12)), (on_a_path, range(8)), (a_table, range(12, 24))])
+    ("draw", "seeds"), release_after(2, [(a_table, range(12)), (on_a_path, range(8)), (a_table, range(12, 24))])
 )
 def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], Scene], seeds: range) -> None:
     """A scene of which everything is driven along has its impacts at the same times, and velocities more by the drive.
@@ -270,7 +270,7 @@ def rubbed_between_racks(seed: int) -> Scene:
     return staged("driven", turning, *racks, duration_s=5.0, **rough)
 
 
-@pytest.mark.parametrize("seeds", long_after(1, [range(2), range(2, 20), range(20, 40), range(40, 60)]))
+@pytest.mark.parametrize("seeds", release_after(1, [range(2), range(2, 20), range(20, 40), range(40, 60)]))
 def test_a_disc_that_is_rubbed_is_called_crushed_only_where_it_stays_between_the_racks(seeds: range) -> None:
     """Sixty digits follow it between half-planes, 300 impacts long: of a named one the centre never leaves a rack."""
     called = 0
@@ -339,7 +339,7 @@ def among_mallets(seed: int) -> Scene:
     )
 
 
-@pytest.mark.parametrize("seeds", long_after(1, [range(40), range(40, 1040)]))
+@pytest.mark.parametrize("seeds", release_after(1, [range(40), range(40, 1040)]))
 def test_a_puck_among_mallets_has_the_impacts_of_sixty_digits(seeds: range) -> None:
     """Six impacts each of rough pucks among spinning, driven discs and driven walls: order, times, velocities."""
     compared = 0

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.drawn import drawn
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, on_legs, staged, wall_at
 
 from carom import Chain, Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
@@ -132,7 +132,7 @@ def test_a_ball_bounces_on_an_immovable_disc_as_on_a_floor() -> None:
 # Many discs -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("numbers", long_after(1, [range(12), *(range(k, k + 50) for k in range(12, 212, 50))]))
+@pytest.mark.parametrize("numbers", release_after(1, [range(12), *(range(k, k + 50) for k in range(12, 212, 50))]))
 def test_who_falls_with_the_discs_sees_no_gravity(numbers: range) -> None:
     """Equivalence: without walls the impacts are those without gravity, plus g t and g t^2/2, to rounding."""
     met = 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import by_group, each, long_after
+from tests.lengths import by_group, each, release_after
 from tests.stage import disc_at, staged
 
 from carom import Outcome, Scene, solve_pic, solve_pic_framewise
@@ -46,7 +46,7 @@ def test_pic_reproduces_the_known_answers(entries: list[CatalogueScene]) -> None
             assert kinetic_energy(scene, trace.final_velocity_m_s) == pytest.approx(begun, rel=ROUNDING), entry.name
 
 
-@pytest.mark.parametrize("frame_rate_hz", long_after(1, [None, 24.0, 7.0, 333.0]))
+@pytest.mark.parametrize("frame_rate_hz", release_after(1, [None, 24.0, 7.0, 333.0]))
 @pytest.mark.parametrize("entries", by_group("issues", "contact", "engines", "spin", "tables", "driven"))
 def test_algorithm_2_has_the_bits_of_pic_at_any_frame_rate(
     entries: list[CatalogueScene], frame_rate_hz: float | None

@@ -22,7 +22,7 @@ from carom.studies.bench.gas import hard_disc_gas
 #: Millions of impacts, which plain Python takes hours for.
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize(("k", "count"), [(6, 3141592), (7, 31415926)])
 def test_galperin_counts_the_digits_of_pi(k: int, count: int) -> None:
     """The number of impacts is floor(10^k pi), and the light disc's last velocity is that of the unfolded billiard.
@@ -56,7 +56,7 @@ def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
     return float(1 + virial / (2 * discs * (run.time_s - melted.time_s)))
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize(("packing", "expected"), [(0.3, 2.0632), (0.6, 6.45)])
 def test_the_pressure_of_the_hard_disc_gas(packing: float, expected: float) -> None:
     """Z extrapolated in 1/sqrt(N) is that of the ten-term virial series (.3) and of the literature (.6), within 1.5 %.
@@ -101,7 +101,7 @@ def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
     assert np.min(gaps) > 0.5 - 1e-13
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_inelastic_collapse_of_a_gas_ends_with_an_outcome_or_by_the_tc_model() -> None:
     """Inelastic collapse ends with an outcome; with a contact time the run goes on (Luding & McNamara 1998)."""
     gas = jittered(np.random.default_rng(2), 100, spread=1.2, restitution=0.3)

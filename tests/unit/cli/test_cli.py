@@ -23,7 +23,7 @@ import pytest
 import tomli_w
 import typer
 from tests.command import carom_command, told
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.processes import PATIENT_S, ended
 from tests.stage import disc_at, staged
 from tests.unit.cli.test_options import STUDIES
@@ -58,7 +58,7 @@ def scene_file(tmp_path: Path) -> Path:
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize(("fail_on", "code"), long_after(1, [("inaccurate", 1), ("never", 0)]))
+@pytest.mark.parametrize(("fail_on", "code"), release_after(1, [("inaccurate", 1), ("never", 0)]))
 def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(fail_on: str, code: int, tmp_path: Path) -> None:
     """PIT misses `paper/missed`: that is exit code 1, and 0 where nothing is to fail; JUnit says the same."""
     arguments = ("run", "paper/missed", "-e", "pit", "--dt", "1/24", "--no-timing", "--report", tmp_path)
@@ -255,8 +255,8 @@ COMMANDS_WITH_JOURNALS = {
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("moment", long_after(2, ["made", "opened", "written", "marked"]))
-@pytest.mark.parametrize("command", long_after(1, COMMANDS_WITH_JOURNALS))
+@pytest.mark.parametrize("moment", release_after(2, ["made", "opened", "written", "marked"]))
+@pytest.mark.parametrize("command", release_after(1, COMMANDS_WITH_JOURNALS))
 def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
     command: str, moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

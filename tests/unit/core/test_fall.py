@@ -63,7 +63,7 @@ def test_a_disc_meets_a_fixed_one_at_the_exact_time(make: Callable[[random.Rando
     assert_exact(make, 100, 1)
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("make", ENCOUNTERS)
 def test_many_discs_meet_fixed_ones_at_the_exact_time(make: Callable[[random.Random], Encounter]) -> None:
     """The same holds for more cases of each kind."""
@@ -105,7 +105,7 @@ def test_a_disc_meets_a_feature_at_the_exact_time(make: Callable[[random.Random]
     assert_exact_at_features(make, 100, 3)
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("make", MAKERS)
 def test_many_discs_meet_features_at_the_exact_time(make: Callable[[random.Random], Fall]) -> None:
     """The same holds for more cases of each kind."""

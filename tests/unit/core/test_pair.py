@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 from flint import arb, ctx
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.unit.core.exact import exact_time, ulps
 
 from carom.core import primitives
@@ -106,7 +106,7 @@ def ties(kind: str, count: int) -> list[list[float]]:
     return rows
 
 
-@pytest.mark.parametrize("rows", long_after(1, [150, 600]))
+@pytest.mark.parametrize("rows", release_after(1, [150, 600]))
 @pytest.mark.parametrize("kind", ["graze", "touching", "sliding"])
 def test_no_rounding_decides_a_tie(kind: str, rows: int) -> None:
     """Where b, c or D is exactly 0, or a rounding from it, the answer is that of rational arithmetic."""

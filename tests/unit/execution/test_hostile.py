@@ -221,7 +221,7 @@ SAYS = {
 
 
 @LINUX
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("start", ["fresh", "forked"])
 @pytest.mark.parametrize("name", SAYS)
 def test_an_act_is_a_row(
@@ -273,7 +273,7 @@ def seen(tmp_path: Path) -> dict[str, object]:
     return found
 
 
-@pytest.mark.long
+@pytest.mark.release
 @LINUX
 def test_a_forked_worker_is_as_a_fresh_one(
     run: Callable[..., dict[str, Row]], tmp_path: Path, request: pytest.FixtureRequest

@@ -80,7 +80,7 @@ def options(engines: tuple[str, ...]) -> Options:
     return Options(engines, [0.1], ["tuned"], timing=False, samples=False)
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("where", [name for name in POOLS if name != "in process"])
 @pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
 def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import disc_at, staged, wall_at
 from tests.unit.execution.conftest import STANDING
 
@@ -103,7 +103,7 @@ def spoilt(results: Results, **fields: Any) -> Results:
 
 
 @pytest.mark.parametrize(
-    "fields", long_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}])
+    "fields", release_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}])
 )
 def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
     """A row whose record or replay can't be made is a failed row of the report; the report is written."""
@@ -126,7 +126,7 @@ def test_a_sound_row_is_reported_as_it_is(scene: Scene) -> None:
 
 @pytest.mark.parametrize(
     ("act", "words"),
-    long_after(
+    release_after(
         1,
         [
             ("raises", rf"KeyError: '.*red' \(hostile_\w+.py, line {line_of('{}[what]')}\)"),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, sure, wall_at
 from tests.unit.core.features import in_core
 from tests.unit.solvers.kinds import all_pairs
@@ -239,7 +239,7 @@ def wide(number: int) -> Scene:
     return table(disc, wall, wall_restitution=rnd.choice((1.0, 0.5)), duration_s=5.0)
 
 
-@pytest.mark.parametrize("first", long_after(1, range(0, 1000, 50)))
+@pytest.mark.parametrize("first", release_after(1, range(0, 1000, 50)))
 def test_nothing_slips_through_an_arc_as_wide_as_it(first: int) -> None:
     """However it is rounded, at arcs of more than half a circle and less, with smooth ends or without."""
     kept = 0

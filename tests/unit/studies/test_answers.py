@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 
@@ -50,7 +50,7 @@ def test_the_answer_is_one_screen(document: Document) -> None:
 
 
 @pytest.mark.parametrize(
-    ("width", "full"), long_after(1, [(60, False), (120, True), (200, False), (60, True), (120, False)])
+    ("width", "full"), release_after(1, [(60, False), (120, True), (200, False), (60, True), (120, False)])
 )
 def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
     """No line is longer than the terminal, and no name of a method is cut."""

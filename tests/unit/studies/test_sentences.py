@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 
 import pytest
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 from tests.unit.studies.examples import METHODS, campaign_results, growth
 
@@ -175,7 +175,7 @@ UNPROVEN = "None of these scenes has a known answer: PIC is the reference, witho
 
 @pytest.mark.parametrize(
     ("scenes", "engines", "sentences"),
-    long_after(
+    release_after(
         2,
         [
             (

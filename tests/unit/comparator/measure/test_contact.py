@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Trace, compare, solve_pic, solve_pit
@@ -59,8 +59,8 @@ def test_pic_is_exact_in_contact(name: str) -> None:
     assert sure(score.contact).looks >= 30
 
 
-@pytest.mark.parametrize("dt_s", long_after(1, [1 / 60, 1 / 240]))
-@pytest.mark.parametrize("name", long_after(10, [*list(CONTACT)[::2], *list(CONTACT)[1::2]]))
+@pytest.mark.parametrize("dt_s", release_after(1, [1 / 60, 1 / 240]))
+@pytest.mark.parametrize("name", release_after(10, [*list(CONTACT)[::2], *list(CONTACT)[1::2]]))
 def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None:
     """It knows no contact, and hops from frame to frame: that is what checking once per step costs."""
     sampling = solve_pit(CONTACT[name], frame_rate_hz=round(1 / dt_s))
@@ -231,7 +231,7 @@ def test_a_block_that_creeps_is_told() -> None:
     assert "still at 0.01 m/s on average where it rests" in reasons(doctored(creeping, "contact/holds"))
 
 
-@pytest.mark.parametrize("restitution", long_after(1, [0.2, 0.8, 0.95]))
+@pytest.mark.parametrize("restitution", release_after(1, [0.2, 0.8, 0.95]))
 def test_pit_of_a_ball_that_comes_to_rest_is_no_worse_than_sampled(restitution: float) -> None:
     """Whatever its floor gives back, though it hops for ever, and the higher the more."""
     for height in (1.0, 1.013):

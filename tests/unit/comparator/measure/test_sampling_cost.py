@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.planted.faults import DT, ROW, carried_off, delayed, faithful, faster, replayed, tunnelling
 from tests.stage import disc_at, staged, sure
 
@@ -227,8 +227,8 @@ def test_no_number_of_a_score_stands_in_it_twice() -> None:
         assert not set(found.values()) & set(numbers)
 
 
-@pytest.mark.parametrize("name", long_after(16, [*NAMES[::2], *NAMES[1::2]]))
-@pytest.mark.parametrize("finer", long_after(1, [1, 4]))
+@pytest.mark.parametrize("name", release_after(16, [*NAMES[::2], *NAMES[1::2]]))
+@pytest.mark.parametrize("finer", release_after(1, [1, 4]))
 def test_pit_is_never_worse_than_pit(name: str, finer: int) -> None:
     """PIT compared with itself pays at most the price, and is not inaccurate in any scene at any step."""
     scene = catalogue()[name].scene

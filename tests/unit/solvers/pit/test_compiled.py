@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from tests.drawn import jittered, scene_of
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, line, staged, wall_at
 from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished, plain
 
@@ -26,7 +26,7 @@ def crowd(seed: int, *, ratio: float, speed: float) -> Scene:
 
 
 @pytest.mark.parametrize("ratio", [1.0, 3.0, 100.0])
-@pytest.mark.parametrize("speed", long_after(1, [1.0, 0.1, 10.0]))
+@pytest.mark.parametrize("speed", release_after(1, [1.0, 0.1, 10.0]))
 def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: float) -> None:
     """Discs in many cells, of one size or many, have the result of the compiled plain loop."""
     forms = compiled_forms()

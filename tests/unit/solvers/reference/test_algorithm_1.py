@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.drawn import KINDS, drawn
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import line
 
 from carom import Chain, solve_pit
@@ -18,7 +18,7 @@ MOST_TESTS = 1e6
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("numbers", long_after(1, [range(3), range(3, 40)]))
+@pytest.mark.parametrize("numbers", release_after(1, [range(3), range(3, 40)]))
 def test_solve_pit_gives_the_bits_of_the_definition(kind: str, numbers: range) -> None:
     """Skipping of frames, cells and sweeps change no bit."""
     for number in numbers:

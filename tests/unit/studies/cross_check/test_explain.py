@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 
 from carom.catalogue import catalogue
 from carom.execution import reference
@@ -107,7 +107,7 @@ class Noting(InProcessPool):
 @pytest.mark.usefixtures("hostile")
 @pytest.mark.parametrize(
     ("options", "most_impacts"),
-    long_after(
+    release_after(
         1,
         [
             ({"profiles": ["all"]}, 3),

@@ -13,7 +13,7 @@ import jsonschema
 import numpy as np
 import pytest
 from tests.command import carom_command, told
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.planted.faults import DT, ROW, SPEED, replayed
 from tests.stage import sure
 from tests.unit.report.test_terminal import printed
@@ -229,7 +229,7 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
 @pytest.mark.skipif(not SAMPLE.exists(), reason="a source distribution has no reports")
 @pytest.mark.parametrize(
     ("old", "new"),
-    long_after(
+    release_after(
         1,
         [
             ("mujoco/default", "mujoco/tuned"),

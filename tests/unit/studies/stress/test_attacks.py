@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import sure
 from tests.validation import contact_runs
 
@@ -43,7 +43,7 @@ def test_a_ladder_runs_from_harmless_to_absurd() -> None:
 
 
 @each_attack
-@pytest.mark.parametrize("stride", long_after(1, [3, 1]))
+@pytest.mark.parametrize("stride", release_after(1, [3, 1]))
 def test_pic_stands_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
     """PIC passes the rungs of the quick ladder to the end; a failure is a bug of Carom."""
     ladder = attack.ladder(quick=True)
@@ -119,7 +119,7 @@ def _by_hand(trial: Trial) -> tuple[list[float], float]:
 
 
 @pytest.mark.parametrize(
-    ("name", "whole"), [(name, False) for name in IN_CONTACT] + long_after(0, [(n, True) for n in IN_CONTACT])
+    ("name", "whole"), [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT])
 )
 def test_the_truth_is_that_of_60_digits_and_pic_meets_it(name: str, whole: bool) -> None:
     """The truth of scenes as stored, on both sides of each threshold and on it, to 1e-14; long, at all rungs."""
