@@ -139,33 +139,6 @@ def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
     assert sure(end.spin_rad_s)[0] == pytest.approx(float(after.spin), abs=2 * tolerance)
 
 
-@each("friction", [0.0, 0.3])
-@pytest.mark.parametrize("wall_friction", release_after(2, [0.0, 0.1, 2.0]))
-def test_discs_and_walls_have_each_their_own_friction(engine: Adapter, friction: float, wall_friction: float) -> None:
-    """In one scene a disc grips another, and a third a wall, each by its own coefficient, whichever of them is 0."""
-    pair = meeting(*PAIRS["equal"], friction, 1.0)
-    falling = disc_at(9, 0.5 + 2 * TOUCH_S, 3, -2)
-    walls = [wall_at(0, 0, 0, 1)]
-    up = [disc.model_copy(update={"position_m": (disc.position_m[0], disc.position_m[1] + 5)}) for disc in pair.discs]
-    scene = staged("both", *up, falling, *walls, friction=friction, wall_friction=wall_friction, duration_s=0.3)
-    trace = observe_run(engine, scene, "located", 1 / 60)
-    velocity, _ = by_the_law(pair)
-    np.testing.assert_allclose(trace.final_velocity_m_s[:2], velocity, rtol=0, atol=width(engine, ROUNDING))
-    # Friction takes its share of the push of 4 N s, or 2/3 of the speed is left, rolling.
-    along = max(3.0 - 4.0 * wall_friction, 2.0)
-    assert trace.final_velocity_m_s[2].tolist() == pytest.approx([along, 2.0], abs=width(engine, ROUNDING))
-
-
-def test_spin_without_friction_is_kept(engine: Adapter, drive: Drive) -> None:
-    """Discs that do not rub spin on as they were through impacts, in every profile that keeps them upright."""
-    scene = meeting(*PAIRS["unequal"], 0.0, 1.0)
-    for profile in ("default", "tuned", "located"):
-        seen = drive(engine, scene, 1 / 240, profile)
-        for now in seen:
-            np.testing.assert_allclose(sure(now.spin_rad_s), (-6, 5), rtol=0, atol=width(engine, ROUNDING))
-        assert any(now.contacts for now in seen)
-
-
 @pytest.mark.parametrize("profile", ["default", "tuned"])
 def test_discs_stay_in_their_plane(mujoco: Adapter, profile: str) -> None:
     """Spheres in three dimensions that rub and spin leave the plane by nothing, or by rounding."""
