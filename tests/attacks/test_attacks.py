@@ -29,8 +29,21 @@ QUICK = {
     "journal-types": 20,
     "results": 2,
     "clocks": 2,
+    "imports": 10,
+    "overlays": 5,
 }
-SLOW = {"options": 8, "kills": 3, "clusters": 2, "hostile": 2, "disks": 2, "digests": 2}
+SLOW = {
+    "options": 8,
+    "kills": 3,
+    "clusters": 2,
+    "hostile": 2,
+    "disks": 2,
+    "digests": 2,
+    "programs": 20,
+    "play": 10,
+    "sizes": 2,
+    "surroundings": 5,
+}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")

@@ -253,7 +253,7 @@ The size.
 
 | reported bug | axis | pit tuned |
 | --- | --- | --- |
-| box2d-1094 | | x does it 2 |
+| box2d-1094 | | x seen 2 |
 """
 
 
@@ -263,7 +263,7 @@ def test_the_tables_are_taken_from_a_campaign() -> None:
     assert list(filled) == list(stress_tables.KINDS)
     assert [rows[2][0] for rows in filled.values()] == ["grazing", "boost", "box2d-1094"]
     assert [len(rows) for rows in filled.values()] == [3, 3, 3]
-    assert [rows[2][1:] for rows in filled.values()] == [["~ 0.0032"], ["= 1e-14"], ["x does it"]]
+    assert [rows[2][1:] for rows in filled.values()] == [["~ 0.0032"], ["= 1e-14"], ["x seen"]]
     with pytest.raises(ValueError, match="no table of invariances"):
         stress_tables.filled(STRESS, CAMPAIGN.partition("## Invariances")[0])
 

@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Grade(Enum):
-    """A grade, from best to worst except the last. `carom.report.mark` defines each in a line, `scoring.md` in full."""
+    """Grades from best to worst, except for the last. `carom.report.mark` and `scoring.md` define them."""
 
     EXACT = "exact"
     CLOSE = "close"
@@ -18,7 +18,7 @@ class Grade(Enum):
     UNGRADED = "not graded"
 
     def is_at_least_as_bad_as(self, other: Grade) -> bool:
-        """Whether this grade is no better than another; UNGRADED is neither better nor worse than any."""
+        """Whether this grade is no better than another. UNGRADED is neither better nor worse than any grade."""
         order = list(Grade)
         return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
 

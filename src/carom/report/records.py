@@ -1,6 +1,6 @@
 """The file results.jsonl: every number of a cross-check as JSON lines, written and read.
 
-The first of the JSON lines says what all rows were made on and by.
+The first line describes the machine, versions and command of all rows.
 """
 
 from __future__ import annotations
@@ -24,31 +24,31 @@ from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
 
 
 def records(results: Results) -> str:
-    """Return one line of strict JSON for the whole run and one per row; a number that is not finite is null."""
+    """Return one line of strict JSON for the whole run and one per row. A number that is not finite becomes null."""
     return "".join(f"{line}\n" for line in (text_of(summary_of(results)), *map(record, results.rows)))
 
 
 def record(row: Row) -> str:
-    """Return the line of a row, without its end."""
+    """Return the line of a row, without line break."""
     line = dataclasses.replace(line_of(row), local=_local(row.score) if row.score else None)
     return text_of(line, spins=row.job.scene.arrays.turns)
 
 
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
-    """Read the text written by `records`: the summary, and the lines of the rows.
+    """Read a file written by `records`: the summary, and the lines of the rows.
 
     Raises:
-        InputError: The file can't be read, is of another format, not whole, or a field is not as declared.
+        InputError: The file can't be read, has another format, is incomplete, or has an invalid field.
     """
     head, rows = raw_records(path)
     return read_line(Summary, head, path, 1), [read_line(RowLine, row, path, k) for k, row in enumerate(rows, start=2)]
 
 
 def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Read the same as plain JSON objects, without validation of their fields.
+    """Read a file of results as plain JSON objects, without validation of their fields.
 
     Raises:
-        InputError: The file can't be read, is of another format, or not whole.
+        InputError: The file can't be read, has another format, or is incomplete.
     """
     lines = list(_lines(path))
     head, rows = (lines[0], lines[1:]) if lines else ({}, [])
@@ -57,14 +57,14 @@ def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
         said = visible(shortened(str(head.get("rows") if found == wanted else found)))
         what = f"has {len(rows)} of {said} rows" if found == wanted else f"is of format {said}"
         raise InputError(
-            f"{path} {what}; this Carom reads whole files of format {wanted}: run the cross-check again, or read it "
-            "with the version that wrote it"
+            f"{path} {what}; this Carom reads complete files of format {wanted}: run the cross-check again, or "
+            "use the version that wrote the file"
         )
     return head, rows
 
 
 def _lines(path: Path) -> Iterator[dict[str, Any]]:
-    ask = f"give a report's folder, or the results.jsonl that `carom run --out` wrote (format {FORMATS['results']})"
+    ask = f"give the folder of a report, or a results.jsonl by `carom run --out` (format {FORMATS['results']})"
     most_bytes, most_values = MOST_BYTES[".jsonl"], MOST_VALUES[".jsonl"]
     try:
         with path.open("rb") as file:
@@ -72,7 +72,7 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
         if len(data) > most_bytes or values_in(data) > most_values:
             most = f"{most_bytes >> 20} MiB, or {most_values:,} values"
             raise InputError(f"{path} is larger than {most}, the limit for results", hints=[ask])
-        texts = data.decode().split("\n")  # a name may hold other signs that break lines
+        texts = data.decode().split("\n")  # not splitlines: a name may contain other line separators
     except (OSError, UnicodeError) as error:
         raise InputError(f"{path} can't be read: {getattr(error, 'strerror', None) or error}", hints=[ask]) from None
     del data
@@ -80,17 +80,17 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
         try:
             line = json.loads(text)
         except (ValueError, RecursionError) as error:
-            what = f"{path}, line {number}: no JSON ({shortened(str(error), 200)})"
+            what = f"{path}, line {number}: invalid JSON ({shortened(str(error), 200)})"
             raise InputError(what, hints=[ask]) from None
         if not isinstance(line, dict):
-            raise InputError(f"{path}, line {number}: no JSON object", hints=[ask])
+            raise InputError(f"{path}, line {number}: not a JSON object", hints=[ask])
         yield line
 
 
 def _local(score: Score) -> dict[str, int | float]:
-    """Return medians and largest local errors: one entry per impact would make lines too long.
+    """Return the median and the largest of each local error. All impacts would make lines too long.
 
-    A kind of error that no impact has, of spins, say, if no disc spins, is left out.
+    Kinds that no impact has are omitted, such as spin errors if no disc spins.
     """
     local = score.local
     sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")

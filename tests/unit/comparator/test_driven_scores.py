@@ -149,7 +149,7 @@ def test_a_trace_in_which_a_driven_wall_moves_otherwise_is_refused() -> None:
     truth = solve_pic(paddle())
     impacts = truth.impacts.copy()
     impacts["velocity_second_before"] = (0.0, 0.0)
-    with pytest.raises(InputError, match=r"velocity_second_before of impact 0 .* a wall that is driven has 1, 0"):
+    with pytest.raises(InputError, match=r"velocity_second_before of impact 0 .* this driven wall has 1, 0"):
         compare(truth, replace(truth, impacts=impacts))
 
 
@@ -180,7 +180,7 @@ def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart(steps_
     assert [row.grade for row in results.rows] == [Grade.EXACT, Grade.SAMPLED]
     scores = [row.score for row in results.rows if row.score is not None]
     assert {score.expected for score in scores} == {expected}  # of impacts at 1.25, 1.625, 1.75, 1.8125, 1.85, ... s
-    assert all(score.findings[-1].reason.endswith("from there nothing is compared") for score in scores)
+    assert all(score.findings[-1].reason.endswith("after that nothing is compared") for score in scores)
 
 
 _SLANT = (0.6, 0.8)

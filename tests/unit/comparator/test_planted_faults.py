@@ -87,7 +87,7 @@ def test_a_normal_turned_by_a_degree(reference: Trace) -> None:
     if e < 1:  # less of the energy is along the turned normal, and lost
         also |= {Verdict.ENERGY_LOST, Verdict.ENERGY_GAINED}
     assert set(score.verdicts[1:]) <= also
-    assert "the normal is turned by 1 degrees" in score.findings[0].reason
+    assert "normal is wrong by 1 degrees" in score.findings[0].reason
     assert (score.missed, score.spurious, score.edits) == ((), (), 0)
     if np.isfinite(score.local.velocity[at]):  # not the second impact of a disc in one step
         assert score.local.velocity[at] == pytest.approx(wrong[0].velocity, abs=fault_size(1))

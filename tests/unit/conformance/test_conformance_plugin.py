@@ -80,7 +80,7 @@ def test_a_known_failure_that_is_none_fails(project: Path, run_pytest: Pytest) -
     assert done.returncode == 1, done.stdout + done.stderr
     assert "XPASS(strict): sound::declares-profiles passes, but " in done.stdout
     assert "XPASS(strict): sound::refuses[walls] does not apply, but " in done.stdout
-    assert "carom-known-failures.toml lists it (it used to): take it out" in done.stdout
+    assert "carom-known-failures.toml lists it (it used to): remove it" in done.stdout
 
 
 @pytest.mark.long

@@ -109,5 +109,5 @@ def test_a_line_of_a_journal_of_wrong_types_is_refused_in_a_sentence(journal_lin
 def test_a_head_with_a_name_more_is_refused_by_that_name(journal_lines: tuple[Path, list[Any]], extra: Any) -> None:
     """A head that says more than this one's is of other work, though what it says be null."""
     path, (head, entry) = journal_lines
-    with pytest.raises(InputError, match=r"its more is .*, and this one's absent; name another folder"):
+    with pytest.raises(InputError, match=r"its more is .*, but this study's is absent; name another folder"):
         reopened(path, [head | {"more": extra}, entry])

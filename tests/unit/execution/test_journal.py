@@ -144,18 +144,18 @@ def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     with stress_journal(path, {"quick": True}) as journal:
         journal.add(CELLS)
-    with pytest.raises(InputError, match="its quick is True, and this one's False; name another folder"):
+    with pytest.raises(InputError, match="its quick is True, but this study's is False; name another folder"):
         stress_journal(path, {"quick": False}, resume=True)
-    with pytest.raises(InputError, match="its journal is spots, and this one's scores"):
+    with pytest.raises(InputError, match="its journal is spots, but this study's is scores"):
         score_journal(path, resume=True)
     formats: list[dict[str, object]] = [{"format": 1, "scene": "mine"}, {"format": 1, "carom": "0.1"}, {"format": 99}]
     for line in formats:
         path.write_text(json.dumps(line) + "\n")
-        said = rf"it is of format {line['format']}, as another version .* this one is {JOURNAL_FORMAT}; name"
+        said = rf"it has the format {line['format']} of another version .* this version uses {JOURNAL_FORMAT}; name"
         with pytest.raises(InputError, match=said):
             score_journal(path, resume=True)
     path.write_text("anything\n[1]\n")
-    with pytest.raises(InputError, match="is no journal of this work"):
+    with pytest.raises(InputError, match="is not a journal of this work"):
         score_journal(path, resume=True)
 
 
@@ -266,7 +266,7 @@ def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) 
         score_journal(path, resume=True)
     assert len(str(error.value)) < 500
     path.write_text(f"{line}\n{first}\n")
-    with pytest.raises(InputError, match="is no journal of this work"):
+    with pytest.raises(InputError, match="is not a journal of this work"):
         score_journal(path, resume=True)
 
 

@@ -86,7 +86,7 @@ def test_a_row_that_can_not_be_scored_costs_no_other(
     rows = by_engine(checked(scene, "sound", phases=phases))
     assert rows["sound"].status is Status.FAILED
     assert re.match(
-        r"what it returned can't be scored: ZeroDivisionError: of no length \(test_row_failures.py, line \d+\)",
+        r"the engine's result can't be scored: ZeroDivisionError: of no length \(test_row_failures.py, line \d+\)",
         rows["sound"].reason,
     )
     assert rows["sound"].trace is None

@@ -116,4 +116,4 @@ def test_the_replay_says_how_wrong_a_spin_is_and_why() -> None:
     wrong = dataclasses.replace(trace, spins=spins, dt_s=1 / 60)
     (row,) = replay_data(trace, [(wrong, compare(trace, wrong), {})])["runs"][0]["impacts"]
     assert row["spin"] == pytest.approx(0.2)
-    assert row["cause"] == "the method's own"
+    assert row["cause"] == "the method itself"

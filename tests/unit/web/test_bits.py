@@ -369,3 +369,12 @@ def test_blocks_are_unpacked_to_what_was_packed() -> None:
     assert "<" not in lines
     done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=lines)
     assert [bytes.fromhex(line) for line in done.stdout.splitlines()] == contents
+
+
+@pytest.mark.parametrize("change", ["length", "letter", "end"])
+def test_a_damaged_block_is_refused(change: str) -> None:
+    """A block whose length, content or end is not what was written is not unpacked, and ends in bounded time."""
+    block = page.packed_block(b"the content of a block" * 10)
+    letters = {"length": block[:2] + "}}}}" + block[6:], "letter": block[:30] + "@" + block[31:], "end": block[:40]}
+    done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=f"{block}\n{letters[change]}", check=False)
+    assert "RangeError: this page is damaged" in done.stderr

@@ -333,5 +333,5 @@ def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path) -> None:
             build_plan([catalogue()["paper/late"]], options, InProcessPool()), InProcessPool(), notes=journal
         )
     observed_journal(path, replace(options, jobs=2).stamp, resume=True).close()
-    with pytest.raises(InputError, match=r"its dts is \[0.1\], and this one's \[0.2\]"):
+    with pytest.raises(InputError, match=r"its dts is \[0.1\], but this study's is \[0.2\]"):
         observed_journal(path, replace(options, dts=[0.2]).stamp, resume=True)

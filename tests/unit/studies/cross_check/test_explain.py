@@ -31,7 +31,7 @@ def plan(name: str, **options: Any) -> str:
 
 
 SAID = [
-    ("paper/late", {}, "closed form for two discs, without queue or cells"),
+    ("paper/late", {}, "closed form for two discs, without event queue or grid"),
     ("paper/late", {}, "pit: run at "),
     ("paper/late", {"samples": False}, "not kept, because no report is written"),
     # after the last impact of two discs an engine is stopped; in a box it is followed to the end
@@ -58,7 +58,7 @@ def test_what_skipping_saves_is_measured() -> None:
         assert saved.with_s > 0.0
         assert saved.ratio > 0.0
     assert measure_pit_saving(scene, 1e-7) is None
-    assert " times that" in plan("classics/gas", engines=["pit"], dts=[1 / 60])
+    assert " times as long" in plan("classics/gas", engines=["pit"], dts=[1 / 60])
 
 
 def test_a_report_says_what_was_skipped_and_what_that_saved() -> None:
@@ -79,7 +79,7 @@ def test_a_report_says_what_was_skipped_and_what_that_saved() -> None:
 def test_the_form_that_runs_is_the_one_that_is_told() -> None:
     """The event loop with its cells."""
     found = "13 impacts in 13 predictions"
-    assert f"PIC: event-driven, in the compiled kernel with cells: {found}" in plan("classics/box", engines=["pit"])
+    assert f"PIC: event-driven, with a grid of cells: {found}" in plan("classics/box", engines=["pit"])
 
 
 def test_an_engine_that_is_not_installed_is_told_once_and_planned_nowhere() -> None:

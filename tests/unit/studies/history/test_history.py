@@ -61,7 +61,7 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
     assert [release.version for release in found.releases if release.unseen] == ["1.6"]
     assert registry.installed == ["1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6"]
     text = markdown(history_document(found))
-    assert "the adapter reads no contacts of this release" in text
+    assert "the adapter can't read contacts of this release" in text
     assert "1.1 → 1.2: 1 worse." in text
     part = section(found, "By hand.")  # of the page that `make history` writes
     assert part.startswith(f"## {found.origin.engine}\n\nBy hand.\n\n")

@@ -72,7 +72,7 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
     names = [line.name for line in results.lines]
     again = stress(names, BOTH, out=folder, resume=True, command="carom stress")
     assert again.spots == results.spots
-    with pytest.raises(InputError, match="its quick is True, and this one's False; name another folder"):
+    with pytest.raises(InputError, match="its quick is True, but this study's is False; name another folder"):
         stress(names, replace(BOTH, quick=False), out=folder, resume=True)
 
 
