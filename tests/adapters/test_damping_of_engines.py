@@ -126,7 +126,7 @@ def test_a_table_s_force_that_32_bits_can_t_hold_is_refused(named: Named) -> Non
     """A mass times a deceleration times the square of the clock's scale; pymunk's floats hold it."""
     scene = _thrown(1.0, 0.0, mass_kg=1e20).model_copy(update={"table_deceleration_m_s2": 1e10})
     settings = {name: named(name).profiles["tuned"].settings(1 / RATE_HZ) for name in ("box2d", "pymunk")}
-    with pytest.raises(AdapterError, match="the force of the table on 1e\\+20 kg"):
+    with pytest.raises(AdapterError, match="the table's force on 1e\\+20 kg"):
         named("box2d").prepare(scene, settings["box2d"])
     named("pymunk").prepare(scene, settings["pymunk"]).close()
 

@@ -187,7 +187,7 @@ def test_a_friction_that_an_engine_would_silently_change_is_refused(named: Named
     """Clamped, raised or lost by the engine, a coefficient is refused with the range that is simulated."""
     adapter = named(name)
     for scene in (meeting(*PAIRS["equal"], friction, 1.0), _floored(wall_friction=friction)):
-        with pytest.raises(AdapterError, match=r"friction is .* and this method simulates .* as asked for"):
+        with pytest.raises(AdapterError, match=r"friction is .* and this method simulates only .* exactly"):
             adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 60))
 
 
