@@ -111,10 +111,7 @@ def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: N
 
 
 def test_the_world_of_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(pybullet: Adapter) -> None:
-    """For one pair of spheres only the start state is reset; with more bodies Bullet keeps an order that cannot be.
-
-    For those the client is emptied.
-    """
+    """For one pair of spheres only the start state is reset; with more bodies Bullet keeps an order that cannot be."""
     import carom_adapters.pybullet.world as module
 
     run(pybullet, _pair(), "tuned")

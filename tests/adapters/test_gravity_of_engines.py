@@ -131,11 +131,7 @@ def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -
 def test_discs_that_fall_together_leave_their_impact_as_without_gravity(
     engine: Adapter, profile: str, starts: int
 ) -> None:
-    """Galileo: what two discs do to each other is the same while they fall, so velocities differ by g t and no more.
-
-    t is the instant at which the paths turned, which is the same, too: no engine is charged what gravity gives between
-    it and the boundary at which the velocities are looked at. At several starts, the impact elsewhere in its step.
-    """
+    """Galileo: what two discs do to each other is the same while they fall, so velocities differ by g t and no more."""
     dt_s = 1 / 60
     for part in range(starts):
         discs = [disc_at(-1 - part * dt_s / starts, 0, 1, r=0.25), disc_at(1, 0.2, -1, r=0.25)]

@@ -65,51 +65,6 @@ def test_what_falls_between_two_steps_is_missed_all_the_same(engine: Adapter) ->
     assert len(observe_run(engine, scene, "located", 1 / 60).impacts) == 0
 
 
-def test_a_cut_and_restored_world_goes_on_as_if_nothing_had_been(engine: Adapter) -> None:
-    """A step that is tried and taken back, and a question asked, leave no trace in what follows, to the bit."""
-    scene = catalogue()["classics/oblique-3-4-5"].scene
-
-    def run(*, disturbed: bool) -> bytes:
-        world = engine.prepare(scene, engine.profiles["located"].settings(1 / 60))
-        assert isinstance(world, CuttableWorld)
-        for _ in range(60):
-            if disturbed:
-                state = world.save()
-                world.cut(1 / 20)
-                world.advance(1)
-                world.touching()
-                world.restore(state)
-            world.cut(1 / 60)
-            world.advance(1)
-            if disturbed:
-                world.touching()
-        seen = world.observe()
-        world.close()
-        return seen.position_m.tobytes() + seen.velocity_m_s.tobytes()
-
-    assert run(disturbed=True) == run(disturbed=False)
-
-
-def test_asking_what_touches_leaves_the_contacts_of_the_step(engine: Adapter) -> None:
-    """The contacts that a world reports of its last step are the same, whether it was asked what touches or not."""
-    scene = catalogue()["classics/oblique-3-4-5"].scene
-    reported = []
-    for ask in (False, True):
-        world = engine.prepare(scene, engine.profiles["located"].settings(1 / 60))
-        assert isinstance(world, CuttableWorld)
-        world.observe()
-        contacts = []
-        for _ in range(40):
-            world.advance(1)
-            if ask:
-                world.touching()
-            contacts.append(world.observe().contacts)
-        world.close()
-        reported.append(contacts)
-    assert reported[0] == reported[1]
-    assert sum(map(len, reported[0])) == 1
-
-
 def test_mujoco_leaves_shallow_contacts_out_unless_its_pairs_are_listed(named: Named) -> None:
     """MuJoCo's broad phase loses contacts shallower than 32-bit rounding, but not of pairs listed in the model."""
     mujoco, scene = named("mujoco"), catalogue()["classics/box"].scene

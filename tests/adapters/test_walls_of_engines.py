@@ -83,10 +83,7 @@ def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
 def test_what_is_swept_passes_no_thin_wall(
     named: Named, finish: Finish, name: str, profile: str, half_width_m: float, q: float
 ) -> None:
-    """With a sweep of its own a disc comes back at each start, its velocity reversed to 32 bits.
-
-    19 reaches a step are below the 2 m a step at which Box2D slows bodies down.
-    """
+    """With a sweep of its own a disc comes back at each start, its velocity reversed to 32 bits."""
     for k in range(STARTS):
         scene = at_a_thin_wall(q, k / STARTS, half_width_m=half_width_m)
         speed = scene.discs[0].velocity_m_s[0]
