@@ -54,7 +54,7 @@ class Summary:
     sampling: tuple[Mapping[str, str | int | float | None], ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class VerdictLine:
     """A verdict by its name, and the numbers that it was derived from, as a sentence."""
 
@@ -62,7 +62,7 @@ class VerdictLine:
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Taken:
     """Which of the outcomes that a scene without a unique answer admits a run took."""
 
@@ -72,7 +72,7 @@ class Taken:
     matches: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class RowLine:
     """Every other line: one cell, a scene on a method at a step. What was not run has null for what is of a run.
 

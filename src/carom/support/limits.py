@@ -44,9 +44,9 @@ MOST_LEGS = 10_000
 MOST_DISCS_DRAWN = 64
 #: Bytes and values of a file by its ending; `values_in` counts them, in TOML with the lines. The largest scene fits
 #: into JSON easily; each value takes up to 100 bytes of memory. TOML takes ten times as long to read. Lines of JSON are
-#: results, three times those of all engines on all scenes.
-MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 48 * 2**20}
-MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**22}
+#: results, each within the limits of JSON; 1e5 rows take 310 MB and half of these values.
+MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
+MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
 #: Parts of a dotted key of TOML, which is read in a time that grows with the square of their number; a scene needs one.
 MOST_KEY_PARTS = 4
 

@@ -22,7 +22,7 @@ from carom.model.trace import Trace, rim_speeds, velocities, wall_index
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Deviation:
     """The largest deviation of one kind, and where it was seen.
 
@@ -37,7 +37,7 @@ class Deviation:
     since_s: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Consistency:
     """Deviations of a run from what its own impacts and states imply; 0 where nothing can be checked.
 

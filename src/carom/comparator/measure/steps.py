@@ -19,7 +19,7 @@ from carom.support.formatting import instant
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class LocalScore:
     """Comparison of the steps of a run with PIC, each from the run's own state at its start, to the end of the run.
 
