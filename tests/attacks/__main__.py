@@ -50,14 +50,7 @@ BEGIN, END = "<!-- attacks: begin -->", "<!-- attacks: end -->"
 
 @dataclass(frozen=True)
 class Attack:
-    """One kind of attack.
-
-    Attributes:
-        what: What is tried, for the table.
-        held: What has to hold.
-        goal: Number of wanted tries.
-        tries: Yields a try after the other.
-    """
+    """One kind of attack."""
 
     what: str
     held: str

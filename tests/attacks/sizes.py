@@ -82,7 +82,7 @@ MOVING = [_disc(0.0, 0.0, velocity_m_s=[3.0, 2.0]), _disc(2.0, 0.5, velocity_m_s
 
 
 def _polygon(rng: Random, *, points: int = 100_000) -> dict[str, Any]:
-    """Return discs in a polygon, round or ragged, of so many corners."""
+    """Return discs in a polygon, round or ragged, with the given number of corners."""
     depth = rng.choice((0.0, 1e-4, 0.5))
     angles = [math.tau * k / points for k in range(points)]
     corners = [

@@ -48,7 +48,7 @@ SLOW = {
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
 @pytest.mark.parametrize(
-    ("name", "tries"), [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.long) for one in SLOW.items())]
+    ("name", "tries"), [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.release) for one in SLOW.items())]
 )
 def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
     """What the campaign does for hours holds for a few tries, from the same seeds each time."""

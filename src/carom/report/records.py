@@ -1,6 +1,6 @@
 """The file results.jsonl: every number of a cross-check as JSON lines, written and read.
 
-The first of the JSON lines says what all rows were made on and by.
+The first line describes the machine, versions and command of all rows.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
 
 
 def records(results: Results) -> str:
-    """Return one line of strict JSON for the whole run and one per row; a number that is not finite is null."""
+    """Return one line of strict JSON for the whole run and one per row. A number that is not finite becomes null."""
     return "".join(f"{line}\n" for line in (text_of(summary_of(results)), *map(record, results.rows)))
 
 
 def record(row: Row) -> str:
-    """Return the line of a row, without its end."""
+    """Return the line of a row, without line break."""
     line = dataclasses.replace(line_of(row), local=_local(row.score) if row.score else None)
     return text_of(line, spins=row.job.scene.arrays.turns)
 
 
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
-    """Read the text written by `records`: the summary, and the lines of the rows.
+    """Read a file written by `records`: the summary, and the lines of the rows.
 
     Raises:
-        InputError: The file can't be read, is of another format, not whole, or a field is not as declared.
+        InputError: The file can't be read, has another format, is incomplete, or has an invalid field.
     """
     summary, rows = stream_records(path)
     return summary, list(rows)
 
 
 def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
-    """Read the same row by row, so that a large file need not be in memory; the last row shows whether it is whole.
+    """Read such a file row by row, so that it need not fit into memory. The end of the iterator requires all rows.
 
     Raises:
         InputError: As `read_records`; the iterator too.
@@ -68,10 +68,10 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
 
 
 def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Read the same as plain JSON objects, without validation of their fields.
+    """Read a file of results as plain JSON objects, without validation of their fields.
 
     Raises:
-        InputError: The file can't be read, is of another format, or not whole.
+        InputError: The file can't be read, has another format, or is incomplete.
     """
     texts = _lines(path)
     head = _head(path, next(texts, b"{}"))
@@ -82,10 +82,10 @@ def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 _WANTED = FORMATS["results"]
 _READS = (
-    f"; this Carom reads whole files of format {_WANTED}: run the cross-check again, or read it with the version that "
-    "wrote it"
+    f"; this Carom reads complete files of format {_WANTED}: run the cross-check again, or use the version that wrote "
+    "the file"
 )
-_ASK = f"give a report's folder, or the results.jsonl that `carom run --out` wrote (format {_WANTED})"
+_ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (format {_WANTED})"
 
 
 def _head(path: Path, text: bytes) -> dict[str, Any]:
@@ -106,20 +106,20 @@ def _object(path: Path, number: int, text: bytes) -> dict[str, Any]:
     except UnicodeError as error:
         raise InputError(f"{path} can't be read: {error}", hints=[_ASK]) from None
     except (ValueError, RecursionError) as error:
-        what = f"{path}, line {number}: no JSON ({shortened(str(error), 200)})"
+        what = f"{path}, line {number}: invalid JSON ({shortened(str(error), 200)})"
         raise InputError(what, hints=[_ASK]) from None
     if not isinstance(line, dict):
-        raise InputError(f"{path}, line {number}: no JSON object", hints=[_ASK])
+        raise InputError(f"{path}, line {number}: not a JSON object", hints=[_ASK])
     return line
 
 
 def _lines(path: Path) -> Iterator[bytes]:
-    """Yield the lines of a file, within the limits of one and of all."""
+    """Yield the lines of a file, within the limits of a line and of the file."""
     size = values = 0
     try:
         with path.open("rb") as file:
             number = 0
-            while line := file.readline(MOST_BYTES[".json"] + 1):  # a name may hold other signs that break lines
+            while line := file.readline(MOST_BYTES[".json"] + 1):  # a name may contain other line separators
                 number, size, found = number + 1, size + len(line), values_in(line)
                 values += found
                 for what, kind, bytes_, count in (
@@ -135,9 +135,9 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 
 def _local(score: Score) -> dict[str, int | float]:
-    """Return medians and largest local errors: one entry per impact would make lines too long.
+    """Return the median and the largest of each local error. All impacts would make lines too long.
 
-    A kind of error that no impact has, of spins, say, if no disc spins, is left out.
+    Kinds that no impact has are omitted, such as spin errors if no disc spins.
     """
     local = score.local
     sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")

@@ -1,6 +1,7 @@
-// Unpacks the blocks of the page and starts its script. A block is an LZMA stream, without header, after the length of its
-// content and its Adler-32, four bytes each, as text of 91 letters: 13 bits are two of them. That is a fifth smaller than what browsers unpack by themselves.
-// The stream: Igor Pavlov, "LZMA specification" (2015); its parameters are those of carom/web/page.py.
+// Unpacks the blocks of the page and starts its script. A block is text of 91 characters, two for 13 bits: the length of the
+// content and its Adler-32 in four bytes each, and an LZMA stream without header. It is a fifth smaller than formats that
+// browsers can unpack. The stream is defined in Igor Pavlov, "LZMA specification" (2015). Its parameters are in
+// carom/web/page.py.
 const LITERAL_BITS = 3,
   PLACES = { match: 0, rep: 12, rep0: 24, rep1: 36, rep2: 48, long: 60, slot: 72, far: 328, align: 443, lengths: 459, repeats: 733, literals: 1007 };
 function bytesOf(text) {
@@ -142,5 +143,5 @@ style.textContent = globalThis.caromText(document.getElementById("style"));
 document.head.append(style);
 const script = document.createElement("script");
 script.type = "module";
-script.textContent = globalThis.caromText(document.getElementById("page")); // the policy of the page has its hash
+script.textContent = globalThis.caromText(document.getElementById("page")); // the page's policy allows its hash
 document.head.append(script);

@@ -19,14 +19,14 @@ from carom.report.mark import BROKEN, Mark, parse_mark
 from carom.report.record import RowLine, SceneLine, Summary
 from carom.report.records import stream_records
 
-#: Facts without a size: present or not.
+#: Verdicts that are compared without a number: present or not.
 _FLAGS = (
     *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
     *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
     *(Verdict.SLID, Verdict.STUCK),
 )
 _NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in dataclasses.fields(Errors)}
-#: The errors that decide a grade, and the direction, which shows in a picture.
+#: The errors that decide a grade, and the direction, which is visible in pictures.
 _ERRORS = ("time_s", "velocity", "spin", "direction_rad", "energy", "final_position", "final_velocity", "final_spin")
 
 
@@ -51,7 +51,7 @@ class DiffCell:
     verdicts: tuple[str, ...]
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
-    pair: int = 0  # number of the requested pair of names that it belongs to, from 1 on; 0 without one
+    pair: int = 0  # number of its requested pair of names, from 1 on; 0 without one
 
     @property
     def was_run(self) -> bool:
@@ -74,7 +74,7 @@ def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
         cells.extend(_cell(summary, line, references, shared) for line in lines)
     except InputError:
         raise
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # valid types, but not a valid cell
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # valid types, but an invalid cell
         raise InputError(
             f"{file}, line {len(cells) + 2}: not a cell of a cross-check ({error!r})",
             hints=["run the cross-check again"],
@@ -133,7 +133,7 @@ def _width(line: RowLine) -> int:
 def _numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
     """Yield the numbers that rate a cell, in the order of `_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
-    if line.parted_s is not None and line.local_truth:  # after it diverged its impacts are chance, and its steps decide
+    if line.parted_s is not None and line.local_truth:  # after a divergence, impacts match by chance, so steps count
         missed, invented = line.local_truth.missed, line.local_truth.invented
     yield float(missed)
     yield float(invented)
@@ -145,5 +145,5 @@ def _numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool |
 
 
 def _reference(scene: SceneLine) -> Mapping[str, Any]:
-    """Return the numbers of a scene's reference, by their names."""
+    """Return the numbers of a scene's reference by name."""
     return {"expected": scene.expected, **dataclasses.asdict(scene.scales)}

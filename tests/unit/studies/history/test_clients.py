@@ -56,7 +56,7 @@ def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
 
     monkeypatch.setattr(subprocess, "Popen", Process)
     monkeypatch.setattr(clients, "LISTING_S", 0.4)
-    with pytest.raises(ClientError, match=r"npm did not answer within 0\.4 s"):
+    with pytest.raises(ClientError, match=r"npm did not finish within 0\.4 s"):
         Npm().listed("toy")
     assert ended(noted(tmp_path / "child"))
 
@@ -65,7 +65,7 @@ def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
     ("lines", "told"),
     [
         ("echo 'npm error code E404' >&2; exit 1", "npm: npm error code E404"),
-        ("echo nonsense", "npm did not answer with JSON"),
+        ("echo nonsense", "npm did not print JSON"),
         ("echo 7", "npm lists no versions of toy"),
         ("exit 3", "npm: exit code 3"),
     ],
