@@ -36,7 +36,7 @@ from carom.studies.cross_check.play_page import play_link
 from carom.support.escaping import visible
 
 #: Largest number of scenes in the table.
-MOST_SCENES = 1000
+MOST_SCENES = 500
 
 #: Marks that a user can act on: install an engine, report a crash, or raise a limit.
 _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
