@@ -38,7 +38,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # What is imported is translated then: pip would translate all of Cython, NumPy and Matplotlib, one after the other.
 export PIP_NO_COMPILE := 1
 
-.PHONY: help demo report test test-long release-check test-browser ci engines test-engines docs docs-bench docs-figures pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact campaign-features mutants arm wheels bench bench-clones weight check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long release-check test-browser ci engines test-engines docs docs-bench docs-figures pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact campaign-features mutants arm wheels bench bench-memory bench-clones weight check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
@@ -69,6 +69,7 @@ help:
 	@echo "make wheels             PYTHONS='python3.11 python3.12': make a wheel and try it on each of these, and make one for musl"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/contributing/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
+	@echo "make bench-memory       memory and time of reading, comparing and drawing 1e5 rows, and of the suite"
 	@echo "make bench-clones       SINCE=80e3cd0: make report, make test, the suite (timed and not) and one cell in fresh clones of both commits"
 	@echo "make weight             SINCE=80e3cd0: lines of code of the harness, and hand-written words of the documents"
 	@echo "make quick              lint and format of what is there, in seconds: before each commit"
@@ -200,6 +201,9 @@ bench: $(BUILT)
 		$(BIN)/python -m benchmarks.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
 	done
 	$(BIN)/python -m benchmarks.time_of_impact
+
+bench-memory: $(BUILT)
+	$(BIN)/python -m benchmarks.memory --suite
 
 bench-clones: $(BUILT)
 	$(BIN)/python -m benchmarks.clones $(if $(SINCE),--since $(SINCE))

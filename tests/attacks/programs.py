@@ -13,8 +13,9 @@ from pathlib import Path
 from random import Random
 from unittest import mock
 
+import pytest
 from tests.attacks.guard import HangError, within
-from tests.processes import PATIENT_S
+from tests.processes import PATIENT_S, limit_only
 from tests.unit.engines.protocol.programs import manifest_of
 from tests.unit.engines.protocol.test_template_fuzz import Talk, mutated
 
@@ -96,10 +97,12 @@ def _program(rng: Random, folder: Path) -> str:
     rows = {}
     try:
         with (
+            pytest.MonkeyPatch.context() as patch,
             mock.patch.dict(os.environ, {MANIFESTS: ""}),
             within(4.0 * PATIENT_S, busy=1.0),
             LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool,
         ):
+            limit_only(patch, "toy")
             results = cross_check(
                 [SCENE], ["pit", str(manifest)], dts=[0.1], profiles=["tuned"], timing=False, pool=pool
             )

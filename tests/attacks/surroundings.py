@@ -121,8 +121,13 @@ def _lost(done: subprocess.CompletedProcess[bytes], what: str, *, says: bool = T
 def _streams(rng: Random, work: Path) -> str:
     """Close standard streams, or lead them to a pipe that nobody reads, or a device that is full."""
     words, closed = _words(rng, work), [number for number in range(3) if rng.random() < 0.5]
+
+    def close() -> None:
+        for number in closed:
+            os.close(number)
+
     if rng.random() < 0.5:
-        done = _carom(words, work, preexec_fn=lambda: [os.close(number) for number in closed])
+        done = _carom(words, work, preexec_fn=close)
         return _lost(done, f"{words}, closed {closed}", says=2 not in closed)
     reader, writer = os.pipe()
     os.close(reader)

@@ -19,7 +19,7 @@ from carom.model.scene import Scene
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PhaseSpread:
     """The scores of one cell over many phases.
 

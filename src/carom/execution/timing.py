@@ -38,7 +38,7 @@ _TOO_SHORT = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Timing:
     """Run times, each the median of several runs.
 

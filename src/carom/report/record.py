@@ -55,7 +55,7 @@ class Summary:
     sampling: tuple[Mapping[str, str | int | float | None], ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class VerdictLine:
     """A verdict by name, and its reason as a sentence with numbers."""
 
@@ -63,7 +63,7 @@ class VerdictLine:
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Taken:
     """The outcome that a run took, if the scene has no unique answer."""
 
@@ -73,7 +73,7 @@ class Taken:
     matches: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class RowLine:
     """Every other line of the file: one cell, which is a scene, a method and a step.
 

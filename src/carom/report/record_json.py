@@ -15,7 +15,7 @@ from enum import Enum
 from functools import cache
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Union, cast, get_args, get_origin, get_type_hints
 
 from pydantic import (
     AllowInfNan,
@@ -35,7 +35,7 @@ from carom.comparator import Grade, LocalScore
 from carom.errors import InputError
 from carom.report.files import FORMATS
 from carom.report.record import RowLine, Summary
-from carom.support.escaping import shortened
+from carom.support.escaping import shortened, shown
 
 #: Fields of a score for spins. They are written only if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
@@ -56,27 +56,44 @@ def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
 
 _JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
 
-L = TypeVar("L", Summary, RowLine)
 
-
-def read_line(kind: type[L], fields: Mapping[str, object], path: Path, number: int) -> L:
-    """Parse a line of a file. A field that may be null may also be missing.
+def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
+    """Parse the first line of a file.
 
     Raises:
         InputError: A field is missing or has a wrong type. The message names file, line and field.
     """
-    form: TypeAdapter[L] = _form(cast("Any", kind))
     try:
-        return form.validate_python(fields)
+        return cast("Summary", _form(Summary).validate_python(fields))
     except ValidationError as error:
-        first = error.errors()[0]
-        # Names of union members are not fields of the file.
-        where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
-        said = f"{first['msg'].removeprefix('Value error, ')}, got {shortened(repr(first['input']))}"
-        raise InputError(
-            f"{path}, line {number}: {shortened(where) or 'the line'}: {said}",
-            hints=["`carom diff --schema` prints the schema of a line", "run the cross-check again"],
-        ) from None
+        raise _refusal(error, path, 1) from None
+
+
+def read_row(text: bytes, path: Path, number: int) -> RowLine:
+    """Parse another line of a file. A field that may be null may also be missing.
+
+    Raises:
+        InputError: It is not JSON, or a field is missing or has a wrong type. The message names file, line and field.
+    """
+    try:
+        return cast("RowLine", _form(cast("Any", RowLine)).validate_json(text))
+    except ValidationError as error:
+        raise _refusal(error, path, number) from None
+
+
+def _refusal(error: ValidationError, path: Path, number: int) -> InputError:
+    first = error.errors()[0]
+    # Names of union members are not fields of the file.
+    where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
+    said = (
+        f"{shortened(where) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got {shown(first['input'])}"
+    )
+    if first["type"] == "json_invalid":
+        said = f"invalid JSON ({first['ctx']['error']})"
+    return InputError(
+        f"{path}, line {number}: {said}",
+        hints=["`carom diff --schema` prints the schema of a line", "run the cross-check again"],
+    )
 
 
 def records_schema() -> dict[str, Any]:
@@ -203,7 +220,7 @@ class _Fields:
             core_schema.computed_field(name, handler(_written(hint))) for name, hint in _DERIVED.get(kind, {}).items()
         ]
         arguments = core_schema.dataclass_args_schema(kind.__name__, fields, computed_fields=derived)
-        return core_schema.dataclass_schema(kind, arguments, list(own), frozen=True)
+        return core_schema.dataclass_schema(kind, arguments, list(own), frozen=True, slots="__slots__" in vars(kind))
 
 
 def _missing(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:

@@ -22,7 +22,7 @@ from carom.model.trace import Trace, rim_speeds, velocities, wall_index
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Deviation:
     """The largest deviation of one kind, and the disc and time at which it was found.
 
@@ -37,7 +37,7 @@ class Deviation:
     since_s: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Consistency:
     """Deviations of a run from the consequences of its own impacts and states; 0 if nothing can be checked.
 

@@ -78,7 +78,7 @@ def _metric(name: str) -> float:
     return metric
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Errors:
     """The largest error of each kind of one trace against another; NaN if there is none.
 

@@ -19,7 +19,7 @@ from carom.support.formatting import instant
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class LocalScore:
     """Score of the steps of a run, each compared with PIC from the run's own state at its start.
 

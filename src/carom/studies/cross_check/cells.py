@@ -15,7 +15,10 @@ from carom.model.trace import Trace, pair_name
 from carom.report import formatting
 from carom.report.document import DETAIL, ON_PAPER, PAGE, Cell, Column, Section, Table, Text
 from carom.report.record import RowLine
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst
+
+#: Largest number of listed cells: a browser takes seconds for this many.
+MOST_CELLS = 10_000
 
 #: Largest number of runs with a table of impacts, and of impacts in such a table.
 MOST_TABLES = 4
@@ -160,9 +163,10 @@ def cells_section(grid: Grid) -> Section:
         *(Column(metric.metadata["name"], partial(_metric, metric.name)) for metric in dataclasses.fields(Errors)),
         Column("verdicts", lambda cell: Cell("; ".join(cell.reasons), css="prose")),
     )
-    count = formatting.count(len(grid.runs), "cell")
-    table = Table(columns, grid.runs, folded=count, css="cells", only=PAGE, packed=True)
-    return Section("All cells at all steps", (table,))
+    cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
+    table = Table(columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=PAGE, packed=True)
+    more = f"The {MOST_CELLS:,} cells with the worst grades of {len(grid.runs):,}: results.jsonl has all."
+    return Section("All cells at all steps", (table, *((Text(more, PAGE),) if len(cells) < len(grid.runs) else ())))
 
 
 def _metric(name: str, cell: GridCell) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import heapq
 import math
 import re
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 from urllib.parse import quote
 
 from carom.comparator import Errors, Horizon, Verdict
@@ -20,6 +21,8 @@ from carom.report.mark import BROKEN, Mark, parse_mark
 from carom.report.record import RowLine, SceneLine, Summary
 from carom.report.replay import replay_key
 from carom.report.row_lines import line_of, reasons_of, summary_of
+
+T = TypeVar("T")
 
 #: Carom's own methods, with which engines are compared.
 _OWN = frozenset({"pic", "pit"})
@@ -63,7 +66,7 @@ class GridColumn(NamedTuple):
         return f"{self.label} {self.profile}".rstrip()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class GridCell:
     """A run of a scene by a method at a step, or the reason why there is none.
 
@@ -86,6 +89,11 @@ class GridCell:
     of_scene: SceneLine
     pit: Mapping[str, str | int | float | None]
     row: Row | None
+
+    @property
+    def rank(self) -> int | None:
+        """Number of its grade: larger for a worse one, largest for a run without a result; None without both."""
+        return _BROKEN_RANK if self.mark in BROKEN else self.mark.rank
 
     @property
     def scored(self) -> bool:
@@ -338,6 +346,17 @@ def _group_not_run(runs: Iterable[GridCell], scene_count: int) -> tuple[NotRun, 
     )
 
 
+def keep_worst(items: Sequence[T], most: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:
+    """Return the items whose cells have the worst grades, in their original order; all items if there are few."""
+    if len(items) <= most:
+        return items
+
+    def badness(place: int) -> list[int]:
+        return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
+
+    return [items[place] for place in sorted(heapq.nlargest(most, range(len(items)), badness))]
+
+
 RANKING_NOTE = (
     "Methods are ranked by their mean grade, from 0 (exact) to 6 (wrong), with 7 for a run without a result. "
     "Among equal grades, the smaller median error relative to PIT is first."
@@ -358,7 +377,6 @@ def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
     last.
     """
     cells = list(cells)
-    ranks = [_BROKEN_RANK if cell.mark in BROKEN else cell.mark.rank for cell in cells]
-    places = [rank for rank in ranks if rank is not None]
+    places = [cell.rank for cell in cells if cell.rank is not None]
     known = [cell.cost for cell in cells if not math.isnan(cell.cost)]
     return statistics.fmean(places) if places else math.inf, statistics.median(known) if known else 0.0

@@ -31,9 +31,12 @@ from carom.report.document import (
 from carom.report.files import packed
 from carom.report.mark import Mark
 from carom.report.replay import describe_run, replay_data, replay_key, run_command
-from carom.studies.cross_check.grid import Grid, GridCell, GridRow, NotRun
+from carom.studies.cross_check.grid import Grid, GridCell, GridRow, NotRun, keep_worst
 from carom.studies.cross_check.play_page import play_link
 from carom.support.escaping import visible
+
+#: Largest number of scenes in the table.
+MOST_SCENES = 500
 
 #: Marks that a user can act on: install an engine, report a crash, or raise a limit.
 _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
@@ -60,11 +63,14 @@ def scenes_section(grid: Grid) -> Section:
     columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
     columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), IN_FULL - PAGE)
+    rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
+    more = f"The {MOST_SCENES:,} scenes with the worst grades of {len(grid.rows):,}: results.jsonl has all."
     return Section(
         f"Every scene on every engine, against PIC at {grid.step_phrase}",
         (
             legend,
-            Table(columns, grid.rows, css="grid", only=IN_FULL),
+            Table(columns, rows, css="grid", only=IN_FULL),
+            *((Text(more, IN_FULL),) if len(rows) < len(grid.rows) else ()),
             Text(FIGURE_NOTE, ON_PAPER),
             Text(FIGURE_DETAIL, ON_PAPER, folded=True),
             Text(SHORT_NOTE, DETAIL),

@@ -11,8 +11,10 @@ from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
 from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Column, Media, Section, Table, Text
 from carom.report.mark import Mark, mark_of_grade
-from carom.studies.cross_check.grid import Grid, GridCell
+from carom.studies.cross_check.grid import Grid, GridCell, keep_worst
 
+#: Largest number of listed runs.
+MOST_RUNS = 1000
 NOTE = (
     "Each step is compared with PIC from the run's own state at its start, so errors do not add up. The table "
     "lists runs whose steps show more than their trajectory, best first."
@@ -76,11 +78,14 @@ def steps_section(grid: Grid) -> Section:
         column("entangled", lambda local: formatting.percent(_entangled(local))),
         column("until", lambda local: formatting.seconds(local.until_s)),
     )
-    folded = "" if alone else formatting.count(len(found), "run")
+    listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
+    more = f"The {MOST_RUNS:,} runs with the worst grades of {len(found):,}: results.jsonl has all."
+    folded = "" if alone else formatting.count(len(listed), "run")
     return Section(
         "Accuracy of single steps",
         (
-            Table(columns, found, folded=folded, css="cells", only=media),
+            Table(columns, listed, folded=folded, css="cells", only=media),
+            *((Text(more, media),) if len(listed) < len(found) else ()),
             *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),
             Text(NOTE, ON_PAPER),
             Text(DETAIL_NOTE, ON_PAPER, folded=True),

@@ -8,29 +8,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from carom.comparator import Errors, Grade, Verdict
-from carom.comparator.scales import Scales
+from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.environment import Environment
-from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.mark import BROKEN, GRADED, Mark, parse_mark
-from carom.report.record import RowLine, SceneLine, Summary
-from carom.report.records import read_records
+from carom.report.mark import BROKEN, GRADED, Mark
+from carom.studies.diff.cells import DiffCell, read_cells
 from carom.studies.diff.options import DiffOptions
-
-#: Verdicts that are compared without a number: present or not.
-_FLAGS = (
-    *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
-    *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
-    *(Verdict.SLID, Verdict.STUCK),
-)
-
-
-_NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in dataclasses.fields(Errors)}
 
 
 class Kind(Enum):
@@ -190,30 +177,6 @@ class Diff:
     around: tuple[str, ...]
 
 
-class _Number(NamedTuple):
-    """A number of a cell in one run."""
-
-    name: str
-    value: float | bool | None
-    rounding: float
-    unit: str = ""
-
-
-@dataclass(frozen=True)
-class _Cell:
-    """A row of the records, with the data of its scene from the header."""
-
-    method: Method
-    scene: str
-    dt_s: float
-    mark: Mark
-    numbers: tuple[_Number, ...]
-    verdicts: tuple[str, ...]
-    settings: Mapping[str, Any]
-    reference: Mapping[str, Any]
-    pair: int = 0  # number of its requested pair of names, from 1 on; 0 without one
-
-
 def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
     """Compare the records of one cross-check with those of another.
 
@@ -226,12 +189,12 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
         InputError: A file can't be read or has another format, no cell is in both, or `match` is not a list of pairs.
     """
     match = DiffOptions(match).match
-    (before, old_cells), (after, new_cells) = _read(old), _read(new)
+    (before, old_cells), (after, new_cells) = read_cells(old), read_cells(new)
     if match:
         old_cells, new_cells = _matched(old_cells, match, 0, old), _matched(new_cells, match, 1, new)
     methods = {cell.method for cell in old_cells}, {cell.method for cell in new_cells}
 
-    def key(cell: _Cell) -> tuple[object, ...]:
+    def key(cell: DiffCell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
         # Runs with other settings are compared with the profile's run.
@@ -252,76 +215,11 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     return Diff(tuple(changes), len(ran) - len(changes), around)
 
 
-def _was_run(cell: _Cell | None) -> bool:
-    return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
+def _was_run(cell: DiffCell | None) -> bool:
+    return cell is not None and cell.was_run
 
 
-def _read(path: Path) -> tuple[Summary, list[_Cell]]:
-    file = path / "results.jsonl" if path.is_dir() else path
-    summary, lines = read_records(file)
-    cells, number = [], 1
-    try:
-        for number, line in enumerate(lines, start=2):  # noqa: B007 - the error names it
-            cells.append(_cell(summary, line))
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # valid types, but an invalid cell
-        raise InputError(
-            f"{file}, line {number}: not a cell of a cross-check ({error!r})", hints=["run the cross-check again"]
-        ) from None
-    return summary, cells
-
-
-def _cell(summary: Summary, line: RowLine) -> _Cell:
-    mark = parse_mark(line.status, line.grade, line.float_bits)
-    found = {one.verdict: one.reason for one in line.verdicts}
-    said = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
-    return _Cell(
-        method=Method(line.engine, line.profile, tuple(line.tried.items())),
-        scene=line.scene,
-        dt_s=line.dt_s,
-        mark=mark,
-        numbers=tuple(_numbers(line, summary.scenes[line.scene].scales, found)) if mark.ran else (),
-        verdicts=said or (line.reason,) * bool(line.reason),
-        settings=dict(line.settings or {}),
-        reference=_reference(summary.scenes[line.scene]) if mark.ran else {},
-    )
-
-
-def _numbers(line: RowLine, scales: Scales, found: Mapping[str, str]) -> Iterator[_Number]:
-    """Yield the numbers that rate a cell, with their rounding errors."""
-    bits, dt_s, time_s, total = line.float_bits, line.dt_s, scales.time_s, line.total
-    if bits is None or total is None or line.missed is None or line.spurious is None:
-        lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
-        raise ValueError(f"it has a grade and no {lacking}")
-    rounding = THRESHOLDS.rounding_of(bits)
-    missed, invented = len(line.missed), len(line.spurious)
-    if line.parted_s is not None and line.local_truth:  # after a divergence, impacts match by chance, so steps count
-        missed, invented = line.local_truth.missed, line.local_truth.invented
-    yield _Number("impacts missed", float(missed), 0.0)
-    yield _Number("impacts invented", float(invented), 0.0)
-    for verdict in _FLAGS:
-        yield _Number(verdict.value, verdict.name.lower() in found, rounding)
-    limits = {  # the errors that decide a grade, and the direction, which is visible in pictures
-        "time_s": (THRESHOLDS.time_rounding_of(bits, time_s, dt_s), " s"),
-        "velocity": (rounding, ""),
-        "spin": (rounding, ""),
-        "direction_rad": (THRESHOLDS.direction_rad, "°"),
-        "energy": (min(rounding, THRESHOLDS.energy), ""),
-        "final_position": (THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales.reach_m / scales.length_m, ""),
-        "final_velocity": (rounding, ""),
-        "final_spin": (rounding, ""),
-    }
-    for name, (limit, unit) in limits.items():
-        error: float = getattr(total, name)
-        shown = math.degrees if unit == "°" else float
-        yield _Number(_NAMES[name], None if math.isnan(error) else shown(error), shown(limit), unit)
-
-
-def _reference(scene: SceneLine) -> Mapping[str, Any]:
-    """Return the numbers of a scene's reference by name."""
-    return {"expected": scene.expected, **dataclasses.asdict(scene.scales)}
-
-
-def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
+def _of_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCell]:
     found = [
         cell
         for cell in cells
@@ -333,7 +231,7 @@ def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
     return found
 
 
-def _matched(cells: Sequence[_Cell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[_Cell]:
+def _matched(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
     """Return the cells of one report for each pair of names, with the pair's number."""
     return [
         dataclasses.replace(cell, pair=number)
@@ -367,16 +265,13 @@ def _value(value: Any) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -> Change | None:
+def _change(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Change | None:
     """Return the change of a cell; None if nothing changed."""
     one = new or old
     if one is None:
         return None
     was, now = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
-    pairs = zip(old.numbers, new.numbers, strict=True) if old and new and was.ran and now.ran else ()
-    # If the two declare floats of different widths, the wider one counts.
-    both = (BeforeAfter(a.name, a.value, b.value, min(a.rounding, b.rounding), a.unit) for a, b in pairs)
-    measures = tuple(measure for measure in both if measure.changed)
+    measures = tuple(_measured(old, new)) if old and new and was.ran and now.ran else ()
     there = _was_run(old), _was_run(new)
     kind = _kind(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
     if kind is None:
@@ -384,6 +279,15 @@ def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -
     methods = dict.fromkeys(cell.method.label for cell in (old, new) if cell)
     verdicts, changed = tuple(_verdicts(old, new)), tuple(_changed(old, new, versions))
     return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, verdicts, changed)
+
+
+def _measured(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
+    """Yield the numbers that changed; if the two declare floats of different widths, the wider one counts."""
+    for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
+        if before != after:
+            measure = BeforeAfter(a.name, before, after, min(a.rounding, b.rounding), a.unit)
+            if measure.changed:
+                yield measure
 
 
 def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
@@ -409,14 +313,14 @@ def _badness(mark: Mark) -> int:
     return len(grades) if mark in BROKEN else -1 if mark not in GRADED else grades.index(GRADED[mark])
 
 
-def _verdicts(old: _Cell | None, new: _Cell | None) -> Iterator[str]:
+def _verdicts(old: DiffCell | None, new: DiffCell | None) -> Iterator[str]:
     said, unsaid = (cell.verdicts if cell else () for cell in (new, old))
     yield from (verdict for verdict in said if verdict not in unsaid)
     if old is not None and new is not None and not old.mark.ran:
         yield from (f"before: {verdict}" for verdict in unsaid if verdict not in said)
 
 
-def _changed(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def _changed(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     if old is None or new is None:
         return
     if new.mark.ran and old.mark.ran:

@@ -9,9 +9,11 @@ from typer.testing import CliRunner
 
 from carom.cli import app
 from carom.execution.results import Results
-from carom.report.document import Document, Medium, Table
+from carom.report.document import Document, Medium, Table, Text
 from carom.report.records import read_records, records
+from carom.studies.cross_check import cells, scenes
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
+from carom.studies.cross_check.grid import build_grid
 
 
 @pytest.fixture
@@ -54,3 +56,21 @@ def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> N
     assert again.exit_code == 2
     assert "already exists" in again.output
     assert "Every method" in run.invoke(app, ["report", str(folder)]).output
+
+
+def test_a_large_report_lists_the_worst_and_says_so(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond a limit the tables of scenes and of cells have those with the worst grades, in their order."""
+    whole = build_grid(results)
+    monkeypatch.setattr(cells, "MOST_CELLS", 2)
+    monkeypatch.setattr(scenes, "MOST_SCENES", 1)
+    few = tables(document := cross_check_document(results))
+    ranks = [-1 if cell.rank is None else cell.rank for cell in whole.runs]
+    second = sorted(ranks)[-2]
+    (listed,) = few["All cells at all steps"]
+    assert len(listed) == 2
+    worst = [(cell.scene, cell.column.label) for cell, rank in zip(whole.runs, ranks, strict=True) if rank >= second]
+    assert {(row[0], row[1]) for row in listed} <= set(worst)
+    assert [len(rows) for rows in few["Every scene on every engine"]] == [1]
+    said = " ".join(block.text for section in document.sections for block in section.blocks if isinstance(block, Text))
+    assert f"The 2 cells with the worst grades of {len(whole.runs)}: results.jsonl has all." in said
+    assert f"The 1 scenes with the worst grades of {len(whole.rows)}: results.jsonl has all." in said
