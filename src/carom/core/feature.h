@@ -26,7 +26,7 @@ typedef struct Feature {
     bool whole;  /* whether it is a whole circle or a vertex, which have no ends */
     bool reflex; /* whether an arc is longer than half a circle */
     double half_width;
-    double fits_below; /* discs with smaller radii fit between the inside of an arc and its neighbours */
+    double fits_below; /* discs of smaller radius fit into the arc; they hit its inside, and not its stops */
     double nx;         /* of a half-plane or face: unit normal that points to the free side, rounded to floats */
     double ny;
     DoubleDouble x; /* start of a face, position of a vertex, centre of an arc, or a point of a half-plane */

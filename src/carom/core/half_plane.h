@@ -10,8 +10,8 @@
 
 #include "carom/core/pair.h"
 
-/* Add `a` times a component of a normal to a sum. Most walls are parallel to an axis; products with 0 and 1 are exact
-   and need no multiplication. */
+/* Add `a` times a component of a normal to a sum. Most walls are parallel to an axis; products with 0 and 1 are
+   exact. */
 static inline TripleDouble add_along(TripleDouble total, double a, double component) {
     if (component == 0.0)
         return total;
