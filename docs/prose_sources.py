@@ -32,6 +32,7 @@ _LITERAL_BLOCK = re.compile(r"::\n\n(?: {4,}.*\n?|\n)+")
 _WORD = re.compile(r"[\"'(\[]*[A-Za-z][A-Za-z'\u2019-]*[\"')\],.;:!?]*")
 _CODE = re.compile(r"^ *(def \w+\(|import \w)", re.MULTILINE)
 _DIRECTIVE = re.compile(r"^(noqa|type: |pragma|fmt: |pylint|mypy: |ruff: )")
+_CODE_OF_C = re.compile(r"^ *#(include|define) ", re.MULTILINE)
 _COMMENT_OF_C = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 _FILE_OF_TABLE = re.compile(r"^ *[\w/*]+\.(?:[ch]|py[xd])\b.*  \S.*$", re.MULTILINE)
 _LITERAL_OF_C = re.compile(r'"(?:[^"\\\n]|\\.)*"')
@@ -130,6 +131,8 @@ def _comments(source: str) -> Iterator[Passage]:
 def _docstrings_of_cython(source: str) -> Iterator[Passage]:
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.STRING and token.string.startswith('"""'):
+            if _CODE_OF_C.search(token.string):
+                continue
             yield Passage(token.start[0], prose_of_docstring(inspect.cleandoc(token.string.strip('"'))))
 
 

@@ -1,8 +1,8 @@
 /* Features of walls, one struct for all kinds, and a disc relative to a wall.
 
-   A feature is a smallest part of a wall that a disc can hit: the line of a half-plane, a face (one side of a straight
-   edge of a finite wall), a vertex, or the outside or inside of an arc. `carom/core/numbered.py` writes a feature as a
-   row of FEATURE_NUMBERS floats, and `feature_from` reads it. Lengths are in metres, velocities in metres per
+   A feature is a part of a wall that a disc can hit: the line of a half-plane, a face, a vertex, or the outside or
+   inside of an arc. A face is one side of a straight edge of a finite wall. `carom/core/numbered.py` writes a feature
+   as a row of FEATURE_NUMBERS floats, and `feature_from` reads it. Lengths are in metres, velocities in metres per
    second. */
 
 #pragma once

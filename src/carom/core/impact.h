@@ -20,7 +20,8 @@
    The tangential impulse T acts along -t on body 1 and along t on body 2. It changes the slip to -b times its value,
    unless Coulomb's limit f J makes it smaller. Here clip(x, a, b) limits x to the range from a to b:
 
-       T = clip((1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2), -f J, f J).
+       T = clip((1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2), -f J, f J)
+
        v1' = v1 - T t / m1,   v2' = v2 + T t / m2,   R1 w1' = R1 w1 - T / (k1 m1),   R2 w2' = R2 w2 - T / (k2 m2)
 
    This is the three-parameter law (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and

@@ -230,8 +230,8 @@ static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
 /* Find the first wall that a disc hits within a wait. Return how long the disc takes, and set the wall's number.
 
    If there is none, return the given wait. The time of an impact is the disc's own time plus the wait, and different
-   waits can round to the same time. Of several walls at the same time the last is first, since wall k is body -1 -
-   k. */
+   waits can round to the same time. If several walls have the same time, the last one is first, since wall k is body -1
+   - k. */
 static inline double find_first_wall(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                      Index *obstacle) {
     *obstacle = NO_OBSTACLE;
@@ -251,8 +251,8 @@ static inline double find_first_wall(const State *s, Index i, const Disc *a, con
 
 /* Find the first feature that a disc hits within a wait, as `find_first_wall` does.
 
-   Of two features of one wall, the one with the shorter wait is first; if the waits are equal, the lower number is
-   first. Of two walls at the same time the last is first. */
+   If both features belong to one wall, the shorter wait is first; if the waits are equal, the lower number is first. If
+   two walls have the same time, the last one is first. */
 static inline double find_first_feature(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                         Index *obstacle) {
     Mover mover = mover_of(a);

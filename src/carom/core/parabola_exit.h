@@ -196,8 +196,8 @@ typedef struct NextObstacle {
 
 /* Return the first of some features that a disc hits, if that is before `next`.
 
-   Of two features of one wall at one instant, the first in the list is first. Of two walls it is the last, since wall k
-   is body -1 - k. */
+   If two features of one wall have the same instant, the first in the list is first. If they belong to two walls, the
+   last is first, since wall k is body -1 - k. */
 static inline NextObstacle first_of_features(const State *s, Index i, const int *numbers, NextObstacle next) {
     for (; *numbers != NO_OBSTACLE; numbers++) {
         Index k = *numbers;

@@ -1,7 +1,8 @@
 /* Impacts of discs that accelerate, the beginning and end of contact, and contacts that end a run.
 
-   If a disc returns to a feature that it has left, without another event in between, its normal speed is exactly the
-   speed at which it left. docs/theory/contact.md explains why otherwise a ball on a slope would never come to rest. */
+   A disc may return to a feature that it has left, without another event in between. Its normal speed is then set to
+   exactly the speed at which it left. docs/theory/contact.md explains why otherwise a ball on a slope would never come
+   to rest. */
 
 #pragma once
 

@@ -75,8 +75,7 @@ static inline double time_in_leeway(const State *s, const Disc *a, double margin
 
 /* ---- levels, chosen once ---- */
 
-/* Return how often the largest radius must be halved to reach a disc's radius, rounded up and at most MAX_LEVELS -
-   1. */
+/* Return how often the largest radius can be halved until it would be below a disc's radius; at most MAX_LEVELS - 1. */
 static inline int halvings_of(double radius, double largest) {
     int power;
     double fraction = frexp(radius / largest, &power);

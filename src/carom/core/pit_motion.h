@@ -1,7 +1,7 @@
 /* Motion between frames.
 
-   Discs are advanced frame by frame, x += v dt, and each product and sum is rounded, as Algorithm 1 requires. So many
-   frames cannot be replaced by one long step. But one disc can be advanced over many frames before the next disc is.
+   Discs are advanced frame by frame, x += v dt, and each product and sum is rounded, as Algorithm 1 requires. One long
+   step therefore cannot replace several frames. But one disc can be advanced over many frames before the next disc is.
 
    Each kind of motion is a branch in `advance_disc`, `skip_disc` and `carom_pit_write_states`. */
 

@@ -20,7 +20,7 @@ static inline bool is_some_driven(const RunInput *input, bool is_disc) {
     return false;
 }
 
-/* Return the number of driven bodies that have a path. Of the others, only the surface moves. */
+/* Return the number of driven bodies that have a path. Only the surface moves of the others. */
 static inline Index count_paths(const RunInput *input) {
     Index count = 0;
     for (Index k = 0; k < input->driven_count; k++)

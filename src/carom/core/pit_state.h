@@ -186,7 +186,7 @@ typedef struct State {
     double reported;     /* the same time by the clock, not undamped */
     double next_due;     /* before this time no disc is due */
     bool is_settled;     /* whether no impact was found at the last tested frame */
-    double frame_span;   /* longest time for which a bound is used, in frames without damping, seconds */
+    double frame_span;   /* length of the largest number of frames for which a bound is used, seconds */
     double horizon;      /* longest time for which a bound is used from now on, seconds */
     double pull;         /* magnitude of gravity, rounded up */
     double wall_size;    /* an upper bound of all coordinates and radii of walls */

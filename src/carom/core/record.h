@@ -20,8 +20,8 @@
 
    For each disc, two earlier impacts are sufficient. `Recent.furthest` is the impact whose interval of possible times
    ends last. If a new impact begins before that end and is not orthogonal to it, the new impact is ambiguous. If the
-   two are orthogonal, the new impact is orthogonal to no impact that is not parallel to `furthest`. Of those, only the
-   one whose interval ends last matters: `Recent.across`. */
+   two are orthogonal, the new impact is orthogonal to no impact that is not parallel to `furthest`. Only the one of
+   those whose interval ends last matters: `Recent.across`. */
 
 /* Return whether an impact, at `begin` or later, may be simultaneous with an earlier one that changes its result. */
 static inline bool has_influence(const LastContact *earlier, double begin, const LastContact *later,
