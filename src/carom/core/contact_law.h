@@ -2,7 +2,8 @@
 
    All quantities are per unit of mass. The wall has the normal n and the tangent t, which is n turned by -90 degrees.
    The disc has the speed u along t, the rim speed q = R w, and the slip s = u + q. The inertia factor is k. Gravity has
-   the component P > 0 into the wall and a along t. The law with friction f and rolling resistance h is
+   the component P > 0 into the wall and a along t. The coefficient of friction is mu, and that of rolling resistance is
+   c. The law with friction f and rolling resistance h is
 
        u' = a - f,    q' = -(f + h) / k,    f in mu P sign(s),    h in c P sign(q).
 
