@@ -20,8 +20,6 @@ FOLDERS = ("src", "adapters", "benchmarks", "docs", "tests")
 ENDINGS = {".py", ".pyx", ".pxd", ".c", ".h"}
 #: Paths that are not checked, as patterns of fnmatch, and why.
 UNCHECKED = {
-    "*.[ch]": "a new comment would need a new core.wasm, which contains their digest",
-    "*.py[xd]": "a new comment would need a new build of the extension, which contains their digest",
     "src/carom/comparator/verdict.py": "its strings are values in results.jsonl",
 }
 #: A shorter string is a name, a key or a piece of code.
@@ -34,7 +32,9 @@ _LITERAL_BLOCK = re.compile(r"::\n\n(?: {4,}.*\n?|\n)+")
 _WORD = re.compile(r"[\"'(\[]*[A-Za-z][A-Za-z'\u2019-]*[\"')\],.;:!?]*")
 _CODE = re.compile(r"^ *(def \w+\(|import \w)", re.MULTILINE)
 _DIRECTIVE = re.compile(r"^(noqa|type: |pragma|fmt: |pylint|mypy: |ruff: )")
+_CODE_OF_C = re.compile(r"^ *#(include|define) ", re.MULTILINE)
 _COMMENT_OF_C = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_FILE_OF_TABLE = re.compile(r"^ *[\w/*]+\.(?:[ch]|py[xd])\b.*  \S.*$", re.MULTILINE)
 _LITERAL_OF_C = re.compile(r'"(?:[^"\\\n]|\\.)*"')
 
 
@@ -131,12 +131,14 @@ def _comments(source: str) -> Iterator[Passage]:
 def _docstrings_of_cython(source: str) -> Iterator[Passage]:
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.STRING and token.string.startswith('"""'):
+            if _CODE_OF_C.search(token.string):
+                continue
             yield Passage(token.start[0], prose_of_docstring(inspect.cleandoc(token.string.strip('"'))))
 
 
 def _comments_of_c(source: str) -> Iterator[Passage]:
-    """Yield comments; those that follow each other without code between them are one."""
+    """Yield comments, without tables of file names; those with no code between them are one."""
     source = _LITERAL_OF_C.sub(lambda found: "0" * len(found[0]), source)
     for found in re.finditer(rf"(?:(?:{_COMMENT_OF_C.pattern})\s*?\n?[ \t]*)+", source, re.DOTALL):
         text = re.sub(r"^[ \t]*(/\*+|\*+/|\*|//+)?[ \t]?|\*/", "", found[0], flags=re.MULTILINE)
-        yield Passage(source.count("\n", 0, found.start()) + 1, text)
+        yield Passage(source.count("\n", 0, found.start()) + 1, _FILE_OF_TABLE.sub("", text))
