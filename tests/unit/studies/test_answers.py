@@ -22,7 +22,7 @@ from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.document import bench_document
 from carom.studies.bench.growth_document import growth_document
 from carom.studies.bench.result import Curve
-from carom.studies.bench.tables import method_table, reached
+from carom.studies.bench.tables import method_table, reached, suite_table
 from carom.studies.stress.document import stress_document
 from carom.studies.stress.failure_points import Line, Spot, SpotEnding
 
@@ -80,6 +80,16 @@ def test_the_bench_names_the_cheapest_that_reaches_the_target() -> None:
     assert "no engine reaches 1e-6 error at the steps that were run; the most accurate is box2d (default): " in beyond
 
 
+def test_methods_of_equal_reach_are_ranked_by_cost() -> None:
+    """Among the methods that reach the same targets on as many scenes, the cheaper one comes first."""
+    several = bench("paper/late", "paper/missed")
+    scenes = [replace(scene, curves=tuple(reversed(scene.curves))) for scene in several.scenes]  # dearest first
+    _, rows = suite_table(replace(several, scenes=tuple(scenes)), reached(several)).shown(Medium.MARKDOWN)
+    names = [row[0].text for row in rows]
+    assert names.index("pymunk default") < names.index("pymunk tuned")
+    assert names.index("box2d default") < names.index("box2d tuned") < names.index("mujoco default")
+
+
 def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
     """A target that no engine reaches has no column; engines that all miss impacts are ranked by how many."""
     whole = bench().scenes[0]
@@ -100,7 +110,7 @@ def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
     assert " -2 +1 " in text
     crowd = replace(lossy.scenes[0], scene=carom.scene("classics/gas"))
     for scenes, answer in (
-        ((whole, crowd), "on 1; every engine misses or invents impacts on classics/gas."),
+        ((whole, crowd), "on paper/late; every engine misses or invents impacts on classics/gas."),
         ((crowd, crowd), "Every engine misses or invents impacts on every scene."),
     ):
         text = " ".join(" ".join(printed(bench_document(replace(lossy, scenes=scenes)), 80)).split())
