@@ -34,6 +34,9 @@ def record(row: Row) -> str:
     return text_of(line, spins=row.job.scene.arrays.turns)
 
 
+_ASK = f"give a report's folder, or the results.jsonl that `carom run --out` wrote (format {FORMATS['results']})"
+
+
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
     """Read the text written by `records`: the summary, and the lines of the rows.
 
@@ -56,6 +59,8 @@ def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     if found != wanted or head.get("rows") != len(rows):
         said = visible(shortened(str(head.get("rows") if found == wanted else found)))
         what = f"has {len(rows)} of {said} rows" if found == wanted else f"is of format {said}"
+        if found is None:
+            raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])
         raise InputError(
             f"{path} {what}; this Carom reads whole files of format {wanted}: run the cross-check again, or read it "
             "with the version that wrote it"
@@ -64,26 +69,25 @@ def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 
 def _lines(path: Path) -> Iterator[dict[str, Any]]:
-    ask = f"give a report's folder, or the results.jsonl that `carom run --out` wrote (format {FORMATS['results']})"
     most_bytes, most_values = MOST_BYTES[".jsonl"], MOST_VALUES[".jsonl"]
     try:
         with path.open("rb") as file:
             data = file.read(most_bytes + 1)
         if len(data) > most_bytes or values_in(data) > most_values:
             most = f"{most_bytes >> 20} MiB, or {most_values:,} values"
-            raise InputError(f"{path} is larger than {most}, the limit for results", hints=[ask])
+            raise InputError(f"{path} is larger than {most}, the limit for results", hints=[_ASK])
         texts = data.decode().split("\n")  # a name may hold other signs that break lines
     except (OSError, UnicodeError) as error:
-        raise InputError(f"{path} can't be read: {getattr(error, 'strerror', None) or error}", hints=[ask]) from None
+        raise InputError(f"{path} can't be read: {getattr(error, 'strerror', None) or error}", hints=[_ASK]) from None
     del data
     for number, text in enumerate(texts[:-1] if texts[-1] == "" else texts, start=1):
         try:
             line = json.loads(text)
         except (ValueError, RecursionError) as error:
             what = f"{path}, line {number}: no JSON ({shortened(str(error), 200)})"
-            raise InputError(what, hints=[ask]) from None
+            raise InputError(what, hints=[_ASK]) from None
         if not isinstance(line, dict):
-            raise InputError(f"{path}, line {number}: no JSON object", hints=[ask])
+            raise InputError(f"{path}, line {number}: no JSON object", hints=[_ASK])
         yield line
 
 

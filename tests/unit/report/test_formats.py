@@ -239,7 +239,7 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
 #: By what is wrong: what a file of results holds, what is said of it, and what is to be done.
 AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give a report's folder"
 NO_RESULTS = {
-    "empty": (b"", f"is of format None{AGAIN}"),
+    "empty": (b"", f"is no results.jsonl of a cross-check{ANOTHER}"),
     "earlier": (b'{"format": 1, "scene": "paper/late", "environment": {}}', f"is of format 1{AGAIN}"),
     "cut": (b'{"format": 2, "rows": 3}\n{}\n', f"has 1 of 3 rows{AGAIN}"),
     "no environment": (b'{"format": 2, "rows": 0}\n', "line 1: environment: Field required"),
