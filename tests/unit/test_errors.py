@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from tests.lengths import each
 
+import carom
 from carom import errors
 from carom.errors import AdapterError, CaromError, InputError, MissingExtraError, Problem, SceneError, UnknownNameError
 
@@ -26,6 +27,40 @@ def test_every_deliberate_error_is_caught_by_the_one_base_and_as_the_builtin_tha
     raised = [one for one in vars(errors).values() if isinstance(one, type) and issubclass(one, BaseException)]
     assert all(issubclass(one, CaromError) for one in raised)
     assert all(issubclass(error, builtin) for error, builtin in BUILTINS.items())
+
+
+#: Calls with an argument of a wrong type, and the message.
+MISTYPED = {
+    "solve_pic": (lambda: carom.solve_pic(42), "scene must be a Scene or the name of one in the catalogue, got 42"),
+    "solve_pit": (lambda: carom.solve_pit(42), "scene must be a Scene or the name of one in the catalogue, got 42"),
+    "certify": (lambda: carom.certify(42), "scene must be a Scene or the name of one in the catalogue, got 42"),
+    "save_scene": (lambda: carom.save_scene("late", "late.toml"), "scene must be a Scene, got 'late'"),
+    "EventDrivenRun": (lambda: carom.EventDrivenRun("late"), "start must be a Scene or DiscArrays, got 'late'"),
+    "DiscArrays": (lambda: carom.DiscArrays([[0, 0]], [], [], []), r"position_m must be a NumPy array, got [[0, 0]]"),
+    "compare": (lambda: carom.compare("late", "late"), "reference must be a Trace, got 'late'"),
+    "replay": (lambda: carom.replay("paper/late", 1), "observed must be a Trace, got 1"),
+    "plot_beside": (lambda: carom.plot_beside(carom.solve_pic("paper/late"), 1), "traces[1] must be a Trace, got 1"),
+    "engines": (lambda: carom.engines("pit"), "names must be a list, even of one item, got 'pit'"),
+    "run": (lambda: carom.run("paper/late", 3), "engine must be a str, got 3"),
+    "tune": (lambda: carom.tune("pymunk", "paper/late"), "scenes must be a list, even of one item, got str"),
+    "cross_check": (lambda: carom.cross_check(3), "scenes must be a list, even of one item, got int"),
+    "advise": (lambda: carom.advise("paper/late", "pit"), "engines must be a list, even of one item, got 'pit'"),
+}
+
+
+@each("name", MISTYPED)
+def test_an_argument_of_a_wrong_type_is_refused_by_its_name(name: str) -> None:
+    """The error is an InputError that names the argument, what it must be, and the value."""
+    call, message = MISTYPED[name]
+    with pytest.raises(InputError) as caught:
+        call()
+    assert caught.value.message == message
+
+
+def test_a_profile_that_an_engine_has_not_is_an_unknown_name() -> None:
+    """`carom.run` refuses it as `carom.cross_check` does, and names the profiles that there are."""
+    with pytest.raises(UnknownNameError, match="no requested engine has a profile 'fast'; there are: tuned"):
+        carom.run("paper/late", "pit", dt=1 / 24, profile="fast")
 
 
 MANY = [Problem(("discs", k), "is wrong") for k in range(25)]

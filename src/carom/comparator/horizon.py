@@ -36,6 +36,11 @@ class Horizon:
         complete: Whether they are all impacts of the scene.
         end_s: Time up to which the reference is reliable: the end of the scene, or that of the last impact that
             agrees. What comes later is not scored globally.
+
+    Examples:
+        >>> found = carom.horizon("paper/late")
+        >>> found.agreed, found.complete
+        (1, True)
     """
 
     tolerance: float
@@ -78,9 +83,12 @@ def horizon(
     Raises:
         InputError: The tolerance is not above 0, or the scene has immovable discs under gravity.
         MissingExtraError: python-flint is not installed.
+
+    Examples:
+        >>> carom.horizon("classics/gas").agreed
+        45
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     trace = solve_pic(scene, max_impacts=max_impacts)
     if trace.outcome is Outcome.CRUSHED:  # the certified run need not end there by itself
         max_impacts = len(trace.impacts)

@@ -123,6 +123,11 @@ class Wall(_Common):
             `velocity_m_s`.
         surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
             side, metres a second; on a line, on either side. It acts through friction alone.
+
+    Examples:
+        >>> wall = carom.Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0))
+        >>> wall.normal  # the discs are on its left
+        (-1.0, 0.0)
     """
 
     point_m: Vector
@@ -148,6 +153,11 @@ class Chain(_Common):
             `velocity_m_s`.
         surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
             side, metres a second; on a line, on either side. It acts through friction alone.
+
+    Examples:
+        >>> stair = carom.Chain(points_m=[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)])
+        >>> len(stair.points_m), stair.closed
+        (3, False)
     """
 
     left_out = ("bulges", "closed", "half_width_m", "solid", "pieces", *_Common.left_out)
@@ -190,6 +200,11 @@ class Ring(_Common):
             `velocity_m_s`.
         surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
             side, metres a second; on a line, on either side. It acts through friction alone.
+
+    Examples:
+        >>> post = carom.Ring(centre_m=(1.0, 2.0), radius_m=0.5)
+        >>> post.radius_m
+        0.5
     """
 
     left_out = ("half_width_m", *_Common.left_out)

@@ -70,6 +70,11 @@ def advise(
     Raises:
         InputError: The scene has no reference or no impact, or an option makes no sense.
         UnknownNameError: There is no such scene or engine.
+
+    Examples:
+        >>> advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1)
+        >>> advice.scene.name
+        'paper/late'
     """
     scene = as_scene(scene)
     asked = AdviceOptions(engines=engine_names, **options)
