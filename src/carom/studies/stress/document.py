@@ -141,10 +141,11 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     columns += [Column("fails first", partial(_weakest, results, attacks), only=PAGE)] if attacks else []
     if attacks and len(results.methods) > SENTENCES:  # with fewer methods they are the answer
         yield Lines(tuple(_sentence(results, attacks, method, short=True) for method in results.methods), TERMINAL)
-        yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
     yield Table(columns, results.methods, css="methods")
     if attacks:
         yield Text(HEAT, TERMINAL | DETAIL)
+        if len(results.methods) > SENTENCES:
+            yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
     yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
 
 
