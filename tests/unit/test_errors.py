@@ -44,6 +44,8 @@ MISTYPED = {
     "run": (lambda: carom.run("paper/late", 3), "engine must be a str, got 3"),
     "tune": (lambda: carom.tune("pymunk", "paper/late"), "scenes must be a list, even of one item, got str"),
     "cross_check": (lambda: carom.cross_check(3), "scenes must be a list, even of one item, got int"),
+    "no option": (lambda: carom.tune("pymunk", trial=3), "tune has no option 'trial'"),
+    "no such": (lambda: carom.advise("paper/late", engines=["pit"]), "advise has no option 'engines'"),
     "advise": (lambda: carom.advise("paper/late", "pit"), "engines must be a list, even of one item, got 'pit'"),
 }
 

@@ -77,7 +77,7 @@ def advise(
         'paper/late'
     """
     scene = as_scene(scene)
-    asked = AdviceOptions(engines=engine_names, **options)
+    asked = AdviceOptions.passed("advise", options, engines=engine_names)
     asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:

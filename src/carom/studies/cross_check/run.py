@@ -121,7 +121,7 @@ def cross_check(
         >>> [(row.job.scene.name, row.score.missed) for row in results.rows]
         [('paper/missed', (0,))]
     """
-    asked = Options(engine_names, **options)
+    asked = Options.passed("cross_check", options, engines=engine_names)
     asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool]
     own = asked.pool() if pool is None else nullcontext(pool)

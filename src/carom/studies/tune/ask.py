@@ -73,7 +73,7 @@ def tune(
         >>> found.engine, [scene.name for scene in found.scenes]
         ('pymunk', ['paper/late'])
     """
-    asked = TuneOptions(**options)
+    asked = TuneOptions.passed("tune", options)
     found = found_by(
         resolve_engine(engine),
         resolve_scenes([SCENES] if scenes is None else scenes)[0],
