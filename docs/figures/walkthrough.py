@@ -75,7 +75,7 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
         f"whole approach can fall between two frames. The box gives the share of frame offsets: {_share(page)}."
     )
     phase = 0.0
-    while "misses it" in page.inner_text("#sentence"):
+    while "misses the impact" in page.inner_text("#sentence"):
         phase = round(phase + _PHASE, 10)
         _slid(page, "frame offset", phase)
     found = f"at {_shown(page, 'frame offset')}: {_read(page)}"

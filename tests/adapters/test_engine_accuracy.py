@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.adapters.staged import bullet, oblique, rounded, width
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import Finish, Named
 
 from carom import Disc, Scene, Wall, solve_pic, solve_pit
@@ -63,7 +63,7 @@ def _skip_unsupported(engine: Adapter, scene: Scene, dt_s: float) -> None:
         pytest.skip(reason)
 
 
-@pytest.mark.parametrize("dt_s", long_after(1, STEPS_S))
+@pytest.mark.parametrize("dt_s", release_after(1, STEPS_S))
 @each("scene", SCENES.values())
 def test_tuned_engine_is_pit_at_the_same_step(engine: Adapter, finish: Finish, scene: Scene, dt_s: float) -> None:
     """With its tuned profile, every engine ends where PIT with a frame a step ends, in velocity and position."""

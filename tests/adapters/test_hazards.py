@@ -427,7 +427,7 @@ def test_box2d_keeps_the_mass_that_a_disc_has(box2d: Adapter, mass_kg: float) ->
     ("scene", "reason"),
     [
         (_unchecked(position_m=(1e8, 0.0)), "32-bit floats round by more than the smallest radius"),
-        (_unchecked(velocity_m_s=(200.0, 0.0)), "moves none by more than 2 m"),
+        (_unchecked(velocity_m_s=(200.0, 0.0)), "moves discs by at most 2 m"),
         (_unchecked(mass_kg=1e-30), "mass_kg is 1e-30"),
     ],
     ids=["coordinates of 1e8", "more than 2 m a step", "mass of 1e-30"],

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.adapters.drops import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import Finish, Named, sure
 
 from carom import Disc
@@ -21,7 +21,7 @@ RATES_HZ = [60.0, 240.0]
 @pytest.mark.parametrize(
     ("name", "rate_hz", "e", "share"),
     [
-        *long_after(
+        *release_after(
             0,
             [
                 (name, rate_hz, e, 0.01)

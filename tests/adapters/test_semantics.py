@@ -169,8 +169,8 @@ def test_box2d_moves_a_body_as_far_as_declared_and_says_when_it_would_not_do(nam
     moved = np.abs(np.diff([state.position_m[1, 0] for state in seen])).max()
     assert moved == pytest.approx(limit, rel=1e-6)
     fast = staged("fast", disc_at(0, 0, 21, r=1), duration_s=1)
-    assert "moves none by more than 2 m" in unsupported_reason(fast, box2d.capabilities, dt_s)
-    with pytest.raises(AdapterError, match="moves none by more than 2 m"):
+    assert "moves discs by at most 2 m" in unsupported_reason(fast, box2d.capabilities, dt_s)
+    with pytest.raises(AdapterError, match="moves discs by at most 2 m"):
         box2d.prepare(fast, box2d.profiles["tuned"].settings(dt_s))
 
 

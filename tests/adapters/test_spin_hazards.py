@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from tests.adapters import bare
 from tests.adapters.bare import DT_S, LATE, RADIUS_M, Left, Thrown
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import Named
 from tests.validation.exact_impact import Body, Law, after_impact
 
@@ -58,7 +58,7 @@ def test_the_law_has_the_answer_that_these_tests_quote() -> None:
     assert law(Thrown(), 0.1) == pytest.approx((1.4, 3.0, -2.4), abs=1e-15)
 
 
-@pytest.mark.parametrize("friction", long_after(2, [0.1, 10.0, 0.01, 0.5]))
+@pytest.mark.parametrize("friction", release_after(2, [0.1, 10.0, 0.01, 0.5]))
 @each("spin", [0.0, -10.0, 10.0])
 @each("restitution", [0.0, 0.5, 1.0])
 def test_each_engine_has_the_law_with_the_right_settings(

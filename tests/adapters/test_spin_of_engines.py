@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.adapters.staged import oblique, width
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import Drive, Finish, Named, disc_at, staged, sure, wall_at, with_discs
 from tests.validation.exact_impact import Body, Law, after_impact
 
@@ -69,7 +69,7 @@ def by_the_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]
 @each("pair", PAIRS)
 @pytest.mark.parametrize(
     ("friction", "mass"),
-    long_after(1, [(0.1, 1e6), (1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (10.0, 1.0)]),
+    release_after(1, [(0.1, 1e6), (1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (10.0, 1.0)]),
 )
 def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, friction: float, mass: float) -> None:
     """Landed on the impact, each engine leaves the velocities and spins of the law, whatever friction and masses."""
@@ -140,7 +140,7 @@ def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
 
 
 @each("friction", [0.0, 0.3])
-@pytest.mark.parametrize("wall_friction", long_after(2, [0.0, 0.1, 2.0]))
+@pytest.mark.parametrize("wall_friction", release_after(2, [0.0, 0.1, 2.0]))
 def test_discs_and_walls_have_each_their_own_friction(engine: Adapter, friction: float, wall_friction: float) -> None:
     """In one scene a disc grips another, and a third a wall, each by its own coefficient, whichever of them is 0."""
     pair = meeting(*PAIRS["equal"], friction, 1.0)

@@ -59,10 +59,7 @@ def moved(scene: Scene, x_m: float) -> Scene:
 def test_a_slop_below_the_rounding_of_positions_loses_impacts(
     at_m: float, slop_m: float, least: int, most: int, named: Named, finish: Finish
 ) -> None:
-    """Out to 32 m bullets of 100 m/s all hit; from there on, where numbers are 7e-15 m apart, most of 16 starts miss.
-
-    Its time of impact then finds nothing to 1e-14 m, as without bullets, and says nothing.
-    """
+    """Out to 32 m bullets of 100 m/s all hit; from there on, with numbers 7e-15 m apart, most of 16 starts miss."""
     hits = 0
     for phase in PHASES:
         scene = head_on(100.0, 0.05, phase)
@@ -102,10 +99,7 @@ def test_planck_slows_down_what_moves_more_than_two_metres_a_step(named: Named, 
 
 
 def test_planck_as_shipped_cools_a_gas(named: Named, finish: Finish) -> None:
-    """25 elastic discs lose a quarter of their energy in 20 s as shipped, at each start, and nothing where swept.
-
-    Tuned, it gains up to a per cent in some start, and keeps it to a hundred-thousandth in the median.
-    """
+    """25 elastic discs lose a quarter of their energy in 20 s as shipped, at each start, and nothing where swept."""
     changes: dict[str, list[float]] = {"default": [], "tuned": [], "swept": [], "event-driven": []}
     for scene in at_starts(all_scenes()["engines/gas-of-25"].scene):
         for profile, found in changes.items():
@@ -174,10 +168,7 @@ def test_what_is_imported_is_what_planck_loads() -> None:
 
 
 def test_plancks_settings_are_found_as_good_as_by_hand(named: Named) -> None:
-    """On `classics` no more scenes are wrong, and no fewer exact or close, than with any profile written by hand.
-
-    So it finds by itself that with bullets and a slop of next to nothing Planck is event-driven.
-    """
+    """On `classics` no more scenes are wrong, and no fewer exact or close, than with any profile written by hand."""
     named("planck")
     found, written = merits("planck", ["tuned", "swept", "event-driven"], 60)
     assert_as_good(found, written)

@@ -1,6 +1,6 @@
 """The file results.jsonl: every number of a cross-check as JSON lines, written and read.
 
-The first of the JSON lines says what all rows were made on and by.
+The first line describes the machine, versions and command of all rows.
 """
 
 from __future__ import annotations
@@ -24,34 +24,34 @@ from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
 
 
 def records(results: Results) -> str:
-    """Return one line of strict JSON for the whole run and one per row; a number that is not finite is null."""
+    """Return one line of strict JSON for the whole run and one per row. A number that is not finite becomes null."""
     return "".join(f"{line}\n" for line in (text_of(summary_of(results)), *map(record, results.rows)))
 
 
 def record(row: Row) -> str:
-    """Return the line of a row, without its end."""
+    """Return the line of a row, without line break."""
     line = dataclasses.replace(line_of(row), local=_local(row.score) if row.score else None)
     return text_of(line, spins=row.job.scene.arrays.turns)
 
 
-_ASK = f"give a report's folder, or the results.jsonl that `carom run --out` wrote (format {FORMATS['results']})"
+_ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (format {FORMATS['results']})"
 
 
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
-    """Read the text written by `records`: the summary, and the lines of the rows.
+    """Read a file written by `records`: the summary, and the lines of the rows.
 
     Raises:
-        InputError: The file can't be read, is of another format, not whole, or a field is not as declared.
+        InputError: The file can't be read, has another format, is incomplete, or has an invalid field.
     """
     head, rows = raw_records(path)
     return read_line(Summary, head, path, 1), [read_line(RowLine, row, path, k) for k, row in enumerate(rows, start=2)]
 
 
 def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Read the same as plain JSON objects, without validation of their fields.
+    """Read a file of results as plain JSON objects, without validation of their fields.
 
     Raises:
-        InputError: The file can't be read, is of another format, or not whole.
+        InputError: The file can't be read, has another format, or is incomplete.
     """
     lines = list(_lines(path))
     head, rows = (lines[0], lines[1:]) if lines else ({}, [])
@@ -62,8 +62,8 @@ def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
         if found is None:
             raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])
         raise InputError(
-            f"{path} {what}; this Carom reads whole files of format {wanted}: run the cross-check again, or read it "
-            "with the version that wrote it"
+            f"{path} {what}; this Carom reads complete files of format {wanted}: run the cross-check again, or "
+            "use the version that wrote the file"
         )
     return head, rows
 
@@ -76,7 +76,7 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
         if len(data) > most_bytes or values_in(data) > most_values:
             most = f"{most_bytes >> 20} MiB, or {most_values:,} values"
             raise InputError(f"{path} is larger than {most}, the limit for results", hints=[_ASK])
-        texts = data.decode().split("\n")  # a name may hold other signs that break lines
+        texts = data.decode().split("\n")  # not splitlines: a name may contain other line separators
     except (OSError, UnicodeError) as error:
         raise InputError(f"{path} can't be read: {getattr(error, 'strerror', None) or error}", hints=[_ASK]) from None
     del data
@@ -84,17 +84,17 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
         try:
             line = json.loads(text)
         except (ValueError, RecursionError) as error:
-            what = f"{path}, line {number}: no JSON ({shortened(str(error), 200)})"
+            what = f"{path}, line {number}: invalid JSON ({shortened(str(error), 200)})"
             raise InputError(what, hints=[_ASK]) from None
         if not isinstance(line, dict):
-            raise InputError(f"{path}, line {number}: no JSON object", hints=[_ASK])
+            raise InputError(f"{path}, line {number}: not a JSON object", hints=[_ASK])
         yield line
 
 
 def _local(score: Score) -> dict[str, int | float]:
-    """Return medians and largest local errors: one entry per impact would make lines too long.
+    """Return the median and the largest of each local error. All impacts would make lines too long.
 
-    A kind of error that no impact has, of spins, say, if no disc spins, is left out.
+    Kinds that no impact has are omitted, such as spin errors if no disc spins.
     """
     local = score.local
     sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")

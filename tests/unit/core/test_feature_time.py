@@ -255,7 +255,7 @@ def test_times_of_fall_are_those_of_eighty_digits() -> None:
     assert_right(measured(11, 40, falling=True))
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_many_times_are_those_of_eighty_digits() -> None:
     """Thousands of the same."""
     assert_right(measured(1, 4000, falling=False))
@@ -349,37 +349,6 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
         velocity = touch[0] - place[0], touch[1] - place[1]
         disc = Mover.at(place, velocity, 0.25 * math.hypot(*step))
         assert min(feature_time(disc, feature)[0] for feature in wall) == pytest.approx(1.0, abs=1e-12)
-
-
-@each(
-    ("feature", "place", "velocity", "leaving", "time"),
-    [
-        (FLOOR, (1.0, 4.5), (0.0, 0.0), None, 1.0),  # 4 m of free fall at 8 m/s^2
-        (FLOOR, (3.0, 4.5), (0.0, 0.0), None, NEVER),  # next to it
-        (FLOOR, (-1.0, 0.25), (1.0, 8.0), None, 1 + math.sqrt(15 / 16)),  # thrown up next to it: falls onto it
-        (FLOOR, (-5.0, 0.25), (2.0, 8.0), None, NEVER),
-        (FLOOR, (1.0, 0.5), (0.5, 0.0), None, 0.0),  # rests
-        (FLOOR, (1.0, 0.5), (0.0, -1e-17), 4.0, 1.0),  # back after 2 v/g, whatever rounding has made of its velocity
-        (FLOOR, (1.5, 0.5), (1.0, 4.0), 4.0, NEVER),  # bounces over the edge
-        (Arc.vertex((0.0, 0.0), 0.25), (0.0, 4.5), (0.0, 0.0), None, 1.0),
-        (Arc.vertex((0.0, 0.0), 0.25), (0.0, 0.5), (0.0, 4.0), 4.0, 1.0),
-        (RING, (0.0, 1.75), (0.0, 0.0), None, 1.0),
-        (RING, (0.0, -2.25), (0.0, 0.0), None, 0.0),  # rests in the bowl
-        (RING, (0.0, -2.25), (0.0, 4.0), 4.0, 1.0),
-        (CAP, (2.0, 2.0), (0.0, 0.0), None, math.sqrt(2.75 / 4)),  # through its circle onto its first point
-        (CAP, (1.75, 2.0), (0.0, 0.0), None, NEVER),
-        (CAP, (2.5, 0.0), (0.0, 0.0), None, math.sqrt(math.sqrt(5 / 16) / 4)),
-        (CAP, (1.5, 0.0), (0.0, 0.0), None, NEVER),  # would leave the circle where the arc is open
-        (RIM, (2.5, 4.0), (0.0, 0.0), None, math.sqrt((4 - math.sqrt(21 / 16)) / 4)),
-        (RIM, (1.5, 4.0), (0.0, 0.0), None, NEVER),
-    ],
-)
-def test_a_fall_onto_a_feature_takes_the_time_of_free_fall(
-    feature: Feature, place: Point, velocity: Point, leaving: float | None, time: float
-) -> None:
-    """At 8 m/s^2 the times of a disc of radius 1/4 follow from v^2 = 2 g h; signs decide sides and ends."""
-    found = feature_fall_time(Mover.at(place, velocity, 0.25), feature, (0.0, -8.0), leaving)
-    assert found == pytest.approx(time, rel=1e-15)
 
 
 def test_the_normal_points_from_the_wall_to_the_disc() -> None:

@@ -156,7 +156,7 @@ def test_html_defines_each_grade_at_the_pointer(page: _Page) -> None:
 def test_html_shows_the_papers_cases(source: str) -> None:
     """The paper's cases are drawn under PIT, with both numbers of impacts, and the missed impact's frames dashed."""
     section = source[source.index("What goes wrong</h2>") :]
-    assert "dashed: frames around a missed impact" in section
+    assert "Dashed: frames around a missed impact" in section
     section = section[section.index("The source paper") :]
     assert "paper/missed" in section
     assert "PIT: 0 impacts" in section
@@ -237,16 +237,16 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
 
 
 #: By what is wrong: what a file of results holds, what is said of it, and what is to be done.
-AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give a report's folder"
+AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give the folder of a report"
 NO_RESULTS = {
     "empty": (b"", f"is no results.jsonl of a cross-check{ANOTHER}"),
     "earlier": (b'{"format": 1, "scene": "paper/late", "environment": {}}', f"is of format 1{AGAIN}"),
     "cut": (b'{"format": 2, "rows": 3}\n{}\n', f"has 1 of 3 rows{AGAIN}"),
     "no environment": (b'{"format": 2, "rows": 0}\n', "line 1: environment: Field required"),
-    "no JSON": (b"{}\n{\n", f"line 2: no JSON{ANOTHER}"),
-    "no object": (b"[]\n", f"line 1: no JSON object{ANOTHER}"),
-    "deep": (b"[" * 100_000, f"line 1: no JSON{ANOTHER}"),
-    "digits": (b'{"a":' + b"9" * 5000 + b"}", f"line 1: no JSON{ANOTHER}"),
+    "no JSON": (b"{}\n{\n", f"line 2: invalid JSON{ANOTHER}"),
+    "no object": (b"[]\n", f"line 1: not a JSON object{ANOTHER}"),
+    "deep": (b"[" * 100_000, f"line 1: invalid JSON{ANOTHER}"),
+    "digits": (b'{"a":' + b"9" * 5000 + b"}", f"line 1: invalid JSON{ANOTHER}"),
     "large": (b" " * (2**20 + 1), f"is larger than 1 MiB{ANOTHER}"),
     "many": (b"[]," * 2**17, f"or 131,072 values, the limit for results{ANOTHER}"),
     "bytes": (b"\xff", f"can't be read{ANOTHER}"),
@@ -338,9 +338,7 @@ def test_page_and_markdown_have_the_same_sections_in_order(results: Results, fol
     assert [html.unescape(heading) for heading in headings] == shown[Medium.PAGE]
     text = (folder / "report.md").read_text(encoding="utf-8")
     assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == shown[Medium.MARKDOWN]
-    assert [heading for heading in shown[Medium.PAGE] if heading != "Every cell, at every step"] == shown[
-        Medium.MARKDOWN
-    ]
+    assert [heading for heading in shown[Medium.PAGE] if heading != "All cells at all steps"] == shown[Medium.MARKDOWN]
 
 
 def test_a_column_is_shown_wherever_its_table_is() -> None:

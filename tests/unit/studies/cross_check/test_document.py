@@ -38,7 +38,7 @@ def test_the_tables_from_records_are_those_of_the_run(results: Results, folder: 
     run, rebuilt = cross_check_document(results), rebuild_document(*read_records(folder / "results.jsonl"))
     again = {heading: found for heading, found in tables(rebuilt).items() if found and heading != "Settings used"}
     assert again == {heading: tables(run)[heading] for heading in again}
-    assert {"Every method against PIC", "Run time", "Error against step", "Every cell"} <= set(again)
+    assert {"Every method against PIC", "Run time", "Error against step", "All cells at all steps"} <= set(again)
 
 
 def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> None:
@@ -48,7 +48,7 @@ def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> N
     done = run.invoke(app, ["report", str(folder), "--page", str(page), "--markdown", "-"])
     assert done.exit_code == 0
     assert done.output.startswith("# Carom cross-check, from its records")
-    assert "which holds no states" in done.output
+    assert "which contains no states" in done.output
     assert "Every scene" in page.read_text(encoding="utf-8")
     again = run.invoke(app, ["report", str(folder), "--page", str(page)])
     assert again.exit_code == 2
