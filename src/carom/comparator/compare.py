@@ -160,8 +160,8 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         >>> score.missed  # the numbers of the impacts
         (0,)
     """
-    for name, trace in {"reference": reference, "observed": observed}.items():
-        instance(name, trace, Trace)
+    instance("reference", reference, Trace)
+    instance("observed", observed, Trace)
     if sampling is not None:
         instance("sampling", sampling, Trace)
     scene = reference.scene
