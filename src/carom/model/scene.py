@@ -419,6 +419,9 @@ def scene_schema() -> dict[str, Any]:
     schema = Scene.model_json_schema()
     for name, most in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = most
+    for part in (schema, *schema["$defs"].values()):  # the examples of docstrings are Python
+        if "description" in part:
+            part["description"] = part["description"].partition("\n\nExamples:")[0]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **with_shorthand(schema)}
 
 

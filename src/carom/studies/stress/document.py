@@ -318,7 +318,7 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
             if most == fewest:
                 best, worst = f"{each}{does} {most}", ""
             yield f"{_named(passed[most])} {best} of {formatting.count(len(kinds[kind]), WORDS[kind])}{worst}."
-        if partly and kind != "attack":  # each method has a sentence about its attacks
+        if partly and (kind != "attack" or len(partly) <= FEW):  # sentences by method have the numbers
             said = f": {formatting.listed(partly)}" if len(partly) <= FEW else ""
             methods = formatting.count(len(partly), "method")
             yield (
