@@ -64,10 +64,12 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
             yield rng.choice((_name, _link, _link, _link, _block, _block))(rng, folder, page)
         except TimeoutError:
             yield f"no answer of the page within {LIMIT_S:g} s to {page.asked[:300]!r}"
-            page = page.close()
+            page.close()
+            page = None
         except EOFError:
             yield f"the page's modules ended over {page.asked[:300]!r}"
-            page = page.close()
+            page.close()
+            page = None
 
 
 class _Page:
