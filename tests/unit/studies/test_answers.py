@@ -42,7 +42,7 @@ def document(request: pytest.FixtureRequest) -> Document:
 
 
 def test_the_answer_is_one_screen(document: Document) -> None:
-    """At 80 columns no answer is longer than 24 lines, besides the sentence a method of stress."""
+    """At 80 columns no answer is longer than 24 lines, except the sentence a method of stress."""
     lines = printed(document, 80)
     assert len(lines) - sum(": passes " in line for line in lines) <= 24, "\n".join(lines)
     rows = METHODS[3:] if document.title == "Carom: advice" else METHODS[2:]  # PIT is no engine to take
