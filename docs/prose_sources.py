@@ -29,7 +29,7 @@ _CODE = re.compile(r"^ *(def \w+\(|import \w)", re.MULTILINE)
 _DIRECTIVE = re.compile(r"^(noqa|type: |pragma|fmt: |pylint|mypy: |ruff: )")
 _CODE_OF_C = re.compile(r"^ *#(include|define) ", re.MULTILINE)
 _COMMENT_OF_C = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
-_FILE_OF_TABLE = re.compile(r"^ *[\w/*]+\.(?:[ch]|py[xd])\b.*  \S.*$", re.MULTILINE)
+_FILE_OF_TABLE = re.compile(r"^ *[\w/]+\.(?:[ch]|py[xd])\b.*  \S.*$", re.MULTILINE)
 _LITERAL_OF_C = re.compile(r'"(?:[^"\\\n]|\\.)*"')
 
 
