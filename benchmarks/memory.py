@@ -21,13 +21,13 @@ from typing import Any
 from benchmarks.arguments import count, parser, run
 
 SAMPLE = Path(__file__).parents[1] / "reports" / "sample" / "results.jsonl"
-#: In the second file one row in so many has larger errors.
+#: Every 20th row of the second file has larger errors.
 CHANGED = 20
 _READ = "import sys, pathlib; from carom.report.records import read_records; read_records(pathlib.Path(sys.argv[1]))"
 
 
 def write_copies(path: Path, rows: int, *, changed: bool) -> None:
-    """Write a results.jsonl of so many rows: those of the sample, under a new name of their scene in each copy."""
+    """Write a results.jsonl with copies of the sample's rows. Each copy has new names of scenes."""
     head, *lines = (json.loads(line) for line in SAMPLE.read_text(encoding="utf-8").splitlines())
     names = [f" {k}" for k in range(-(-rows // len(lines)))]
     whole = {

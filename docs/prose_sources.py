@@ -11,17 +11,12 @@ import io
 import re
 import tokenize
 from collections.abc import Iterator
-from fnmatch import fnmatch
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("src", "adapters", "benchmarks", "docs", "tests")
 ENDINGS = {".py", ".pyx", ".pxd", ".c", ".h"}
-#: Paths that are not checked, as patterns of fnmatch, and why.
-UNCHECKED = {
-    "src/carom/comparator/verdict.py": "its strings are values in results.jsonl",
-}
 #: A shorter string is a name, a key or a piece of code.
 LEAST_WORDS = 4
 
@@ -34,7 +29,7 @@ _CODE = re.compile(r"^ *(def \w+\(|import \w)", re.MULTILINE)
 _DIRECTIVE = re.compile(r"^(noqa|type: |pragma|fmt: |pylint|mypy: |ruff: )")
 _CODE_OF_C = re.compile(r"^ *#(include|define) ", re.MULTILINE)
 _COMMENT_OF_C = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
-_FILE_OF_TABLE = re.compile(r"^ *[\w/*]+\.(?:[ch]|py[xd])\b.*  \S.*$", re.MULTILINE)
+_FILE_OF_TABLE = re.compile(r"^ *[\w/]+\.(?:[ch]|py[xd])\b.*  \S.*$", re.MULTILINE)
 _LITERAL_OF_C = re.compile(r'"(?:[^"\\\n]|\\.)*"')
 
 
@@ -49,13 +44,8 @@ def source_paths() -> Iterator[str]:
     """Yield the checked files by their paths from the repository's root."""
     for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*")):
         name = path.relative_to(ROOT).as_posix()
-        if path.suffix in ENDINGS and "node_modules" not in path.parts and not is_unchecked(name):
+        if path.suffix in ENDINGS and "node_modules" not in path.parts:
             yield name
-
-
-def is_unchecked(name: str) -> bool:
-    """Return whether a path matches a pattern of `UNCHECKED`."""
-    return any(fnmatch(name, pattern) for pattern in UNCHECKED)
 
 
 def passages(name: str, source: str) -> Iterator[Passage]:

@@ -109,7 +109,12 @@ def __dir__() -> list[str]:
 
 
 def scene(name: str) -> Scene:
-    """Return the scene of the catalogue with this full name, such as ``paper/missed``."""
+    """Return the scene of the catalogue with this full name, such as ``paper/missed``.
+
+    Examples:
+        >>> carom.scene("paper/missed").frame_rate_hz
+        24.0
+    """
     from carom.model.scene import as_scene
 
     return as_scene(name)

@@ -19,6 +19,13 @@ class CaromError(Exception):
 
     Attributes:
         hints: Remedies, each a question or a phrase without a full stop.
+
+    Examples:
+        >>> try:
+        ...     carom.scene("paper/lat")
+        ... except carom.CaromError as error:
+        ...     print(error)
+        no scene is named 'paper/lat'; did you mean 'paper/late'?
     """
 
     def __init__(self, *args: object, hints: Sequence[str] = ()) -> None:
@@ -75,6 +82,11 @@ class SceneError(InputError):
         problems: All findings, or the first of each kind.
         source: The file, if there is one.
         more: Whether there are findings in addition to `problems`, which were not counted.
+
+    Examples:
+        >>> carom.Disc(position_m=(0.0, 0.0), radius_m=-1.0)
+        Traceback (most recent call last):
+        carom.errors.SceneError: radius_m: must be greater than 0, got -1.0
     """
 
     #: More findings than this are counted instead of shown: one bad column must not scroll the first line away.

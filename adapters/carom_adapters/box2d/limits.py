@@ -44,8 +44,8 @@ LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 #: to its inertia: with this factor by 5e-4 of its spin, for discs 200 radii from the origin.
 LEAST_INERTIA_FACTOR = 1e-2
 
-#: The product of two coefficients must stay within 32-bit floats: beyond, velocities are NaN. The rate of
-#: damping times the velocity scale.
+#: The product of two coefficients must stay within 32-bit floats: beyond, velocities are NaN. The same
+#: limit holds for the rate of damping times the velocity scale.
 LARGEST_FRICTION = 1e19
 
 #: A third of the largest 32-bit float.

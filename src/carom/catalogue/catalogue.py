@@ -114,5 +114,5 @@ def _hint(pattern: str) -> str:
     named = {candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])}
     named |= {group: group for group in {entry.group for entry in entries}}
     named |= {f"{_TAG_PREFIX}{tag}": f"{_TAG_PREFIX}{tag}" for tag in Tag}
-    near = difflib.get_close_matches(pattern, named, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(pattern, named, n=1, cutoff=0.6)
     return f"did you mean {named[near[0]]!r}?" if near else "`carom scenes` lists them"

@@ -8,6 +8,7 @@ from contextvars import ContextVar
 from functools import partial
 from typing import Any
 
+import typer
 from typer.core import TyperCommand
 
 #: Options without effect on a result. They continue a run, or print more.
@@ -47,6 +48,14 @@ class Command(TyperCommand):
         for one in self.params:
             if typed := getattr(one, "display_type", None):  # older versions of Typer already use plain words
                 one.display_type = partial(_plain_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the command line; an error has no word about how Typer finds it."""
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            error.message = error.message.removeprefix("Value error, ")
+            raise
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""

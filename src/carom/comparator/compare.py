@@ -28,6 +28,7 @@ from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.findings import derive_verdicts
 from carom.errors import InputError
 from carom.model.trace import Trace
+from carom.support.checks import instance
 from carom.support.display import Shown
 
 
@@ -75,6 +76,13 @@ class Score(Shown):
         contact: Score of the time in which discs slide, roll or rest; None if none does, or if states were not kept.
         lucky_phase: Number of phases of the step at which PIT is equally accurate, and the number of all phases. None
             unless the run has PIT's impacts, is exact or close, and PIT is less accurate at some phases.
+
+    Examples:
+        >>> reference = carom.solve_pic("paper/late")
+        >>> observed = carom.solve_pit(reference.scene)
+        >>> score = carom.compare(reference, observed, sampling=observed)
+        >>> score.grade.name, score.missed
+        ('SAMPLED', ())
     """
 
     expected: int
@@ -145,7 +153,17 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         InputError: The traces are of different scenes, a trace is impossible in its scene (see
             `validate_trace.require_sound`), `sampling` has another step than the observed trace, the horizon is
             negative, or the reference contains NaN or an infinity.
+
+    Examples:
+        >>> reference = carom.solve_pic("paper/missed")
+        >>> score = carom.compare(reference, carom.solve_pit(reference.scene))
+        >>> score.missed  # the numbers of the impacts
+        (0,)
     """
+    instance("reference", reference, Trace)
+    instance("observed", observed, Trace)
+    if sampling is not None:
+        instance("sampling", sampling, Trace)
     scene = reference.scene
     for what, trace in {"the observed trace": observed, "sampling": sampling}.items():
         if trace is not None and trace.scene != scene:

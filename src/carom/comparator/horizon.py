@@ -37,6 +37,11 @@ class Horizon:
         complete: Whether all impacts of the scene were certified.
         end_s: Time up to which the reference is reliable: the end of the scene, or the last impact that agrees. Later
             errors against the reference are not scored.
+
+    Examples:
+        >>> found = carom.horizon("paper/late")
+        >>> found.agreed, found.complete
+        (1, True)
     """
 
     tolerance: float
@@ -79,9 +84,12 @@ def horizon(
     Raises:
         InputError: The tolerance is not above 0, or the scene has immovable discs under gravity.
         MissingExtraError: python-flint is not installed.
+
+    Examples:
+        >>> carom.horizon("classics/gas").agreed
+        45
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     trace = solve_pic(scene, max_impacts=max_impacts)
     if trace.outcome is Outcome.CRUSHED:  # the certified run may not end there by itself
         max_impacts = len(trace.impacts)

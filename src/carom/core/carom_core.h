@@ -149,7 +149,8 @@
      wasm/memory.c         memory, and replacements for the C library
      wasm/pic.c            runs of PIC
      wasm/pit.c            runs of PIT
-     wasm/include/*.h      the parts of C library headers that the core uses */
+     wasm/include/math.h   the functions of math.h that the core uses
+     wasm/include/string.h   the functions of string.h that the core uses */
 
 #pragma once
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from carom.engines.api import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
 from carom.model.trace import canonical_profile
+from carom.support.checks import instance
 from carom.support.escaping import is_older, named_hints
 
 if TYPE_CHECKING:
@@ -43,6 +44,11 @@ class EngineInfo:
         knobs: Settings that may be searched, with their ranges, by name.
         install: Command that installs the engine; empty if it needs none.
         code: Whether the adapter can write its settings as code of the engine.
+
+    Examples:
+        >>> (info,) = carom.engines(["pit"])
+        >>> info.available, list(info.profiles)
+        (True, ['tuned'])
     """
 
     name: str
@@ -190,8 +196,10 @@ def resolve_engine(word: str) -> str:
         word: A name, a manifest, or a folder with one. A path has a slash, ends in ``.toml``, or is ``.`` or ``..``.
 
     Raises:
+        InputError: It is no text.
         AdapterError: The manifest does not exist, is invalid, or has the name of another engine.
     """
+    instance("engine", word, str)
     if not (word.endswith(".toml") or "/" in word or os.sep in word or word in {os.curdir, os.pardir}):
         return word
     from carom.engines.protocol.manifest import load_manifest

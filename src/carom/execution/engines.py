@@ -7,7 +7,7 @@ that reason; others are not affected.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from types import MappingProxyType
@@ -23,13 +23,14 @@ from carom.engines.registry import (
     version_of,
     why_unavailable,
 )
-from carom.errors import AdapterError
+from carom.errors import AdapterError, InputError
 from carom.execution.engine_run import profile_settings
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, SettingOverrides, Status
 from carom.execution.pool import LocalPool, Pool, TaskRunner
 from carom.execution.validate import plain_text, validate_adapter
 from carom.model.trace import Setting
+from carom.support.checks import shown
 from carom.support.display import Shown
 
 
@@ -86,8 +87,15 @@ def engines(names: Sequence[str] | None = None) -> EngineList:
         names: Names of adapters; by default all that are installed.
 
     Raises:
+        InputError: It is no list.
         UnknownNameError: There is no such engine.
+
+    Examples:
+        >>> [info.name for info in carom.engines(["pic", "pit"])]
+        ['pic', 'pit']
     """
+    if isinstance(names, str) or not (names is None or isinstance(names, Iterable)):
+        raise InputError(f"names must be a list, even of one item, got {shown(names)}")
     with LocalPool() as pool:
         return describe_engines(names, pool)
 

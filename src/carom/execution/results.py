@@ -75,6 +75,11 @@ class Results(Tabular):
         phases: Number of sub-step phases at which each job was run in addition to the scene's own.
         skipped: Run time that PIC and PIT at the coarsest step save by skipping, by the scene's name; empty if no run
             was timed, or no report is drawn.
+
+    Examples:
+        >>> results = carom.cross_check(["paper"], ["pit"], dts=[1 / 24], timing=False)
+        >>> [row.score.grade.name for row in results.rows]
+        ['WRONG', 'SAMPLED', 'SAMPLED', 'WRONG']
     """
 
     rows: tuple[Row, ...]

@@ -17,6 +17,7 @@ from carom.errors import InputError
 from carom.model.chain_geometry import Outline
 from carom.model.overlap import Overlap, overlaps
 from carom.model.prescribed_motion import Drive
+from carom.support.escaping import shown
 from carom.support.formatting import number
 from carom.support.limits import LARGEST, ORDINARY, require_within
 
@@ -62,6 +63,18 @@ class DiscArrays:
             no surface moves.
         driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
         disc_drives: Path of each driven disc.
+
+    Examples:
+        >>> import numpy as np
+        >>> start = carom.DiscArrays(
+        ...     position_m=np.array([[0.0, 0.0], [3.0, 0.0]]),
+        ...     velocity_m_s=np.array([[1.0, 0.0], [0.0, 0.0]]),
+        ...     radius_m=np.full(2, 0.5),
+        ...     mass_kg=np.ones(2),
+        ... )
+        >>> run = carom.EventDrivenRun(start)
+        >>> run.advance_to(5.0).name, run.counts["impacts"]
+        ('COMPLETED', 1)
     """
 
     position_m: NDArray[np.float64]
@@ -91,6 +104,9 @@ class DiscArrays:
                 A radius or mass is not positive. An immovable disc has a velocity, or a disc that can't turn has a
                 spin. A coefficient is outside its range.
         """
+        for name in ("position_m", "velocity_m_s", "radius_m", "mass_kg"):
+            if not isinstance(getattr(self, name), np.ndarray):
+                raise InputError(f"{name} must be a NumPy array, got {shown(getattr(self, name))}")
         n = len(self.position_m)
         if n == 0:
             raise InputError("position_m must hold at least one disc")

@@ -19,7 +19,7 @@ from carom.model.prescribed_motion import Drive
 from carom.model.scene_names import find_scene
 from carom.model.sizes import span_problems
 from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, edge_count, kind_of_wall, leg_problems
-from carom.support.checks import shown
+from carom.support.checks import instance, shown
 from carom.support.display import Drawn
 from carom.support.fields import (
     Coefficient,
@@ -100,6 +100,11 @@ class Disc(Model):
         spin_rad_s: Rate of turning at time 0, counterclockwise, radians a second.
         inertia_factor: Moment of inertia over mass times radius squared, above 0 and up to 1: 1/2 for a uniform disc,
             2/5 for a sphere, 1 for a hoop. A disc with ``inf`` (in JSON the string ``"inf"``) can't turn.
+
+    Examples:
+        >>> disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(4.0, 0.0), radius_m=0.25)
+        >>> disc.mass_kg
+        1.0
     """
 
     left_out = ("driven", "legs", "spin_rad_s", "inertia_factor")
@@ -176,6 +181,13 @@ class Scene(Drawn, Model):
             `docs/theory/contact.md`.
         duration_s: Duration of the simulation, seconds, above 0.
         frame_rate_hz: Frames per second of a frame-sampled method, unless a run sets another rate.
+
+    Examples:
+        >>> disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(4.0, 0.0), radius_m=0.25)
+        >>> wall = carom.Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0))
+        >>> scene = carom.Scene(name="bounce", discs=[disc], walls=[wall], duration_s=1.0)
+        >>> float(carom.solve_pic(scene).impacts["time_s"][0])
+        0.6875
     """
 
     left_out = (*_OF_FRICTION, "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
@@ -407,6 +419,9 @@ def scene_schema() -> dict[str, Any]:
     schema = Scene.model_json_schema()
     for name, most in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = most
+    for part in (schema, *schema["$defs"].values()):  # the examples of docstrings are Python
+        if "description" in part:
+            part["description"] = part["description"].partition("\n\nExamples:")[0]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **with_shorthand(schema)}
 
 
@@ -418,6 +433,11 @@ def load_scene(path: str | Path) -> Scene:
     Raises:
         SceneError: The file can't be read, is neither TOML nor JSON, is too large, or contains no valid scene. The
             message names the file, the field with its index, and the value.
+
+    Examples:
+        >>> carom.save_scene(carom.scene("paper/late"), "late.toml")
+        >>> carom.load_scene("late.toml").name
+        'paper/late'
     """
     path = Path(path)
     try:
@@ -488,8 +508,16 @@ def save_scene(scene: Scene, path: str | Path) -> None:
 
     Raises:
         SceneError: The ending is neither ``.toml`` nor ``.json``.
+        InputError: It is no scene.
         OSError: The file can't be written.
+
+    Examples:
+        >>> scene = carom.scene("paper/late")
+        >>> carom.save_scene(scene, "late.json")
+        >>> carom.load_scene("late.json") == scene
+        True
     """
+    instance("scene", scene, Scene)
     path = Path(path)
     if path.suffix == ".toml":
         import tomli_w

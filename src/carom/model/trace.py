@@ -110,6 +110,10 @@ class Mode(IntEnum):
     """Mode of a disc: in flight, or in contact with a wall under gravity.
 
     In the mode `BLOCK` a disc slides, and rolling resistance keeps it from turning.
+
+    Examples:
+        >>> [mode.name for mode in carom.Mode]
+        ['FLIGHT', 'SLIDE', 'ROLL', 'REST', 'BLOCK']
     """
 
     FLIGHT = 0
@@ -219,7 +223,12 @@ def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.flo
 
 
 class Outcome(Enum):
-    """How a run ended. Reports show the value as a sentence."""
+    """How a run ended. Reports show the value as a sentence.
+
+    Examples:
+        >>> carom.solve_pic("classics/gas", max_impacts=3).outcome.name
+        'MAX_IMPACTS'
+    """
 
     COMPLETED = "ran to the end of the scene"
     MAX_IMPACTS = "stopped after the number of impacts asked for"
@@ -313,6 +322,11 @@ class Trace(ByValue, Tabular):
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is.
         local_truth: Comparison of every step with PIC, from the method's own states; None where they were not recorded.
         looks: States of a few discs that may come to rest, after evenly spaced steps; None if there are no such discs.
+
+    Examples:
+        >>> trace = carom.solve_pic("paper/missed")
+        >>> trace.impacts["velocity_first_after"].round(2).tolist()
+        [[2.16, -5.37]]
     """
 
     method: str

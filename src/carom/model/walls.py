@@ -122,6 +122,11 @@ class Wall(_Common):
         legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a belt, metres a second: the wall's surface moves to the left of the normal into the
             free side. A belt acts through friction alone.
+
+    Examples:
+        >>> wall = carom.Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0))
+        >>> wall.normal  # the discs are on its left
+        (-1.0, 0.0)
     """
 
     point_m: Vector
@@ -147,6 +152,11 @@ class Chain(_Common):
         legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a belt, metres a second: the surface moves to the left of the normal that points to
             the disc, on either side of the line. A belt acts through friction alone.
+
+    Examples:
+        >>> stair = carom.Chain(points_m=[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)])
+        >>> len(stair.points_m), stair.closed
+        (3, False)
     """
 
     left_out = ("bulges", "closed", "half_width_m", "solid", "pieces", *_Common.left_out)
@@ -188,6 +198,11 @@ class Ring(_Common):
         legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a belt, metres a second: the surface moves to the left of the normal that points to
             the disc, on either side of the circle. A belt acts through friction alone.
+
+    Examples:
+        >>> post = carom.Ring(centre_m=(1.0, 2.0), radius_m=0.5)
+        >>> post.radius_m
+        0.5
     """
 
     left_out = ("half_width_m", *_Common.left_out)

@@ -25,6 +25,11 @@ def step(dt_s: float) -> str:
     return seconds(dt_s)
 
 
+def time_left(left_s: float) -> str:
+    """Format the rest of a budget for a progress line; empty where there is no limit, or it is used up."""
+    return f", at most {left_s:.0f} s left" if 0.5 < left_s < math.inf else ""
+
+
 def step_option(dt_s: float) -> str:
     """Format a step for a command-line option, exact to the last bit; as 1/240 if that is the same number."""
     whole = round(1.0 / dt_s)

@@ -23,6 +23,7 @@ from carom.report.mark import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_trace, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE
 from carom.solvers.certified.result import CertifiedTrace
+from carom.support.checks import instance
 from carom.support.limits import MOST_DISCS_DRAWN
 
 if TYPE_CHECKING:
@@ -84,11 +85,18 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     Raises:
         MissingExtraError: The extra `report` is not installed.
         InputError: There is no trace, two traces are of different scenes, or a number of one is NaN or infinite.
+
+    Examples:
+        >>> reference = carom.solve_pic("paper/missed")
+        >>> left, right = carom.plot_beside(reference, carom.solve_pit(reference.scene))
+        >>> left.get_title(), right.get_title()
+        ('pic', 'pit')
     """
     require_report_extra()
-    if not traces or not all(isinstance(trace, Trace) for trace in traces):
+    if not traces:
         raise InputError("plot_beside needs at least one trace")
-    for trace in traces:
+    for k, trace in enumerate(traces):
+        instance(f"traces[{k}]", trace, Trace)
         if trace.scene != traces[0].scene:
             raise InputError(f"the traces belong to two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
         if broken := find_non_finite(trace):

@@ -90,7 +90,9 @@ _ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (f
 
 def _head(path: Path, text: bytes) -> dict[str, Any]:
     head = _object(path, 1, text)
-    if (found := head.get("format")) != _WANTED:
+    if (found := head.get("format")) is None:
+        raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])
+    if found != _WANTED:
         raise InputError(f"{path} is of format {visible(shortened(str(found)))}{_READS}")
     return head
 

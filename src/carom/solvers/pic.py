@@ -86,9 +86,13 @@ def solve_pic(
 
     Raises:
         InputError: An option is outside its range, or not supported under gravity or with damping.
+
+    Examples:
+        >>> trace = carom.solve_pic("paper/missed")
+        >>> [float(time_s) for time_s in trace.impacts["time_s"]]
+        [0.425]
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     request = Request.checked(
         scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )

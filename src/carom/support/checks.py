@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from carom.errors import InputError
 from carom.support.escaping import shown
 
-__all__ = ["count", "finite", "floats", "number", "shown", "times", "vectors"]
+__all__ = ["count", "finite", "floats", "instance", "number", "shown", "times", "vectors"]
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,16 @@ def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = 
     span = f", {least:g} or more" if least > -math.inf else ""
     kind = "positive" if positive else "finite"
     raise InputError(f"{name} must be a {kind} number{span}, got {shown(value)}")
+
+
+def instance(name: str, value: Any, kind: type) -> None:
+    """Check the type of an argument.
+
+    Raises:
+        InputError: It is of another type.
+    """
+    if not isinstance(value, kind):
+        raise InputError(f"{name} must be a {kind.__name__}, got {shown(value)}")
 
 
 def count(name: str, value: Any, *, least: int = 0) -> int:

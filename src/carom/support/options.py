@@ -17,7 +17,7 @@ from numbers import Real
 from typing import Any, ClassVar, Self
 
 from carom.errors import InputError
-from carom.support.escaping import shown
+from carom.support.escaping import named_hints, shown
 from carom.support.formatting import number
 from carom.support.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST
 
@@ -131,6 +131,20 @@ class DeclaredOptions:
             if (text := texts.get(field_name)) is not None and text != []:
                 given[field_name] = _read(one, one.flags[0].partition("/")[0].replace("--", before, 1), text)
         return cls(**given)
+
+    @classmethod
+    def passed(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
+        """Return options from the keywords of a function; the function itself gives the fixed ones.
+
+        Raises:
+            InputError: As the class, or there is no such option.
+        """
+        known = [name for name in declared(cls) if name not in fixed]
+        for name in options:
+            if name not in known:
+                hints = named_hints(name, known, f"there are: {', '.join(known)}")
+                raise InputError(f"{function} has no option {name!r}", hints=hints)
+        return cls(**fixed, **options)
 
     @property
     def stamp(self) -> dict[str, Any]:

@@ -240,7 +240,7 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
 _WHOLE = (ROOT / "tests" / "kept" / "results-2.jsonl").read_bytes().splitlines(keepends=True)
 AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give the folder of a report"
 NO_RESULTS = {
-    "empty": (b"", f"is of format None{AGAIN}"),
+    "empty": (b"", f"is no results.jsonl of a cross-check{ANOTHER}"),
     "earlier": (b'{"format": 1, "scene": "paper/late", "environment": {}}', f"is of format 1{AGAIN}"),
     "cut": (b"".join(_WHOLE[:2]), f"has 1 of 2 rows{AGAIN}"),
     "cut in a line": (b"".join(_WHOLE)[:-100], r"line 3: invalid JSON \(EOF while"),

@@ -46,7 +46,7 @@ def test_every_word_of_a_report_is_explained() -> None:
 
 def test_a_verdict_is_found_by_its_sentence() -> None:
     """A verdict is found by the sentence that a report shows."""
-    (entry,) = explained("Velocities after an impact are off.")
+    (entry,) = explained("Velocities after an impact are wrong.")
     assert entry.word == "wrong velocity"
 
 

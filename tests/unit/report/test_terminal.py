@@ -15,7 +15,7 @@ import carom
 from carom import Disc, Scene, Wall
 from carom.catalogue import find_scenes
 from carom.cli.ascii import ERRORS
-from carom.report.document import Document
+from carom.report.document import Column, Document, Headline, Section, Table
 from carom.report.render.terminal import terminal
 from carom.report.summary import MOST_LINES, WIDTH, printable
 from carom.studies.cross_check.document import cross_check_document
@@ -56,6 +56,16 @@ def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full
     assert max(map(len, lines)) <= width
     if full:
         assert sum(line.strip().startswith("classics/perfectly-inelastic") for line in lines) >= 1
+
+
+@pytest.mark.parametrize("width", [30, 34, 40])
+def test_a_number_keeps_its_unit(width: int) -> None:
+    """A column of numbers is never so narrow that a number and its unit are on two lines."""
+    columns = [Column(f"error {k}", lambda share: f"{share} %", number=True) for k in range(3)]
+    table = Table([Column("method", str), *columns], [0.044, 12.25, 100])
+    lines = printed(Document("title", Headline(""), (Section("errors", (table,)),)), width)
+    for share in (0.044, 12.25, 100):
+        assert sum(line.count(f" {share} %") for line in lines) == 3
 
 
 def test_another_alphabet_gets_marks_that_it_has(document: Document) -> None:

@@ -95,11 +95,16 @@ def _column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
     heading = RichText(visible("\n".join(filter(None, (column.head, column.under)))))
     shown = [_cell(cell) for cell in cells]
     whole = first or any(cell.shares for cell in cells)  # names and bars are not broken
-    lines = [line for text in (heading, *shown) for line in text.plain.splitlines()]
-    # Indents stay with the first word.
-    words = lines if whole else [word for line in lines for word in re.findall(r"^\s*\S+|\S+", line)]
-    least, most = (max(map(cell_len, parts), default=0) for parts in (words, lines))
+    heads, rows = heading.plain.splitlines(), [line for text in shown for line in text.plain.splitlines()]
+    words = heads if whole else _words(heads)
+    words += rows if whole or column.number else _words(rows)  # a number keeps its unit
+    least, most = (max(map(cell_len, parts), default=0) for parts in (words, heads + rows))
     return _Fitted(heading, shown, column.number, whole, least, most)
+
+
+def _words(lines: list[str]) -> list[str]:
+    """Return the words of lines. A line is indented, and not broken before its first word."""
+    return [word for line in lines for word in re.findall(r"^\s*\S+|\S+", line)]
 
 
 def _part(columns: Sequence[_Fitted], width: int) -> RichTable:

@@ -47,10 +47,15 @@ def certify(
     Raises:
         MissingExtraError: python-flint is not installed.
         InputError: An option is outside its range.
+
+    Examples:
+        >>> carom.certify("paper/late", digits=20)
+        CertifiedTrace of 'paper/late': 1 impact, 20 digits requested
+          until 1 s: certified to the end of the scene
+          0.37916666666666668444 s: disc 0 and disc 1
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     try:
         import flint  # noqa: F401 - checks that it is installed
     except ModuleNotFoundError:

@@ -110,6 +110,11 @@ class CertifiedTrace(ByValue, Drawn):
         bits_lost: Bits of accuracy lost in the worst disc until the end.
         replays: Number of restarts at a higher precision.
         elapsed_s: Elapsed seconds; not compared.
+
+    Examples:
+        >>> found = carom.certify("classics/gas", max_impacts=3)
+        >>> len(found.trace.impacts)
+        3
     """
 
     trace: Trace

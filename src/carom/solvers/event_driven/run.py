@@ -95,6 +95,11 @@ class EventDrivenRun:
         InputError: The scene has damping, or a contact time with gravity or a table that slows discs. Walls have more
             sides and vertices than can be numbered. Discs given as arrays overlap. An option is outside its range.
             `resume` is the state of a run of another scene. The message names what differs.
+
+    Examples:
+        >>> run = carom.EventDrivenRun(carom.scene("classics/gas"))
+        >>> run.advance_to(0.5).name, run.time_s, run.counts["impacts"]
+        ('COMPLETED', 0.5, 26)
     """
 
     def __init__(
@@ -111,6 +116,11 @@ class EventDrivenRun:
         self.options = RunOptions.of(record, window_s, contact_duration_s)
         duration_s, acceleration = 0.0, None
         if not isinstance(start, DiscArrays):
+            if not hasattr(start, "arrays"):
+                raise InputError(
+                    f"start must be a Scene or DiscArrays, got {shown(start)}",
+                    hints=["carom.scene returns a scene of the catalogue by its name"],
+                )
             if damping_per_s := getattr(start, "damping_per_s", 0.0):
                 raise InputError(
                     f"damping_per_s is {damping_per_s}: EventDrivenRun does not support damping; solve_pic does"

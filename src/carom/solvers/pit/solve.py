@@ -175,9 +175,14 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
 
     Raises:
         InputError: The frame rate is not a positive number, or gives too many frames.
+
+    Examples:
+        >>> len(carom.solve_pit("paper/missed", frame_rate_hz=24).impacts)  # there is one, between two frames
+        0
+        >>> len(carom.solve_pit("paper/missed", frame_rate_hz=240).impacts)
+        1
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     rate, _ = frames_of(scene, frame_rate_hz)
     clock = FrameClock(rate_hz=rate)
     run = pit_run(scene, clock, skipping=skipping)

@@ -83,8 +83,7 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
         InputError: The scene has more than discs and half-planes on straight paths, or the frame rate is not a
             positive number.
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     _require_simple(scene)
     clock = FrameClock(rate_hz=frames_of(scene, frame_rate_hz)[0])
     discs = [

@@ -23,9 +23,13 @@ def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = Non
 
     Raises:
         InputError: The frame rate is not a positive number, or gives too many frames.
+
+    Examples:
+        >>> trace = carom.solve_pic_framewise("paper/missed", frame_rate_hz=24)
+        >>> len(trace.impacts), trace.counts["frames"]
+        (1, 24)
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     rate, frames = frames_of(scene, frame_rate_hz)
     run = pic_run(scene, all_pairs=True)
     outcome = Outcome.COMPLETED

@@ -69,9 +69,14 @@ def advise(
     Raises:
         InputError: The scene has no reference or no impact, or an option is invalid.
         UnknownNameError: The scene or an engine does not exist.
+
+    Examples:
+        >>> advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1)
+        >>> advice.scene.name
+        'paper/late'
     """
     scene = as_scene(scene)
-    asked = AdviceOptions(engines=engine_names, **options)
+    asked = AdviceOptions.passed("advise", options, engines=engine_names)
     asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:

@@ -21,15 +21,15 @@ def answers(bench: Bench) -> Iterator[str]:
     if len(bench.scenes) == 1:
         yield scene_answer(bench.scenes[0], target, kind)
         return
-    exact = sum(scene.exact is not None for scene in bench.scenes)
+    exact = [scene.exact for scene in bench.scenes if scene.exact is not None]
     scenes = formatting.count(len(bench.scenes), "scene")
     found = [scene.cheapest_engine(target) for scene in bench.scenes]
     tally = Counter(_method(point) for point in found if point is not None)
-    parts = [f"PIC is exact on {exact} of {scenes}"] * bool(exact)
+    parts = [f"PIC is exact on {len(exact)} of {scenes}{_range(exact)}"] * bool(exact)
     wanted = f"{error_text(target, kind)} error"
     if tally:
-        best = formatting.listed([f"{name} on {count}" for name, count in tally.most_common()])
-        best = best.removesuffix(f" on {len(found)}")
+        best = formatting.listed([f"{name} on {_where(name, found, bench)}" for name, _ in tally.most_common()])
+        best = best.removesuffix(" on every scene")
         parts.append(f"cheapest engine for {wanted}: {best}")
     unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
     lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
@@ -40,6 +40,18 @@ def answers(bench: Bench) -> Iterator[str]:
     yield formatting.capitalised(f"{'; '.join(parts)}.")
     if len(bench.scenes) <= SCENES_SHOWN:
         yield from (scene_answer(scene, target, kind, next_best=False) for scene in bench.scenes)
+
+
+def _range(points: list[Point]) -> str:
+    """Return the least and the largest run time, once if they are equal."""
+    spent = sorted((point.timing.advance_s for point in points if point.timing), key=lambda time: time.median)
+    return f" in {' to '.join(dict.fromkeys(milliseconds(time) for time in (spent[0], spent[-1])))} ms" if spent else ""
+
+
+def _where(name: str, cheapest: list[Point | None], bench: Bench) -> str:
+    """Return the scenes on which a method is the cheapest."""
+    pairs = zip(bench.scenes, cheapest, strict=True)
+    return _share([scene for scene, point in pairs if point is not None and _method(point) == name], bench)
 
 
 def _share(scenes: list[SceneBench], bench: Bench) -> str:

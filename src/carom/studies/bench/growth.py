@@ -18,6 +18,7 @@ from carom.execution.job import Answer, Method, Progress, Status, UnsupportedErr
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.timing import Timing, time_run
+from carom.report import formatting
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import gas_scene
 from carom.studies.bench.options import GrowthOptions
@@ -236,9 +237,7 @@ def growth(
             }
             own_s = shares_s.pop((info.name, gravity), 0.0)
             left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
-            what = (
-                f"{size} {'falling ' if gravity else ''}discs on {info.name}, at most {max(0.0, all_left_s):.0f} s left"
-            )
+            what = f"{size} {'falling ' if gravity else ''}discs on {info.name}{formatting.time_left(all_left_s)}"
             progress(done, len(wanted), what)
             own, method = points[info.name, gravity], _method(info.name, profile, engine_names)
             key = GrowthKey(size, method, versions_of(info.name), here.machine, gravity, STEPS)

@@ -81,9 +81,8 @@ class ScoringPass:
         until_s = time.perf_counter() + left_s
 
         def show(now: int, _all: int, what: str) -> None:
-            left = max(0.0, until_s - time.perf_counter())
-            at_most = f", at most {left:.0f} s left" if math.isfinite(left) else ""
-            self.progress(self.before + done + now, self.total, f"scoring {what} at {step}{at_most}")
+            left = formatting.time_left(until_s - time.perf_counter())
+            self.progress(self.before + done + now, self.total, f"scoring {what} at {step}{left}")
 
         return show
 

@@ -78,7 +78,8 @@ def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -
         Column("at", lambda curve: _step(curve, curve.best), "step", number=True),
         *(
             Column(error_text(target, kind), partial(_cost, scene, target), "ms", number=True, only=only)
-            for target, only in zip(targets, _shown_where(targets), strict=True)
+            # A terminal shows the run time of exact results once: next to their error.
+            for target, only in zip(targets, _shown_where(targets, exact=IN_FULL), strict=True)
         ),
         Column("order", lambda curve: _order(curve.order)),
         Column("steps that find all", _sound, number=True, only=IN_FULL),
@@ -86,10 +87,11 @@ def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -
     return Table(columns, best_first(scene.curves), title=f"{scene.scene.name}: accuracy and run time of each method")
 
 
-def _shown_where(targets: Sequence[float]) -> list[Media]:
-    """Return the media that show each target. A terminal shows only the finest ones, and rounding."""
-    hidden = max(0, sum(target > THRESHOLDS.rounding for target in targets) - TARGETS_SHOWN)
-    return [IN_FULL] * hidden + [EVERYWHERE] * (len(targets) - hidden)
+def _shown_where(targets: Sequence[float], exact: Media = EVERYWHERE) -> list[Media]:
+    """Return the media that show each target. A terminal shows only the finest ones, and rounding where asked."""
+    errors = sum(target > THRESHOLDS.rounding for target in targets)
+    hidden = max(0, errors - TARGETS_SHOWN)
+    return [IN_FULL] * hidden + [EVERYWHERE] * (errors - hidden) + [exact] * (len(targets) - errors)
 
 
 def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
@@ -109,10 +111,9 @@ def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     methods = [_Method(engine, profile, tuple(own)) for (engine, profile), own in by_method.items()]
     return Table(
         columns,
-        sorted(methods, key=lambda method: [-len(method.reaching(target)) for target in reversed(targets)]),
+        sorted(methods, key=lambda method: method.rank(targets)),
         title=f"All methods on {formatting.count(len(bench.scenes), 'scene')}",
-        note="Found all: scenes with every impact found. n, ×: scenes that reach the error, and median run time over "  # noqa: RUF001
-        "PIC's. Order: error grows as step^order.",
+        note="n, ×: scenes that reach the error, median run time over PIC's; order: exponent",  # noqa: RUF001
     )
 
 
@@ -130,6 +131,22 @@ class _Method(NamedTuple):
     def reaching(self, target: float) -> list[SceneBench]:
         return [scene for scene, curve in self.curves if any(_meets(point, target) for point in curve.points)]
 
+    def cost(self, target: float) -> float:
+        """Return the median run time for a target over that of PIC; NaN if none is known."""
+        cheap = [(scene, cheapest(curve.points, target)) for scene, curve in self.curves]
+        costs = [run_s(point) / run_s(scene.exact) for scene, point in cheap]
+        known = [cost for cost in costs if 0 < cost < math.inf]  # an untimed point has no cost
+        return statistics.median(known) if known else math.nan
+
+    def rank(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
+        """Return the sort key: first by the number of scenes that reach the finest target, last by cost."""
+        finest_first = list(reversed(targets))
+        costs = [self.cost(target) for target in finest_first]
+        return (
+            [-len(self.reaching(target)) for target in finest_first],
+            [math.inf if math.isnan(cost) else cost for cost in costs],
+        )
+
 
 def _share(method: _Method, count: int) -> str:
     return f"{count} of {len(method.curves)}"
@@ -145,18 +162,15 @@ def _median_order(method: _Method) -> str:
 
 def _reach(target: float, method: _Method) -> Cell:
     scenes = method.reaching(target)
-    costs = [
-        run_s(cheapest(curve.points, target)) / run_s(scene.exact) for scene, curve in method.curves if scene in scenes
-    ]
-    known = [cost for cost in costs if 0 < cost < math.inf]  # an untimed point has no cost
-    cost = f", {formatting.ratio(statistics.median(known))}" if known else ""
+    found = method.cost(target)
+    cost = "" if math.isnan(found) else f", {formatting.ratio(found)}"
     short = f"{len(scenes)}{cost.removesuffix(' ×')}"  # noqa: RUF001 - the sign of a ratio
     return Cell(f"{_share(method, len(scenes))}{cost}", short=short) if scenes else Cell("")
 
 
 def _order(order: ConvergenceOrder) -> Cell:
     if math.isnan(order.exponent):
-        return Cell(order.verdict.value, short=EXACT if order.verdict is Convergence.EXACT else "")
+        return Cell(order.verdict.value, short=EXACT if order.verdict is Convergence.EXACT else formatting.ABSENT)
     short = f"{order.exponent:.2f}"
     if math.isnan(order.low):
         return Cell(f"{formatting.number(order.exponent)} from two steps", order.verdict.value, short=short)

@@ -24,6 +24,7 @@ from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks
 from carom.execution.timing import time_run
 from carom.model.scene import Disc, Scene
+from carom.report import formatting
 from carom.studies.bench.noise import Noise, NoiseProbe, Spread, spread
 from carom.studies.bench.options import LEAST_ROUNDS
 from carom.support.formatting import seconds
@@ -247,9 +248,8 @@ class TimeScene(DependentTasks[SceneTiming]):
                         untimed[at] = answer.said
                     else:
                         visits[at].append(answer.value)
-                left_s = max(0.0, until_s - time.perf_counter())
-                at_most = f", at most {left_s:.0f} s left" if math.isfinite(left_s) else ""
-                what = f"timing {scene.name} on {at[0].engine} at {seconds(at[1])}{at_most}"
+                left = formatting.time_left(until_s - time.perf_counter())
+                what = f"timing {scene.name} on {at[0].engine} at {formatting.step(at[1])}{left}"
                 progress(turn * len(tasks) + place + 1, rounds * len(tasks), what)
             last_s = time.perf_counter() - began
         probe.take()

@@ -64,6 +64,11 @@ def demo(path: str | Path | None = None) -> Demo:
         AdapterError: No installed method misses the impact.
         InputError: The path does not end in ``.html``.
         OSError: The page can't be written.
+
+    Examples:
+        >>> shown = carom.demo("demo.html")
+        >>> shown.page.name
+        'demo.html'
     """
     if path is not None and Path(path).suffix != ".html":
         raise InputError(f"the demo page must end in .html, got {str(path)!r}")

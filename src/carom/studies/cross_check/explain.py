@@ -32,8 +32,10 @@ def explain(plan: Plan) -> Iterator[str]:
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
         steps = options.steps_of(scene)
-        yield f"{scene.name}: {_describe_bodies(scene)}, {scene.duration_s:g} s, requires {_describe_needs(scene)}"
         reference = solve_reference(scene)
+        skipped = "" if isinstance(reference, str) else _list_skipped(scene, reference, steps[0])
+        bodies = f"{_describe_bodies(scene)}, {scene.duration_s:g} s"
+        yield f"{scene.name}: {bodies}, requires {_describe_needs(scene)}{skipped}"
         if isinstance(reference, str):
             yield f"  not run: {reference}"
             continue
@@ -66,6 +68,29 @@ def _describe_bodies(scene: Scene) -> str:
 
 def _describe_needs(scene: Scene) -> str:
     return ", ".join(sorted(need.value for need in scene.needs)) or "no special features"
+
+
+def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
+    """List what is not computed at a step: the answer of the first line."""
+    skipped = ["event queue", "grid"] if is_closed_form(reference) else []
+    skipped += [] if scene.walls else ["wall tests"]
+    frames = scene.step_count(dt_s)
+    if frames <= MOST_FRAMES:
+        counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
+        if unseen := counts["frames"] - counts["frames_looked_at"]:
+            skipped.append(f"{unseen} of {counts['frames']} frames of PIT")
+    if (needed := _needed_steps(scene, reference, dt_s)) < frames:
+        skipped.append(f"engine steps after step {needed} of {frames}")
+    return f"; skipped: {', '.join(skipped)}" if skipped else ""
+
+
+def _needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
+    """Return the number of steps after which an engine's state shows only free flight, if PIC is right."""
+    steps = scene.step_count(dt_s)
+    forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
+    if forces or not len(reference.impacts) or not _nothing_follows(scene, reference):
+        return steps
+    return min(steps, math.ceil(float(reference.impacts["time_s"][-1]) / dt_s) + 1)
 
 
 def describe_pic(scene: Scene, trace: Trace) -> str:
@@ -121,7 +146,7 @@ def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     if not len(reference.impacts):
         return f"stopped once {until}, because no discs meet in PIC"
     last_s = float(reference.impacts["time_s"][-1])
-    needed = min(steps, math.ceil(last_s / dt_s) + 1)
+    needed = _needed_steps(scene, reference, dt_s)
     return (
         f"stopped once {until} after PIC's last impact at {number(last_s, 4)} s, which is in step {needed} of "
         f"{steps} at {instant(dt_s)}"

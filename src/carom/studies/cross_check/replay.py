@@ -22,6 +22,7 @@ from carom.report.svg import drawing
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.film import FRAMES_PER_S, film
 from carom.studies.cross_check.run import run
+from carom.support.checks import instance
 from carom.support.escaping import visible
 from carom.support.folders import write_file
 from carom.support.limits import MOST_DISCS_DRAWN
@@ -128,6 +129,13 @@ def replay(
     Raises:
         InputError: The traces can't be compared (see `carom.compare`), a number of the run is NaN or infinite, or `dt`
         is given with a run. UnknownNameError, AdapterError: The named engine can't run the scene; see `carom.run`.
+
+    Examples:
+        >>> replay = carom.replay("paper/missed", "pit")
+        >>> replay.score.missed
+        (0,)
+        >>> replay.save("missed.html").name
+        'missed.html'
     """
     if isinstance(observed, str):
         scene = reference.scene if isinstance(reference, Trace) else as_scene(reference)
@@ -136,6 +144,7 @@ def replay(
         raise InputError("dt is allowed only with an engine name; a given run has its own step")
     if not isinstance(reference, Trace):
         reference = solve_pic(reference)
+    instance("observed", observed, Trace)
     if broken := find_non_finite(observed):
         raise InputError(f"{broken} in the run, so it can't be replayed")
     return Replay(reference, observed, compare(reference, observed) if score is None else score)

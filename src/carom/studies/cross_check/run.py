@@ -24,7 +24,7 @@ from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Statu
 from carom.execution.journal import MemoryJournal
 from carom.execution.options import LimitOptions, Options
 from carom.execution.phases import compute_spread, phase_values
-from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job
+from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job, select_profiles
 from carom.execution.pool import Pool
 from carom.execution.reference import Reference, build_reference, solve_reference, will_certify
 from carom.execution.results import Results, Row
@@ -70,6 +70,11 @@ def run(
         UnknownNameError: The scene, engine, profile or setting does not exist.
         InputError: `dt` or `time_limit_s` is not a positive number, or a setting has an invalid value.
         AdapterError: The engine is unavailable, does not support the scene, crashed, or timed out.
+
+    Examples:
+        >>> trace = carom.run("paper/missed", "pit", dt=1 / 24)
+        >>> len(trace.impacts)  # the impact is missed
+        0
     """
     scene = as_scene(scene)
     dt = 1.0 / scene.frame_rate_hz if dt is None else dt
@@ -80,6 +85,8 @@ def run(
         tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
         job = Job(scene, Method(engine, profile, tried), dt)
         answer = observe_job(job, pool, samples=True)
+        if answer.status is Status.FAILED:
+            select_profiles(describe_engines([engine], pool), [profile])
     if answer.value is None:
         raise AdapterError(f"{job}: {answer.said}")
     return answer.value
@@ -108,8 +115,13 @@ def cross_check(
     Raises:
         InputError: There are no scenes, two scenes have the same name, or a number is out of range.
         UnknownNameError: An engine does not exist, no requested engine has a profile, or an engine lacks a setting.
+
+    Examples:
+        >>> results = carom.cross_check(["paper/missed"], ["pit"], dts=[1 / 24], timing=False)
+        >>> [(row.job.scene.name, row.score.missed) for row in results.rows]
+        [('paper/missed', (0,))]
     """
-    asked = Options(engine_names, **options)
+    asked = Options.passed("cross_check", options, engines=engine_names)
     asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool]
     own = asked.pool() if pool is None else nullcontext(pool)

@@ -55,7 +55,7 @@ NOTES = {
     "complaint": "'seen' if a method still shows the reported bug. The number is its deviation from the known answer.",
 }
 
-#: Largest number of methods with a sentence each. More methods are ranked in one sentence.
+#: Largest number of methods whose sentences are the answer. More methods are ranked first, with shorter sentences.
 SENTENCES = 4
 
 HEAT = "One character per test, worst first. =: passed. 0 to 9: passed tenths of the axis. -: not run."
@@ -128,7 +128,7 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
         def say(method: Method) -> str:
             return str(sum(results.spots[line.name, method.name].ending is ending for line in kinds[kind]))
 
-        only = EVERYWHERE if kind == "attack" or not attacks else IN_FULL
+        only = IN_FULL if attacks else EVERYWHERE  # a terminal has the sentences
         return [Column(head, say, f"of {len(kinds[kind])}", number=True, only=only)] if kinds[kind] else []
 
     attacks = kinds["attack"]
@@ -139,10 +139,12 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     columns += counted("relation", "hold", SpotEnding.HOLDS)
     columns += counted("complaint", "seen", SpotEnding.STILL_DOES)
     columns += [Column("fails first", partial(_weakest, results, attacks), only=PAGE)] if attacks else []
+    if attacks and len(results.methods) > SENTENCES:  # with fewer methods they are the answer
+        yield Lines(tuple(_sentence(results, attacks, method, short=True) for method in results.methods), TERMINAL)
     yield Table(columns, results.methods, css="methods")
     if attacks:
         yield Text(HEAT, TERMINAL | DETAIL)
-        if len(results.methods) > SENTENCES:  # with fewer methods, sentences come first
+        if len(results.methods) > SENTENCES:
             yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
     yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
 
@@ -166,16 +168,18 @@ def _sign(line: Line, spot: Spot) -> str:
     return _GOOD[0] if spot.ending is SpotEnding.STANDS else str(min(9, int(10 * depth)))
 
 
-def _sentence(results: StressResults, lines: list[Line], method: Method) -> str:
-    """Describe the number of stress tests that a method passes, and its first failure with the size."""
+def _sentence(results: StressResults, lines: list[Line], method: Method, *, short: bool = False) -> str:
+    """Describe the number of stress tests that a method passes, and its first failure with the size, and its axis."""
     endings = [results.spots[line.name, method.name].ending for line in lines]
     ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
     name = method.phrase
     if not ran:
         return f"{name}: none of {formatting.count(len(lines), WORDS['attack'])} could be run."
-    unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) else ""
+    unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) and not short else ""
     passes = f"{name}: passes {endings.count(SpotEnding.STANDS)} of {ran}{unrun}"
     first = _weakest(results, lines, method).text
+    if short:
+        return f"{passes}; first failure: {first}." if first else f"{passes}."
     axis = next((line.axis for line in lines if first.startswith(f"{line.name} ")), "")
     return f"{passes}; first failure: {first} ({axis.partition(', ')[0]})." if first else f"{passes}."
 
@@ -314,7 +318,7 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
             if most == fewest:
                 best, worst = f"{each}{does} {most}", ""
             yield f"{_named(passed[most])} {best} of {formatting.count(len(kinds[kind]), WORDS[kind])}{worst}."
-        if partly:
+        if partly and (kind != "attack" or len(partly) <= FEW):  # sentences by method have the numbers
             said = f": {formatting.listed(partly)}" if len(partly) <= FEW else ""
             methods = formatting.count(len(partly), "method")
             yield (

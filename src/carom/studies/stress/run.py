@@ -211,7 +211,7 @@ def _chosen(names: Sequence[str], quick: bool) -> tuple[Line, ...]:
         if name not in known and name not in kinds:
             raise UnknownNameError(
                 f"no stress test is named {name!r}",
-                hints=named_hints(name, known, f"there are: {', '.join(sorted(known))}; and {', '.join(kinds)}"),
+                hints=named_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}"),
             )
     wanted = {kinds[name] for name in names if name in kinds}
     return tuple(line for line in everything if line.name in names or line.kind in wanted)

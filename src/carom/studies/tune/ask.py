@@ -8,11 +8,11 @@ from dataclasses import dataclass, fields
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from carom.catalogue import find_scenes
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import resolve_engine
 from carom.execution.job import Progress, no_progress
-from carom.model.scene import Scene, as_scene
+from carom.execution.plan import resolve_scenes
+from carom.model.scene import Scene
 from carom.report.inline import axes_of, with_picture
 from carom.report.render.terminal import plain_text
 from carom.report.svg import plain_number
@@ -67,10 +67,19 @@ def tune(
         UnknownNameError: The engine, the profile or a scene does not exist.
         UnavailableError: The engine is not installed.
         MissingExtraError: The extra `tune` is not installed.
+
+    Examples:
+        >>> found = carom.tune("pymunk", ["paper/late"], trials=1)
+        >>> found.engine, [scene.name for scene in found.scenes]
+        ('pymunk', ['paper/late'])
     """
-    asked = TuneOptions(**options)
-    plain = [entry.scene for entry in find_scenes([SCENES])] if scenes is None else [as_scene(one) for one in scenes]
-    found = found_by(resolve_engine(engine), plain, asked, progress=progress or no_progress)
+    asked = TuneOptions.passed("tune", options)
+    found = found_by(
+        resolve_engine(engine),
+        resolve_scenes([SCENES] if scenes is None else scenes)[0],
+        asked,
+        progress=progress or no_progress,
+    )
     return ShownTuning(**{field.name: getattr(found, field.name) for field in fields(found)})
 
 

@@ -49,6 +49,20 @@ def test_a_plan_says_what_is_done_and_what_is_left_out(name: str, options: dict[
     assert said in plan(name, engines=["pit"], **options)
 
 
+@each(
+    ("name", "skipped"),
+    [
+        ("paper/late", r"event queue, grid, wall tests, \d+ of 24 frames of PIT, engine steps after step 11 of 24"),
+        ("gravity/falling-pair", r"wall tests, \d+ of \d+ frames of PIT"),
+        ("classics/gas", r"\d+ of 60 frames of PIT"),
+    ],
+)
+def test_the_first_line_lists_what_is_not_computed(name: str, skipped: str) -> None:
+    """What the scene does not need is in the line of its name, with the numbers of the coarsest step."""
+    first = plan(name, engines=["pit"]).splitlines()[0]
+    assert re.fullmatch(rf"{name}: .*; skipped: {skipped}", first)
+
+
 def test_what_skipping_saves_is_measured() -> None:
     """Both forms are timed where the one without skipping ends soon; the times are of runs with the same impacts."""
     scene = catalogue()["classics/gas"].scene
