@@ -12,6 +12,7 @@ import select
 import shutil
 import subprocess
 from collections.abc import Iterator
+from contextlib import closing
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
@@ -57,19 +58,16 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     if shutil.which("node") is None:
         while True:
             yield "there is no node here, in which the page's modules would run"
-    page: _Page | None = None
     while True:
-        page = _Page() if page is None else page
-        try:
-            yield rng.choice((_name, _link, _link, _link, _block, _block))(rng, folder, page)
-        except TimeoutError:
-            yield f"no answer of the page within {LIMIT_S:g} s to {page.asked[:300]!r}"
-            page.close()
-            page = None
-        except EOFError:
-            yield f"the page's modules ended over {page.asked[:300]!r}"
-            page.close()
-            page = None
+        with closing(_Page()) as page:
+            try:
+                while True:
+                    yield rng.choice((_name, _link, _link, _link, _block, _block))(rng, folder, page)
+            except TimeoutError:
+                lost = f"no answer of the page within {LIMIT_S:g} s to {page.asked[:300]!r}"
+            except EOFError:
+                lost = f"the page's modules ended over {page.asked[:300]!r}"
+        yield lost
 
 
 class _Page:

@@ -9,6 +9,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from random import Random
 from unittest import mock
@@ -125,13 +126,12 @@ def _program(rng: Random, folder: Path) -> str:
 
 def _serve(rng: Random, folder: Path) -> Iterator[str]:
     """Yield what is lost over each line of a session of `carom serve`."""
-    talk = Talk([sys.executable, "-m", "carom", "serve", "pit"], folder)
-    for _ in range(SESSION):
-        line = mutated(rng)
-        try:
-            answer = talk.ask(line)
-        except (AssertionError, ValueError, OSError) as error:
-            yield f"carom serve, asked {line[:300]!r}: {str(error)[:300]}"
-            break
-        yield "" if isinstance(answer, dict) else f"carom serve, asked {line[:300]!r}: {answer!r}"
-    talk.close()
+    with closing(Talk([sys.executable, "-m", "carom", "serve", "pit"], folder)) as talk:
+        for _ in range(SESSION):
+            line = mutated(rng)
+            try:
+                answer = talk.ask(line)
+            except (AssertionError, ValueError, OSError) as error:
+                yield f"carom serve, asked {line[:300]!r}: {str(error)[:300]}"
+                return
+            yield "" if isinstance(answer, dict) else f"carom serve, asked {line[:300]!r}: {answer!r}"
