@@ -117,7 +117,11 @@ def bench_block() -> str:
         f'<img alt="{alt}" src="docs/figures/bench-light.svg"></picture>'
     )
     told = scene_answer(scene, TARGET, kind)
-    sampling = f"A method that only checks for overlap once per step (PIT) has an error of {error_text(pit.error, kind)}." if pit else ""
+    sampling = (
+        f"A method that only checks for overlap once per step (PIT) has an error of {error_text(pit.error, kind)}."
+        if pit
+        else ""
+    )
     return f"{picture}\n\n{told} {sampling}\n"
 
 
