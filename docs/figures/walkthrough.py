@@ -60,7 +60,8 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
     )
     _slid(page, "frames per second", _OFTENER)
     yield (
-        f"Set *frames per second* to {_shown(page, 'frames per second')}. The page says: {_read(page)} The time between "
+        f"Set *frames per second* to {_shown(page, 'frames per second')}. The page says: {_read(page)} The time "
+        f"between "
         "frames is now shorter than the overlap."
     )
     x, y = page.evaluate("caromPage.spot(1)")
@@ -82,7 +83,8 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
     found = f"This is at {_shown(page, 'frame offset')}. The page says: {_read(page)}"
     _slid(page, "frame offset", 0)
     yield (
-        f"Increase *frame offset* in steps of {_PHASE} until PIT finds the impact. {found} Set *frame offset* back to 0. "
+        f"Increase *frame offset* in steps of {_PHASE} until PIT finds the impact. {found} Set *frame offset* back "
+        f"to 0. "
         f"The page says: {_read(page)}"
     )
     _slid(page, "frames per second", _OFTEN)
