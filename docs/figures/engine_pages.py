@@ -102,13 +102,15 @@ def hazards_of(engine: str) -> str:
 
 def profiles_of(engine: str) -> str:
     """Return the table of an engine's profiles."""
-    return f"[Meaning of the columns](README.md#what-the-columns-mean).\n\n{table(measured()['engines'][engine]['profiles'])}"
+    made = table(measured()["engines"][engine]["profiles"])
+    return f"[Engines](README.md#what-the-columns-mean) explains the columns.\n\n{made}"
 
 
 def settings_of(engine: str) -> str:
     """Return the settings of an engine that are to be pasted."""
     own = measured()["engines"][engine]
-    printed = f"`carom engines {engine} --show {own['profile']}` prints them as code ([settings to paste](../how-to/settings.md))."
+    command = f"carom engines {engine} --show {own['profile']}"
+    printed = f"`{command}` prints them as code ([settings to paste](../how-to/settings.md))."
     return f"These are the settings of the profile `{own['profile']}`. {printed}\n\n```text\n{own['settings']}\n```\n"
 
 
