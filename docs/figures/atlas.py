@@ -340,7 +340,8 @@ def _needs(methods: Sequence[Method]) -> Table:
         ],
         NEEDS,
         note="Each cell names an engine with its best profile for the need, and the time step in frames of the "
-        "A cell with *19 of 26* means that the need is met in 19 of 26 scenes. The last number, such as *179 x*, is the "
+        "scene. A cell with *19 of 26* means that the need is met in 19 of 26 scenes. The last number, such as "
+        "*179 x*, is the "
         "run time with one step per frame, divided by PIT's. If several are equally good, larger steps come first, "
         "then shorter run times. The profile `located` "
         "takes about 48 steps per impact.",
@@ -396,7 +397,8 @@ def crowd_table(methods: Sequence[Method]) -> Table:
         ],
         crowd(methods),
         note=f"The scene is `{CHAOTIC}` at its own frame rate, from one start: 25 discs in a box for 20 s. It is "
-        "chaotic, so another build gives other numbers. Trajectories differ from any reference within a second, so each step is "
+        "chaotic, so another build gives other numbers. Trajectories differ from any reference within a second, "
+        "so each step is "
         "compared with PIC from the run's own state. *Missed*: two discs passed through each other; in brackets is how "
         "many of these impacts PIT also misses from the same state. *Worst error / PIT's*: up to 1, checking once per "
         "step explains the error. *Energy error*: energy gained or lost in addition to PIT's steps, divided by the "
