@@ -38,13 +38,14 @@ unexport PYTHONDONTWRITEBYTECODE
 # What is imported is translated then: pip would translate all of Cython, NumPy and Matplotlib, one after the other.
 export PIP_NO_COMPILE := 1
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs docs-bench docs-figures pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact campaign-features mutants arm wheels bench bench-clones weight check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long release-check test-browser ci engines test-engines docs docs-bench docs-figures pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact campaign-features mutants arm wheels bench bench-memory bench-clones weight check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
 	@echo "make report             install what it needs, run the built-in suite, write $(REPORT)/index.html"
 	@echo "make test               install what it needs, run the tests"
-	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
+	@echo "make test-long          run the tests that take minutes"
+	@echo "make release-check      (hours) what only a release needs: builds, wheels, ARM, past releases of engines, campaigns"
 	@echo "make test-browser       run the tests of the page, in Chromium"
 	@echo "make engines            install the engines that are no part of all: from npm (needs node), and $(WHEELS)"
 	@echo "make test-engines       run the tests of those engines that are installed"
@@ -68,6 +69,7 @@ help:
 	@echo "make wheels             PYTHONS='python3.11 python3.12': make a wheel and try it on each of these, and make one for musl"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/contributing/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
+	@echo "make bench-memory       memory and time of reading, comparing and drawing 1e5 rows, and of the suite"
 	@echo "make bench-clones       SINCE=80e3cd0: make report, make test, the suite (timed and not) and one cell in fresh clones of both commits"
 	@echo "make weight             SINCE=80e3cd0: lines of code of the harness, and hand-written words of the documents"
 	@echo "make quick              lint and format of what is there, in seconds: before each commit"
@@ -88,10 +90,16 @@ report: $(VENV)/built-for-reports
 test: $(VENV)/built-for-tests
 	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist worksteal
 
-# By file: the tests of one file share what was built for them. Those by Hypothesis draw more examples.
+# By file: the tests of one file share what was built for them.
 test-long: $(BUILT)
 	$(BIN)/python -m pytest -m long -n auto --dist loadfile
-	HYPOTHESIS_PROFILE=more $(BIN)/python -m pytest -m "hypothesis and not long and not browser and not engines" -n auto --dist loadfile
+
+# What only a release needs: builds, wheels, other processors, many more random cases. Tests by Hypothesis draw more examples.
+release-check: $(BUILT)
+	$(BIN)/python -m pytest -m release -n auto --dist loadfile
+	HYPOTHESIS_PROFILE=more $(BIN)/python -m pytest -m "hypothesis and not long and not release and not browser and not engines" -n auto --dist loadfile
+	$(MAKE) wheels arm
+	$(MAKE) campaign campaign-pic campaign-tables campaign-contact campaign-features SCENES=1000
 
 test-browser: $(BUILT)
 	$(BIN)/python -m pytest -m browser tests/browser
@@ -194,6 +202,9 @@ bench: $(BUILT)
 	done
 	$(BIN)/python -m benchmarks.time_of_impact
 
+bench-memory: $(BUILT)
+	$(BIN)/python -m benchmarks.memory --suite
+
 bench-clones: $(BUILT)
 	$(BIN)/python -m benchmarks.clones $(if $(SINCE),--since $(SINCE))
 
@@ -210,6 +221,7 @@ quick:
 generated: $(BUILT)
 	$(BIN)/carom diff --schema > src/carom/results.schema.json
 	$(BIN)/carom scenes --schema | $(BIN)/python -m json.tool --indent 2 --sort-keys > src/carom/scene.schema.json
+	$(BIN)/python -c 'from json import dumps; from carom.engines.protocol.messages import protocol_schema as schema; print(dumps(schema(), indent=2))' > docs/reference/engine-protocol.schema.json
 	$(BIN)/python -m tests.packaging.core_wasm
 	$(MAKE) docs-figures
 	$(BIN)/python docs/figures/engine_pages.py
@@ -226,6 +238,9 @@ check: $(BUILT)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	MYPYPATH=src $(BIN)/python -m mypy.stubtest --mypy-config-file pyproject.toml $(MODULES)
+
+# What must hold before anything lands. With -j 2 single processes run next to tests, which start first and take longest.
+ci: coverage check test-long docs test-browser report
 
 changelog:
 	$(PYTHON) docs/figures/changelog.py

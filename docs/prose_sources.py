@@ -11,19 +11,12 @@ import io
 import re
 import tokenize
 from collections.abc import Iterator
-from fnmatch import fnmatch
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("src", "adapters", "benchmarks", "docs", "tests")
 ENDINGS = {".py", ".pyx", ".pxd", ".c", ".h"}
-#: Paths that are not checked, as patterns of fnmatch, and why.
-UNCHECKED = {
-    "*.[ch]": "a new comment would need a new core.wasm, which contains their digest",
-    "*.py[xd]": "a new comment would need a new build of the extension, which contains their digest",
-    "src/carom/comparator/verdict.py": "its strings are values in results.jsonl",
-}
 #: A shorter string is a name, a key or a piece of code.
 LEAST_WORDS = 4
 
@@ -34,7 +27,9 @@ _LITERAL_BLOCK = re.compile(r"::\n\n(?: {4,}.*\n?|\n)+")
 _WORD = re.compile(r"[\"'(\[]*[A-Za-z][A-Za-z'\u2019-]*[\"')\],.;:!?]*")
 _CODE = re.compile(r"^ *(def \w+\(|import \w)", re.MULTILINE)
 _DIRECTIVE = re.compile(r"^(noqa|type: |pragma|fmt: |pylint|mypy: |ruff: )")
+_CODE_OF_C = re.compile(r"^ *#(include|define) ", re.MULTILINE)
 _COMMENT_OF_C = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_FILE_OF_TABLE = re.compile(r"^ *[\w/]+\.(?:[ch]|py[xd])\b.*  \S.*$", re.MULTILINE)
 _LITERAL_OF_C = re.compile(r'"(?:[^"\\\n]|\\.)*"')
 
 
@@ -49,13 +44,8 @@ def source_paths() -> Iterator[str]:
     """Yield the checked files by their paths from the repository's root."""
     for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*")):
         name = path.relative_to(ROOT).as_posix()
-        if path.suffix in ENDINGS and "node_modules" not in path.parts and not is_unchecked(name):
+        if path.suffix in ENDINGS and "node_modules" not in path.parts:
             yield name
-
-
-def is_unchecked(name: str) -> bool:
-    """Return whether a path matches a pattern of `UNCHECKED`."""
-    return any(fnmatch(name, pattern) for pattern in UNCHECKED)
 
 
 def passages(name: str, source: str) -> Iterator[Passage]:
@@ -131,12 +121,14 @@ def _comments(source: str) -> Iterator[Passage]:
 def _docstrings_of_cython(source: str) -> Iterator[Passage]:
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.STRING and token.string.startswith('"""'):
+            if _CODE_OF_C.search(token.string):
+                continue
             yield Passage(token.start[0], prose_of_docstring(inspect.cleandoc(token.string.strip('"'))))
 
 
 def _comments_of_c(source: str) -> Iterator[Passage]:
-    """Yield comments; those that follow each other without code between them are one."""
+    """Yield comments, without tables of file names; those with no code between them are one."""
     source = _LITERAL_OF_C.sub(lambda found: "0" * len(found[0]), source)
     for found in re.finditer(rf"(?:(?:{_COMMENT_OF_C.pattern})\s*?\n?[ \t]*)+", source, re.DOTALL):
         text = re.sub(r"^[ \t]*(/\*+|\*+/|\*|//+)?[ \t]?|\*/", "", found[0], flags=re.MULTILINE)
-        yield Passage(source.count("\n", 0, found.start()) + 1, text)
+        yield Passage(source.count("\n", 0, found.start()) + 1, _FILE_OF_TABLE.sub("", text))

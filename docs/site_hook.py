@@ -125,7 +125,7 @@ def replay(scene: str, rate: str | None) -> str:
     frame = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene, frame_rate_hz=frames))._repr_html_()
     if frame is None:
         raise PluginError("replays of the gallery need the extra report: pip install 'carom[report]'")
-    drag = f'<p><a href="{THROWN}#{scene}">Drag this scene: throw its discs yourself</a></p>'
+    drag = f'<p><a href="{THROWN}#{scene}">Open this scene on the play page, where you can drag its discs</a></p>'
     return f"{frame}\n\n{drag}" if scene in GALLERY else frame
 
 

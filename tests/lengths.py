@@ -1,4 +1,4 @@
-"""Rows of many that `make test` tries, and those that `make test-long` adds."""
+"""Rows of many that `make test` tries, and those that `make release-check` adds."""
 
 from __future__ import annotations
 
@@ -13,23 +13,25 @@ import pytest
 from carom.catalogue import all_scenes
 
 
-def long_after(count: int, values: Iterable[Any]) -> list[Any]:
-    """Return values to parametrise by, of which all but the first are long; those of several names are tuples."""
+def release_after(count: int, values: Iterable[Any]) -> list[Any]:
+    """Return values, or tuples of values, to parametrise by; those after the first `count` are for a release."""
     return [
-        value if k < count else pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=pytest.mark.long)
+        value
+        if k < count
+        else pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=pytest.mark.release)
         for k, value in enumerate(values)
     ]
 
 
 def by_group(*groups: str) -> list[Any]:
-    """Return all scenes that have a name to parametrise by, a list for each group; three of four of some are long."""
+    """Return the catalogue's scenes to parametrise by, a list a group; of `groups`, three of four are for a release."""
     found = list[Any]()
     for group, of_group in groupby(all_scenes().values(), lambda entry: entry.group):
         entries = list(of_group)
         short = entries[::4] if group in groups else entries
         found.append(pytest.param(short, id=group))
         if rest := [entry for entry in entries if entry not in short]:
-            found.append(pytest.param(rest, id=f"{group}, the others", marks=pytest.mark.long))
+            found.append(pytest.param(rest, id=f"{group}, the others", marks=pytest.mark.release))
     return found
 
 

@@ -1,6 +1,6 @@
-"""Inlined functions of the core, one at a time, for tests: nothing else can call them.
+"""Inlined functions of the core, callable by tests.
 
-Built with the extension if that is built in place, see setup.py. No wheel contains this module.
+The module is built with the extension if that is built in place, see setup.py. No wheel contains this module.
 """
 
 from carom.core.carom_core cimport (
@@ -171,12 +171,12 @@ cdef extern from *:
     """
     #include <stddef.h>
 
-    /* The cells around one, as `cells_around` returns them for a disc there. */
+    /* Return a cell and its neighbours, as `cells_around` does for a disc in it. */
     static Block carom_block(const Grid *g, Index row, Index column) {
         return (Block){(row - 1) * g->stride + column - 1, 3, g->stride, 1};
     }
 
-    /* Fields of the structs that are rows of arrays, as the C compiler places them. */
+    /* Fields of structs that are rows of arrays, with the places that the C compiler gives them. */
     #define FIELD(row, field) {                                                                               \
         #row, #field, offsetof(row, field), sizeof(((row *)0)->field), sizeof(row),                           \
         _Generic(((row *)0)->field, double: "f8", double *: "f8", int64_t: "i8", int: "i4", int *: "i4",      \
@@ -217,7 +217,7 @@ cdef extern from *:
 
     Block carom_block(const Grid *g, Index row, Index column) nogil
 
-#: 0 where every operation is rounded to its own type, as IEEE 754 demands.
+#: 0 if every operation is rounded to its own type, as IEEE 754 requires.
 EVALUATION_METHOD = FLT_EVAL_METHOD
 
 
@@ -244,7 +244,7 @@ def log1p(double x):
 
 
 def sum_of_products(factors):
-    """Return the sum of products of two numbers each, as a pair."""
+    """Return the sum of products of two numbers as a pair."""
     total = empty_sum()
     for a, b in factors:
         total = add_product(total, a, b)
@@ -267,7 +267,7 @@ def descent_time(gap, speed, pull):
 
 
 def share_frictions(double s1, double q1, most, double y, signs):
-    """Return the two frictions, and what they hold, `Frictions` in contact_law.h, by name."""
+    """Return the two frictions by name: `Frictions` in contact_law.h."""
     cdef double f_most, h_most, slip, rim
     f_most, h_most = most
     slip, rim = signs
@@ -279,7 +279,7 @@ cdef Press press_from(press):
 
 
 def contact_rates(press, double slip, double rim):
-    """Return the rates of a disc in contact, `ContactRates` in contact_law.h, by name."""
+    """Return the rates of a disc in contact by name: `ContactRates` in contact_law.h."""
     cdef Press pressed = press_from(press)
     return c_contact_rates(&pressed, Slips(slip, rim))
 
@@ -294,9 +294,9 @@ def slip_after_bounces(press, double slip, double approach, double restitution):
 
 
 def collide(start, wall=None):
-    """Return velocities and spins of the discs of a start after the first has struck the second, or a half-plane.
+    """Return velocities and spins of the discs of a start after the first disc has hit the second, or a half-plane.
 
-    The normal is that of where they are, and the law that of the start: `carom.model.disc_arrays.DiscArrays`.
+    The present positions give the normal. The law is that of the start, `carom.model.disc_arrays.DiscArrays`.
     """
     cdef Law law = law_of(start, 0.0)
     cdef double[:, ::1] velocity = start.velocity_m_s.copy()
@@ -317,7 +317,7 @@ def collide(start, wall=None):
 
 
 def layouts():
-    """Return the dtypes of the structs that are rows of arrays, by name, as the C compiler has laid them out."""
+    """Return the dtypes of structs that are rows of arrays, by name, with the layout of the C compiler."""
     rows = {}
     for k in range(CAROM_FIELDS):
         field = &carom_fields[k]
@@ -414,7 +414,7 @@ cdef class Cells:
         remove_from_cell(&self.s, i, row, column)
 
     def around(self, Index row, Index column):
-        """Return the discs of a cell and of its eight neighbours, in the batches in which a scan finds them."""
+        """Return the discs of a cell and its eight neighbours, in the batches of a scan."""
         s = &self.s
         cdef Chains chains
         cdef Block block = carom_block(&s.grid, row, column)
@@ -429,11 +429,11 @@ cdef class Cells:
 
     @property
     def grid(self):
-        """Lower left corner, width of a cell, numbers of columns and rows."""
+        """Lower left corner, width of a cell, and numbers of columns and rows."""
         return self.s.grid.x0, self.s.grid.y0, self.s.grid.width, self.s.grid.columns, self.s.grid.rows
 
     def walls_near(self, Index row, Index column):
-        """Return the numbers of the walls that a disc in a cell may meet, by the list of its tile; the ring is row 0."""
+        """Return the numbers of walls that a disc in a cell may hit, from the list of its tile. The ring is row 0."""
         numbers = self.s.grid.lists + (self.list_of[tile_of(&self.s.grid, row, column)] >> 1)
         found = []
         while numbers[0] != NO_OBSTACLE:

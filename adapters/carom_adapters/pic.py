@@ -36,7 +36,7 @@ class PicWorld(RecordedWorld):
         self._steps = 0
 
     def advance(self, steps: int) -> None:
-        """Advance the run, with all its impacts, to the end of the last step."""
+        """Advance the run to the end of the last step, with all impacts until then."""
         self._steps += steps
         outcome = self._run.advance_to(self._steps * self._dt_s)
         # Lasting contact is not a failure: the state no longer changes, and the harness scores nothing after it.
@@ -45,7 +45,7 @@ class PicWorld(RecordedWorld):
 
 
 class PicAdapter:
-    """PIC, event-driven or frame by frame, which is the source paper's Algorithm 2."""
+    """PIC: event-driven, or frame by frame, which is the source paper's Algorithm 2."""
 
     name = "pic"
     engine = Engine("Carom")
@@ -73,7 +73,7 @@ class PicAdapter:
     profiles: Mapping[str, Profile] = AliasedProfiles(
         {
             "frame-by-frame": Profile(
-                "The source paper's Algorithm 2: every pair solved again, all impacts of a frame. Also: default.",
+                "The source paper's Algorithm 2: all pairs are solved again at each impact of a frame. Also: default.",
                 lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
             ),
             "event-driven": Profile(
@@ -88,7 +88,7 @@ class PicAdapter:
         """Predict the first impacts.
 
         Raises:
-            AdapterError: There is no such setting, or the scene needs what is not declared.
+            AdapterError: There is no such setting, or the scene needs a feature that is not declared.
         """
         for setting in settings:
             if setting not in {"dt_s", "form"}:

@@ -44,7 +44,7 @@ class PitWorld(RecordedWorld):
 
 
 class PitAdapter:
-    """PIT, exactly the source paper's Algorithm 1. It has one form and nothing to tune."""
+    """PIT, exactly the source paper's Algorithm 1. PIT has one form and no settings to tune."""
 
     name = "pit"
     engine = Engine("Carom")
@@ -68,7 +68,7 @@ class PitAdapter:
         tangential_restitution=True,
     )
     profiles: Mapping[str, Profile] = AliasedProfiles(
-        {"tuned": Profile("The source paper's Algorithm 1: there is nothing to tune.", lambda dt_s: {"dt_s": dt_s})},
+        {"tuned": Profile("The source paper's Algorithm 1, without settings to tune.", lambda dt_s: {"dt_s": dt_s})},
         PROFILE_ALIASES["pit"],
     )
 
@@ -76,7 +76,7 @@ class PitAdapter:
         """Copy the scene's start.
 
         Raises:
-            AdapterError: There is no such setting, or the scene needs what is not declared.
+            AdapterError: There is no such setting, or the scene needs a feature that is not declared.
         """
         for setting in settings:
             if setting != "dt_s":

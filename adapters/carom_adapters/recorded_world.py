@@ -1,4 +1,4 @@
-"""Steps of Carom's own methods, whose runs record impacts."""
+"""Worlds of Carom's own methods, whose runs record impacts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class RecordedWorld:
-    """A run of Carom's own, observed at the ends of steps. The observations do not change it."""
+    """A run of one of Carom's methods, observed at the ends of steps. The observations do not change the run."""
 
     def __init__(self, run: Any, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
@@ -30,7 +30,7 @@ class RecordedWorld:
         raise NotImplementedError
 
     def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
-        """Take steps up to one with an impact or a warning, see `carom.engines.api.QuietWorld`."""
+        """Take steps until one has an impact or a warning, see `carom.engines.api.QuietWorld`."""
         run, turns = self._run, self._run.spins() is not None
         for k in range(len(position_m)):
             self.advance(1)
@@ -49,12 +49,12 @@ class RecordedWorld:
         return Observation(run.positions(), run.velocities(), contacts, self._warning, spin_rad_s=run.spins())
 
     def close(self) -> None:
-        """Nothing to release."""
+        """Do nothing: a run needs no release."""
 
 
 def contacts_since(log: RunImpacts, seen: int) -> tuple[Contact, ...]:
-    """Return the impacts after the first `seen` ones, with the velocities around each: a step may have several."""
-    if len(log) == seen:  # as after most steps
+    """Return the impacts after the first `seen` ones, with the velocities around each. A step may have several."""
+    if len(log) == seen:  # the usual case
         return ()
     impacts, turned = log.array()[seen:].tolist(), log.spins()
     spins = [None] * len(impacts) if turned is None else turned[seen:].tolist()

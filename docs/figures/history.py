@@ -41,7 +41,7 @@ PHASES = 32
 KEPT_BYTES = 4e9
 
 #: Names of settings and their values: code, between words.
-_SETTINGS = re.compile(r"^(- Settings that differ: [^:]*: )(.*)$", re.MULTILINE)
+_SETTINGS = re.compile(r"^(- Different settings: [^:]*: )(.*)$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ HEAD = """# Engines over their releases
 
 `make history` runs releases from the engines' registries with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`.
 [A change counts](../reference/diff.md#releases-of-an-engine) as the engine's if the settings read back are equal and the motion differs over {phases} phases of the step.
-`chance of phase`, `other settings`, `other contacts` and `half seen` are counted only. [Regressions](../how-to/regressions.md) does the same for your engine.
+`phase only`, `other settings`, `other contacts` and `not judged` are counted only. [Regressions](../how-to/regressions.md) does the same for your engine.
 """
 
 THREADS = """## Threads that name a release
@@ -172,7 +172,7 @@ THREADS = """## Threads that name a release
 def section(found: History, sentence: str) -> str:
     """Return an engine's part of the page: its sentence and its tables, without the machine."""
     whole = history_document(found)
-    parts = tuple(one for one in whole.sections if one.heading in {"Release by release", "What changed"})
+    parts = tuple(one for one in whole.sections if one.heading in {"Releases", "Changed cells"})
     body = markdown(Document("x", whole.answer, tuple(Section(one.heading, one.blocks, 3) for one in parts)))
     body = _SETTINGS.sub(lambda line: f"{line[1]}`{line[2].replace(chr(92), '')}`", body)
     return f"## {found.origin.engine}\n\n{sentence}\n\n{body.partition(chr(10))[2].strip()}\n"

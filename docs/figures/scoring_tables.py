@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
+from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.report.mark import Mark
 
 PAGE = Path(__file__).resolve().parents[1] / "theory" / "scoring.md"
@@ -15,8 +15,8 @@ _BLOCK = re.compile(r"(<!-- made by docs/figures/scoring_tables\.py: (\w+) -->\n
 def table(name: str) -> str:
     """Return a table in Markdown, `verdicts` or `grades`."""
     rows = {
-        "verdicts": [("verdict", "when"), *((verdict.value, when) for verdict, when in SAID_WHEN.items())],
-        "grades": [("grade", "when"), *((Mark[grade.name].word, when) for grade, when in GRADED_WHEN.items())],
+        "verdicts": [("verdict", "when"), *((verdict.value, when) for verdict, when in VERDICT_CONDITIONS.items())],
+        "grades": [("grade", "when"), *((Mark[grade.name].word, when) for grade, when in GRADE_CONDITIONS.items())],
     }[name]
     lines = [f"| {word} | {when} |\n" for word, when in rows]
     return "".join([lines[0], "| --- | --- |\n", *lines[1:]])

@@ -16,7 +16,7 @@ PAGE = Path(__file__).resolve().parents[1] / "results" / "stress.md"
 #: The tables by the heading of their first column.
 KINDS = tuple(WORDS.values())
 #: The end of a cell in a campaign's page, too long for a table: the error at the last value that passed.
-_BEHIND = re.compile(r"(= to \S+|~ \S+|[=x] does (?:not|it)) \S+")
+_BEHIND = re.compile(r"(= to \S+|~ \S+|x seen|= not seen) \S+")
 _PART = re.compile(r"(<!-- made by docs/figures/stress_tables\.py: ([\w ]+) -->\n)((?s:.*?))(<!-- end -->)")
 
 

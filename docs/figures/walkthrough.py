@@ -77,7 +77,7 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
         "as the box shows."
     )
     phase = 0.0
-    while "misses it" in page.inner_text("#sentence"):
+    while "misses the impact" in page.inner_text("#sentence"):
         phase = round(phase + _PHASE, 10)
         _slid(page, "frame offset", phase)
     found = f"This is at {_shown(page, 'frame offset')}. The page says: {_read(page)}"

@@ -1,7 +1,7 @@
 """Carom: a cross-check harness for disc collisions.
 
 The names below are loaded when they are first used, so ``import carom`` costs nothing and imports no optional part.
-It raises an ImportError where the compiled extension is missing.
+The import raises an ImportError if the compiled extension is missing.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ _HOMES = {
     "carom.solvers.reference.algorithm_2": ("solve_pic_framewise",),
     "carom.model.trace": ("Mode", "Outcome", "Trace"),
 }
-#: Import paths that documents of earlier versions gave, and where their names are now. `carom.adapter` is a module.
+#: Import paths of earlier versions, and the modules that have their names now. `carom.adapter` is a real module.
 _MOVED = {
     "carom.program": "carom.engines.protocol",
     "carom.program.adapter": "carom.engines.protocol.adapter",
@@ -109,21 +109,26 @@ def __dir__() -> list[str]:
 
 
 def scene(name: str) -> Scene:
-    """Return the scene of the catalogue with this full name, such as ``paper/missed``."""
+    """Return the scene of the catalogue with this full name, such as ``paper/missed``.
+
+    Examples:
+        >>> carom.scene("paper/missed").frame_rate_hz
+        24.0
+    """
     from carom.model.scene import as_scene
 
     return as_scene(name)
 
 
 def _find_scene(name: str) -> Scene:
-    """Return a scene of the catalogue, for the model, which is below the catalogue but also takes names."""
+    """Return a scene of the catalogue. The model calls this for names, since it can't import the catalogue."""
     from carom.catalogue import scene_named
 
     return scene_named(name)
 
 
 def _view(name: str) -> Callable[..., Any]:
-    """Return a view of a result. Reports are above results, and are imported when one is first shown."""
+    """Return a view of a result. Results can't import reports, which are imported when one is first shown."""
     if name == "summary":
         from carom.report.summary import summary
 
@@ -138,7 +143,7 @@ def _view(name: str) -> Callable[..., Any]:
 
 
 class _Moved(ModuleType):
-    """An import path of an earlier version: imports the present module when a name is first asked of it."""
+    """An import path of an earlier version. The old module imports the present one when a name is first requested."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):  # inspection asks every module for some of these
@@ -149,7 +154,7 @@ class _Moved(ModuleType):
 
 
 class _Engines(ModuleType):
-    """The package `carom.engines`, which is also the public function of that name."""
+    """The package `carom.engines`, which can be called like the public function of that name."""
 
     def __call__(self, *args: Any, **options: Any) -> list[EngineInfo]:
         from carom.execution.engines import engines
@@ -161,4 +166,4 @@ require_extension()
 sys.modules.update({name: _Moved(name) for name in _MOVED})
 shown_by(_view)
 set_scene_finder(_find_scene)
-importlib.import_module("carom.engines").__class__ = _Engines  # before it shadows the function
+importlib.import_module("carom.engines").__class__ = _Engines  # before the package's name hides the function

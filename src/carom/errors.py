@@ -1,7 +1,7 @@
 """Every error that Carom raises on purpose.
 
-All share one base class, so ``except CaromError`` is enough. Each says what is wrong and where, and as hints what to
-do.
+All share one base class, so ``except CaromError`` is enough. Each message says what is wrong and where. Hints say what
+to do.
 """
 
 from __future__ import annotations
@@ -13,12 +13,19 @@ from carom.support.escaping import shortened, visible
 
 
 class CaromError(Exception):
-    """Base of every deliberate error; its text has no control character, whatever it quotes.
+    """Base of every deliberate error. The text contains no control characters, even in quotations.
 
-    As text it is one sentence, hints and all. A terminal prints each hint on a line of its own.
+    The text is one sentence, including the hints. A terminal prints each hint on a line of its own.
 
     Attributes:
         hints: Remedies, each a question or a phrase without a full stop.
+
+    Examples:
+        >>> try:
+        ...     carom.scene("paper/lat")
+        ... except carom.CaromError as error:
+        ...     print(error)
+        no scene is named 'paper/lat'; did you mean 'paper/late'?
     """
 
     def __init__(self, *args: object, hints: Sequence[str] = ()) -> None:
@@ -35,23 +42,23 @@ class CaromError(Exception):
 
 
 class InputError(CaromError, ValueError):
-    """An argument of a function is outside what the function is defined for."""
+    """An argument is outside the range for which a function is defined."""
 
 
 class UnknownNameError(CaromError, LookupError):
-    """No scene, engine or profile has the name that was asked for."""
+    """No scene, engine or profile has the requested name."""
 
 
 class MissingExtraError(CaromError, ImportError):
-    """A part was asked for whose optional dependency is not installed."""
+    """A requested part needs an optional dependency that is not installed."""
 
 
 class AdapterError(CaromError, RuntimeError):
-    """An engine or its adapter did something that the harness can't go on from."""
+    """An engine or its adapter did something after which the harness can't continue."""
 
 
 class Problem(NamedTuple):
-    """One thing wrong with a scene: the path to the field, what is wrong and the value found there, and what to do."""
+    """One problem of a scene: the path to the field, what is wrong with the value found there, and what to do."""
 
     field: tuple[str | int, ...]
     message: str
@@ -69,15 +76,20 @@ class Problem(NamedTuple):
 
 
 class SceneError(InputError):
-    """A scene, or the file that holds it, is not valid.
+    """A scene, or the file that contains it, is not valid.
 
     Attributes:
-        problems: Every finding, or the first of each kind.
-        source: The file, where there is one.
-        more: Whether there are findings in addition to `problems`, which nobody has counted.
+        problems: All findings, or the first of each kind.
+        source: The file, if there is one.
+        more: Whether there are findings in addition to `problems`, which were not counted.
+
+    Examples:
+        >>> carom.Disc(position_m=(0.0, 0.0), radius_m=-1.0)
+        Traceback (most recent call last):
+        carom.errors.SceneError: radius_m: must be greater than 0, got -1.0
     """
 
-    #: More than this many findings are counted rather than shown: one bad column must not scroll the first line away.
+    #: More findings than this are counted instead of shown: one bad column must not scroll the first line away.
     SHOWN = 10
 
     def __init__(self, problems: Sequence[Problem], source: str = "", *, more: bool = False) -> None:

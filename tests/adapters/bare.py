@@ -28,6 +28,7 @@ class Thrown:
         spin: Radians a second, counterclockwise.
         friction: Coefficients given to the disc and to the floor, as the engine takes them.
         restitution: Coefficient given to both, so that the engine's own rule makes it `restitution` again.
+        restitutions: Coefficients given to the disc and to the floor instead.
         inertia: Moment of inertia, kg m^2; None leaves it as shipped.
         steps_before: Steps before the touch.
         late: By how much of a step the step that ends with an overlap ends after the touch.
@@ -37,9 +38,14 @@ class Thrown:
     spin: float = 0.0
     friction: tuple[float, float] = (0.1, 0.1)
     restitution: float = 1.0
+    restitutions: tuple[float, float] | None = None
     inertia: float | None = 0.125
     steps_before: float = 1.0
     late: float = LATE
+
+    def given(self, own: float) -> list[tuple[float, float]]:
+        """Return friction and restitution of the disc and of the floor, `own` being what gives `restitution` again."""
+        return list(zip(self.friction, self.restitutions or (own, own), strict=True))
 
     @property
     def height_m(self) -> float:
@@ -59,8 +65,8 @@ def pymunk(thrown: Thrown) -> Left:
     body.position, body.velocity, body.angular_velocity = (0, thrown.height_m), thrown.velocity, thrown.spin
     floor = engine.Body(body_type=engine.Body.STATIC)
     shapes = (engine.Circle(body, RADIUS_M), engine.Poly(floor, [(-9, -9), (9, -9), (9, 0), (-9, 0)]))
-    for shape, friction in zip(shapes, thrown.friction, strict=True):
-        shape.elasticity, shape.friction = thrown.restitution**0.5, friction
+    for shape, (friction, restitution) in zip(shapes, thrown.given(thrown.restitution**0.5), strict=True):
+        shape.elasticity, shape.friction = restitution, friction
     space.add(body, floor, *shapes)
     for _ in range(STEPS):
         space.step(DT_S)
@@ -83,8 +89,8 @@ def box2d(thrown: Thrown, iterations: int = 50, velocity_scale: float = 2.0**20)
     slab.radius = 0.0
     floor = world.CreateStaticBody(position=(0, 0))
     shapes = ((body, engine.b2CircleShape(radius=RADIUS_M)), (floor, slab))
-    for (of, shape), friction in zip(shapes, thrown.friction, strict=True):
-        of.CreateFixture(shape=shape, density=1, friction=friction, restitution=thrown.restitution)
+    for (of, shape), (friction, restitution) in zip(shapes, thrown.given(thrown.restitution), strict=True):
+        of.CreateFixture(shape=shape, density=1, friction=friction, restitution=restitution)
     body.massData = engine.b2MassData(mass=1, center=(0, 0), I=thrown.inertia or 0.125)
     for _ in range(STEPS):
         world.Step(DT_S / velocity_scale, iterations, 0)
@@ -112,13 +118,14 @@ def pybullet(thrown: Thrown, *, maximal: bool = True, planar: bool = False, **dy
         if thrown.inertia is not None:
             told["mass"] = 1
             told["localInertiaDiagonal"] = [0 if planar else thrown.inertia] * 2 + [thrown.inertia]
-        for body, more, friction in zip(
-            bodies, (told, {"contactProcessingThreshold": 0}), thrown.friction, strict=True
+        given = thrown.given(thrown.restitution**0.5)
+        for body, more, (friction, restitution) in zip(
+            bodies, (told, {"contactProcessingThreshold": 0}), given, strict=True
         ):
             engine.changeDynamics(
                 body,
                 -1,
-                restitution=thrown.restitution**0.5,
+                restitution=restitution,
                 lateralFriction=friction,
                 physicsClientId=client,
                 **more,

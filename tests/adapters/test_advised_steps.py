@@ -133,11 +133,7 @@ def test_a_bare_engine_passes_at_the_step_advised_and_fails_at_the_next(
 def test_engines_that_sweep_need_few_steps_and_those_that_look_need_what_pit_needs(
     advised: tuple[str, Advice],
 ) -> None:
-    """For the bullet 60 steps a second are enough for Box2D and MuJoCo, 15 for PyBullet; for the puck 30.
-
-    Pymunk needs what PIT needs: what checks once per step passes at or below the closed form only, and no more than one
-    step of the grid below it.
-    """
+    """For the bullet 60 steps a second are enough for Box2D and MuJoCo, 15 for PyBullet; for the puck 30."""
     name, advice = advised
     found = {answer.method.engine: answer for answer in advice.answers}
     most = {("bullet", "box2d"): 60, ("bullet", "mujoco"): 60, ("bullet", "pybullet"): 15, ("puck", "pybullet"): 30}

@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 from tests.adapters.staged import along_a_floor
 from tests.hazards.measures import ENGINES
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import Named, disc_at, staged, wall_at
 
 import carom_adapters.npm
@@ -138,8 +138,8 @@ def models_end(text: str, scene: Scene, steps: int) -> State:
     return np.array(found)
 
 
-@pytest.mark.parametrize("scene_name", long_after(1, SCENES))
-@pytest.mark.parametrize("profile", long_after(1, ["tuned", "default"]))
+@pytest.mark.parametrize("scene_name", release_after(1, SCENES))
+@pytest.mark.parametrize("profile", release_after(1, ["tuned", "default"]))
 @pytest.mark.parametrize("name", WRITING)
 def test_what_is_pasted_gives_the_adapters_digits(
     named: Named, name: str, profile: str, scene_name: str, tmp_path: Path

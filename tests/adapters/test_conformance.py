@@ -13,7 +13,6 @@ import pytest
 from tests.adapters.conftest import NAMES
 from tests.adapters.staged import break_, oblique
 from tests.hazards.measures import ENGINES
-from tests.lengths import long_after
 from tests.stage import Named
 
 from carom import Scene
@@ -37,7 +36,7 @@ PROFILES = {
 @pytest.mark.parametrize(
     "name",
     [
-        *long_after(0, NAMES),
+        *(pytest.param(name, marks=pytest.mark.long) for name in NAMES),
         *(pytest.param(name, marks=pytest.mark.engines) for name in ENGINES if name not in NAMES),
     ],
 )
@@ -112,10 +111,7 @@ def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: N
 
 
 def test_the_world_of_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(pybullet: Adapter) -> None:
-    """For one pair of spheres only the start state is reset; with more bodies Bullet keeps an order that cannot be.
-
-    For those the client is emptied.
-    """
+    """For one pair of spheres only the start state is reset; with more bodies Bullet keeps an order that cannot be."""
     import carom_adapters.pybullet.world as module
 
     run(pybullet, _pair(), "tuned")
@@ -156,7 +152,7 @@ def test_a_mujoco_model_is_compiled_once_for_a_sweep(mujoco: Adapter) -> None:
     """Scenes that differ in their start states alone have one model, and a world that cuts its steps has a copy."""
     import carom_adapters.mujoco.world as module
 
-    module._compiled.cache_clear()  # noqa: SLF001 - whether a model was compiled shows nowhere else
+    module._compile.cache_clear()  # noqa: SLF001 - whether a model was compiled shows nowhere else
     for k in range(5):
         run(mujoco, _moved(oblique(), 0.01 * k), "tuned")
-    assert module._compiled.cache_info().misses == 1  # noqa: SLF001 - as above
+    assert module._compile.cache_info().misses == 1  # noqa: SLF001 - as above

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.adapters.staged import bullet, oblique, rounded, width
-from tests.lengths import each, long_after
+from tests.adapters.staged import oblique, rounded, width
+from tests.lengths import each, release_after
 from tests.stage import Finish, Named
 
 from carom import Disc, Scene, Wall, solve_pic, solve_pit
@@ -63,7 +63,7 @@ def _skip_unsupported(engine: Adapter, scene: Scene, dt_s: float) -> None:
         pytest.skip(reason)
 
 
-@pytest.mark.parametrize("dt_s", long_after(1, STEPS_S))
+@pytest.mark.parametrize("dt_s", release_after(1, STEPS_S))
 @each("scene", SCENES.values())
 def test_tuned_engine_is_pit_at_the_same_step(engine: Adapter, finish: Finish, scene: Scene, dt_s: float) -> None:
     """With its tuned profile, every engine ends where PIT with a frame a step ends, in velocity and position."""
@@ -126,19 +126,6 @@ def test_no_disc_passes_through_a_wall(engine: Adapter, finish: Finish, x_m: flo
         expected = velocity - 2 * (velocity @ normal) * normal
         # The closed form, each component of which is a dozen roundings at 400 m/s.
         np.testing.assert_allclose(end.velocity_m_s[0], expected, rtol=0, atol=12 * float(np.spacing(400.0)))
-
-
-def test_pybullet_sweeps_fast_discs(named: Named, finish: Finish) -> None:
-    """PyBullet's tuned profile misses no hit of a disc that moves 33 radii a step; without the sweep it misses some."""
-    pybullet, dt_s = named("pybullet"), 1 / 60
-    missed = {0.95: 0, 0.0: 0}
-    for phase in np.linspace(0, 1, 24, endpoint=False):
-        scene = bullet(phase, dt_s)
-        for fraction in missed:
-            end = finish(pybullet, scene, dt_s, ccd_radius_fraction=fraction)
-            missed[fraction] += bool(np.all(end.velocity_m_s[1] == 0))
-    assert missed[0.95] == 0
-    assert missed[0.0] > 12
 
 
 @pytest.mark.parametrize(
@@ -204,6 +191,8 @@ def test_mujoco_says_that_it_reset_the_state(
         ("pybullet", oblique(mass=1e-101), 1 / 60, "mass_kg"),
         ("pybullet", oblique(mass=1e16), 1 / 60, "mass_kg"),
         ("pybullet", oblique(time=1e-16), 1e-16, "dt_s"),
+        ("box2d", oblique(x_m=1e8), 1 / 60, "32-bit floats round by more than the smallest radius"),
+        ("box2d", oblique(mass=1e-30), 1 / 60, "mass_kg"),
         ("mujoco", oblique(length=1e-12), 1 / 60, "radius_m"),
         ("mujoco", oblique(mass=1e-15), 1 / 60, "mass_kg"),
         ("mujoco", oblique(mass=1e12), 1 / 60, "mass_kg"),

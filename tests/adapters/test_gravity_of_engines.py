@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.adapters.staged import width
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import Finish, Named, disc_at, staged, sure, wall_at
 
 from carom import Disc, Scene
@@ -60,7 +60,7 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
 
 
 @each("profile", ["default", "tuned"])
-@pytest.mark.parametrize("starts", long_after(1, [2, 16]))
+@pytest.mark.parametrize("starts", release_after(1, [2, 16]))
 def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter, profile: str, starts: int) -> None:
     """At e = 0 the contact lasts to the end of the run, and its impact is where the ball came down: to two steps.
 
@@ -127,15 +127,11 @@ def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -
 
 
 @each("profile", ["default", "tuned"])
-@pytest.mark.parametrize("starts", long_after(1, [2, 16]))
+@pytest.mark.parametrize("starts", release_after(1, [2, 16]))
 def test_discs_that_fall_together_leave_their_impact_as_without_gravity(
     engine: Adapter, profile: str, starts: int
 ) -> None:
-    """Galileo: what two discs do to each other is the same while they fall, so velocities differ by g t and no more.
-
-    t is the instant at which the paths turned, which is the same, too: no engine is charged what gravity gives between
-    it and the boundary at which the velocities are looked at. At several starts, the impact elsewhere in its step.
-    """
+    """Galileo: what two discs do to each other is the same while they fall, so velocities differ by g t and no more."""
     dt_s = 1 / 60
     for part in range(starts):
         discs = [disc_at(-1 - part * dt_s / starts, 0, 1, r=0.25), disc_at(1, 0.2, -1, r=0.25)]

@@ -15,20 +15,16 @@ import pytest
 from tests.hazards.spread import starts_of
 from tests.lengths import each
 from tests.processes import ran
-from tests.stage import Named, disc_at, staged, sure
+from tests.stage import Named, disc_at, staged
 
-import carom
 from carom import Scene
 from carom.catalogue import all_scenes
 from carom.engines.api import Adapter, AdapterError, Contact, Setting, unsupported_reason
 from carom.execution.engine_run import observe_run
-from carom.execution.job import Status
 from carom.execution.options import Options
 from carom.execution.plan import build_plan, capabilities_of
 from carom.execution.pool import InProcessPool
-from carom.execution.results import Row
 from carom.model.trace import Outcome
-from carom.report.row_lines import line_of, reasons_of
 from carom.studies.cross_check.explain import explain
 
 #: Beyond what any engine simulates; each is refused by its adapter, or by the scene itself.
@@ -110,52 +106,6 @@ def test_a_step_that_is_none_is_refused(engine: Adapter, dt_s: float) -> None:
         engine.prepare(_unchecked(), settings)
 
 
-@pytest.mark.long
-def test_a_reset_is_a_row_that_says_so_and_harms_no_other() -> None:
-    """What MuJoCo puts back to the start ran, was warned of and says "reset"; a start that it would is unsupported."""
-    far = staged("far", disc_at(2e10, 0, 1, r=1), duration_s=0.1)
-    near = staged("near", disc_at(0, 0, 1, r=1), duration_s=0.1)
-    # One disc leaves MuJoCo's numbers, at 1e10 m, after a tenth of a second; the other is on its heels until then.
-    discs = [disc_at(9.9e9, 0, 1e9, r=1e6), disc_at(9.0e9, 0, 2e9, r=1e6)]
-    leaving = staged("leaving", *discs, duration_s=1.0)
-    results = carom.cross_check(
-        [far, leaving, near], ["mujoco", "pymunk"], profiles=["default"], dts=[0.01], timing=False
-    )
-    found = {(row.job.scene.name, row.job.engine): row for row in results.rows}
-    reset = found["leaving", "mujoco"]
-    _require_ran(reset)
-    assert sure(reset.trace).outcome is Outcome.WARNED
-    assert sure(reset.trace).end_time_s == pytest.approx(0.1, abs=0.02)
-    assert "MuJoCo reset the state" in reasons_of(line_of(reset))[0]
-    assert found["far", "mujoco"].status is Status.UNSUPPORTED
-    assert "2e+10 m" in found["far", "mujoco"].reason
-    for key in (("near", "mujoco"), ("far", "pymunk"), ("leaving", "pymunk"), ("near", "pymunk")):
-        trace = sure(found[key].trace)
-        assert trace.outcome is Outcome.COMPLETED
-
-
-def _require_ran(row: Row) -> None:
-    """Skip the test where the engine of a row is not installed."""
-    if row.status is Status.UNAVAILABLE:
-        pytest.skip(row.reason)
-    assert row.status is Status.RAN
-
-
-@pytest.mark.long
-def test_nothing_is_printed_and_nothing_is_left(
-    capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Four engines with all their profiles leave nothing on standard output or error, nor in the working folder."""
-    monkeypatch.chdir(tmp_path)
-    discs = [disc_at(0, 0, 2), disc_at(1.2, 0)]
-    scene = staged("pair", *discs, duration_s=0.5)
-    engines = ["pymunk", "pybullet", "mujoco", "box2d"]
-    rows = carom.cross_check([scene], engines, profiles=["all"], dts=[1 / 60], timing=False).rows
-    assert {row.status for row in rows} <= {Status.RAN, Status.UNAVAILABLE}
-    assert capfd.readouterr() == ("", "")
-    assert list(tmp_path.iterdir()) == []
-
-
 LEAK = """
 import ctypes, gc, sys, warnings
 warnings.simplefilter("ignore")
@@ -203,25 +153,6 @@ def test_a_thousand_worlds_leave_nothing_behind(engine: Adapter) -> None:
     assert int(done.stdout.split()[-1]) < 1000 * sys.getsizeof(np.empty(0))
 
 
-def test_pybullet_keeps_nothing_of_one_world_in_the_next(pybullet: Adapter) -> None:
-    """Step length and every setting of a PyBullet world are its own: another one in between changes nothing."""
-    scene = _unchecked()
-
-    def run() -> bytes:
-        world = pybullet.prepare(scene, pybullet.profiles["tuned"].settings(1 / 60))
-        world.advance(90)
-        end = world.observe()
-        world.close()
-        return end.position_m.tobytes() + end.velocity_m_s.tobytes()
-
-    first = run()
-    other = pybullet.prepare(scene, pybullet.profiles["default"].settings(1 / 7))
-    other.advance(3)
-    second = run()
-    other.close()
-    assert first == second
-
-
 @pytest.mark.long
 def test_box2d_survives_warnings_that_are_errors() -> None:
     """Where warnings are errors, importing Box2D ends the process; its adapter prevents that."""
@@ -264,41 +195,6 @@ def test_pymunk_is_given_no_callback(named: Named, monkeypatch: pytest.MonkeyPat
     assert given == []
 
 
-FRESH = """
-import sys, warnings
-warnings.simplefilter("ignore")
-from carom import Disc, Scene
-from carom.engines.registry import load_adapter
-
-adapter = load_adapter("pybullet")
-discs = [Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-         Disc(position_m=(3, 0.3), velocity_m_s=(-1, 0), radius_m=0.5)]
-scene = Scene(name="pair", discs=discs, duration_s=2)
-for world_of in sys.argv[1:]:
-    profile, rate_hz = world_of.split("@")
-    world = adapter.prepare(scene, adapter.profiles[profile].settings(1 / float(rate_hz)))
-    world.advance(2 * int(rate_hz))
-    end = world.observe()
-    print(world.settings["dt_s"].hex(), end.position_m.tobytes().hex(), end.velocity_m_s.tobytes().hex())
-    world.close()
-"""
-
-
-@pytest.mark.long
-def test_pybullet_worlds_after_one_another_are_as_in_fresh_processes(named: Named) -> None:
-    """What PyBullet keeps for the process, or through a reset, reaches no later world, whatever its settings."""
-    named("pybullet")
-
-    def run(*worlds: str) -> list[str]:
-        command = [sys.executable, "-c", FRESH, *worlds]
-        return ran(command).stdout.splitlines()[-len(worlds) :]
-
-    fresh = {world: run(world) for world in ("default@60", "tuned@25")}
-    assert fresh["default@60"] != fresh["tuned@25"]
-    chain = ("default@60", "tuned@25", "default@60", "tuned@25")
-    assert run(*chain) == [line for world in chain for line in fresh[world]]
-
-
 #: Starts, spread evenly over a step of 1/240 s.
 PHASES = tuple(k / 16 for k in range(16))
 
@@ -336,16 +232,6 @@ def test_the_plan_in_words_knows_a_profiles_own_limits(named: Named) -> None:
     default, tuned = list(explain(plan))[-2:]
     assert "default: skipped: a disc moves at 150 m/s, and this method's limit is 100 m/s" in default
     assert "tuned: run at" in tuned
-
-
-def test_a_disc_too_large_for_pybullet_is_refused(pybullet: Adapter) -> None:
-    """Discs of radius 1e6 m, which Bullet drops from its simulation, are unsupported in every profile, and refused."""
-    discs = [disc_at(x, 0, -x / 1e5, r=1e6) for x in (-2e6, 2e6)]
-    scene = staged("large", *discs, duration_s=1e5)
-    for name, profile in pybullet.profiles.items():
-        assert "discs[0].radius_m is 1e+06" in unsupported_reason(scene, capabilities_of(pybullet, name), 1.0)
-        with pytest.raises(AdapterError, match=r"discs\[0\].radius_m is 1e\+06"):
-            pybullet.prepare(scene, profile.settings(1.0))
 
 
 def _row_of(discs: int) -> Scene:
@@ -421,19 +307,3 @@ def test_box2d_keeps_the_mass_that_a_disc_has(box2d: Adapter, mass_kg: float) ->
     world.close()
     # Closing at 2 m/s, the centre of mass moves at (m - 1) / (m + 1), and the first disc leaves at 2 V - 1.
     assert end.velocity_m_s[0, 0] == pytest.approx(2 * (mass_kg - 1) / (mass_kg + 1) - 1, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("scene", "reason"),
-    [
-        (_unchecked(position_m=(1e8, 0.0)), "32-bit floats round by more than the smallest radius"),
-        (_unchecked(velocity_m_s=(200.0, 0.0)), "moves none by more than 2 m"),
-        (_unchecked(mass_kg=1e-30), "mass_kg is 1e-30"),
-    ],
-    ids=["coordinates of 1e8", "more than 2 m a step", "mass of 1e-30"],
-)
-def test_what_box2d_would_silently_change_is_refused(box2d: Adapter, scene: Scene, reason: str) -> None:
-    """Coordinates, moves and masses beyond Box2D's numbers are refused with the limit, in every profile."""
-    for profile in box2d.profiles.values():
-        with pytest.raises(AdapterError, match=reason):
-            box2d.prepare(scene, profile.settings(1 / 60))

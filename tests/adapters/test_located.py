@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from tests.adapters.staged import width
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import Named, disc_at, staged
 
 from carom import compare, solve_pic
@@ -35,7 +35,7 @@ SCENES = (
 )
 
 
-@pytest.mark.parametrize("name", long_after(4, SCENES))
+@pytest.mark.parametrize("name", release_after(4, SCENES))
 def test_located_steps_end_on_the_impact(engine: Adapter, name: str) -> None:
     """At 60 steps a second, cut steps find every impact at PIC's instant and with PIC's velocities, to rounding."""
     scene = catalogue()[name].scene
@@ -48,7 +48,7 @@ def test_located_steps_end_on_the_impact(engine: Adapter, name: str) -> None:
     assert score.total.velocity < 20 * width(engine, EXACT)
 
 
-@pytest.mark.parametrize("dt_s", long_after(2, [1 / 10, 1 / 60, 1 / 1000]))
+@pytest.mark.parametrize("dt_s", release_after(2, [1 / 10, 1 / 60, 1 / 1000]))
 def test_a_located_impact_does_not_depend_on_the_step(engine: Adapter, dt_s: float) -> None:
     """The step decides where an engine looks, not what it finds there."""
     scene = catalogue()["classics/oblique-3-4-5"].scene
@@ -63,51 +63,6 @@ def test_what_falls_between_two_steps_is_missed_all_the_same(engine: Adapter) ->
     scene = staged("through", disc_at(-0.5, 0, 60, r=0.05), disc_at(0, 0, r=0.05), duration_s=0.1)
     assert len(solve_pic(scene).impacts) == 1
     assert len(observe_run(engine, scene, "located", 1 / 60).impacts) == 0
-
-
-def test_a_cut_and_restored_world_goes_on_as_if_nothing_had_been(engine: Adapter) -> None:
-    """A step that is tried and taken back, and a question asked, leave no trace in what follows, to the bit."""
-    scene = catalogue()["classics/oblique-3-4-5"].scene
-
-    def run(*, disturbed: bool) -> bytes:
-        world = engine.prepare(scene, engine.profiles["located"].settings(1 / 60))
-        assert isinstance(world, CuttableWorld)
-        for _ in range(60):
-            if disturbed:
-                state = world.save()
-                world.cut(1 / 20)
-                world.advance(1)
-                world.touching()
-                world.restore(state)
-            world.cut(1 / 60)
-            world.advance(1)
-            if disturbed:
-                world.touching()
-        seen = world.observe()
-        world.close()
-        return seen.position_m.tobytes() + seen.velocity_m_s.tobytes()
-
-    assert run(disturbed=True) == run(disturbed=False)
-
-
-def test_asking_what_touches_leaves_the_contacts_of_the_step(engine: Adapter) -> None:
-    """The contacts that a world reports of its last step are the same, whether it was asked what touches or not."""
-    scene = catalogue()["classics/oblique-3-4-5"].scene
-    reported = []
-    for ask in (False, True):
-        world = engine.prepare(scene, engine.profiles["located"].settings(1 / 60))
-        assert isinstance(world, CuttableWorld)
-        world.observe()
-        contacts = []
-        for _ in range(40):
-            world.advance(1)
-            if ask:
-                world.touching()
-            contacts.append(world.observe().contacts)
-        world.close()
-        reported.append(contacts)
-    assert reported[0] == reported[1]
-    assert sum(map(len, reported[0])) == 1
 
 
 def test_mujoco_leaves_shallow_contacts_out_unless_its_pairs_are_listed(named: Named) -> None:

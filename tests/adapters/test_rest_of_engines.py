@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.adapters.drops import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import Finish, Named, sure
 
 from carom import Disc
@@ -21,7 +21,7 @@ RATES_HZ = [60.0, 240.0]
 @pytest.mark.parametrize(
     ("name", "rate_hz", "e", "share"),
     [
-        *long_after(
+        *release_after(
             0,
             [
                 (name, rate_hz, e, 0.01)
@@ -208,7 +208,7 @@ def test_pybullet_refuses_rolling_resistance_on_discs_of_two_radii(named: Named)
     discs = [Disc(position_m=(3.0 * k, 0.5 + 0.1 * k), radius_m=0.5 + 0.1 * k) for k in range(2)]
     scene = on_a_floor(discs[0], 1.0, friction=0.5)
     scene = scene.model_copy(update={"discs": tuple(discs), "wall_rolling_resistance": 0.1})
-    with pytest.raises(AdapterError, match=r"radii from 0\.5 to 0\.6 m"):
+    with pytest.raises(AdapterError, match=r"radii are 0\.5 to 0\.6 m"):
         named("pybullet").prepare(scene, named("pybullet").profiles["tuned"].settings(1 / 60))
 
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import importlib
 import math
-import warnings
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 from tests.adapters import bare
 from tests.adapters.bare import DT_S, LATE, RADIUS_M, Left, Thrown
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import Named
 from tests.validation.exact_impact import Body, Law, after_impact
 
@@ -58,7 +57,7 @@ def test_the_law_has_the_answer_that_these_tests_quote() -> None:
     assert law(Thrown(), 0.1) == pytest.approx((1.4, 3.0, -2.4), abs=1e-15)
 
 
-@pytest.mark.parametrize("friction", long_after(2, [0.1, 10.0, 0.01, 0.5]))
+@pytest.mark.parametrize("friction", release_after(2, [0.1, 10.0, 0.01, 0.5]))
 @each("spin", [0.0, -10.0, 10.0])
 @each("restitution", [0.0, 0.5, 1.0])
 def test_each_engine_has_the_law_with_the_right_settings(
@@ -111,32 +110,6 @@ def test_frictions_are_combined_as_the_pages_say(
         assert (100.0 - x) / 3.0 == pytest.approx(combine(*frictions), rel=1e-5)
 
 
-def test_friction_is_shipped_as_the_pages_say(named: Named) -> None:
-    """None in pymunk, 0.2 in Box2D, 0.5 in PyBullet and 1 in MuJoCo."""
-    for name in ("pymunk", "box2d", "pybullet", "mujoco"):
-        named(name)
-    import pymunk
-
-    assert pymunk.Circle(pymunk.Body(1, 1), 1).friction == 0.0
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        box2d: Any = importlib.import_module("Box2D")
-    world = box2d.b2World()  # which takes its bodies with it
-    body = world.CreateDynamicBody()
-    assert body.CreateFixture(shape=box2d.b2CircleShape(radius=1), density=1).friction == pytest.approx(0.2)
-    pybullet: Any = importlib.import_module("pybullet")
-    client = pybullet.connect(pybullet.DIRECT)
-    ball = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=1, physicsClientId=client)
-    told = pybullet.getDynamicsInfo(pybullet.createMultiBody(1, ball, physicsClientId=client), -1, client)
-    pybullet.disconnect(client)
-    assert told[1] == 0.5
-    assert told[2] == pytest.approx((0.4, 0.4, 0.4))  # a sphere's inertia, of which the others know nothing
-    mujoco: Any = importlib.import_module("mujoco")
-    model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><geom type="sphere" size="1"/></worldbody></mujoco>')
-    assert model.geom_friction[0, 0] == 1.0
-    assert model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
-
-
 def _spun_for_a_second(spin: float, *, maximal: bool, **dynamics: float) -> float:
     pybullet: Any = importlib.import_module("pybullet")
     client = pybullet.connect(pybullet.DIRECT)
@@ -154,10 +127,7 @@ def _spun_for_a_second(spin: float, *, maximal: bool, **dynamics: float) -> floa
 
 
 def test_pybullet_damps_spin_as_shipped(named: Named) -> None:
-    """A multibody that nothing touches spins at 6.9 of 10 rad/s after a second, and the faster the more it loses.
-
-    With angularDamping 0 it keeps its spin, and with maximal coordinates in any case.
-    """
+    """A multibody that nothing touches spins at 6.9 of 10 rad/s after a second, and the faster the more it loses."""
     named("pybullet")
     assert _spun_for_a_second(10.0, maximal=False) == pytest.approx(6.9, abs=0.01)
     assert _spun_for_a_second(90.0, maximal=False) == pytest.approx(19.0, abs=0.01)

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from tests.adapters.staged import bullet
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import Named
 
 import carom
@@ -40,7 +40,7 @@ def test_continuous_detection_finds_what_is_missed_without_it(named: Named, name
     assert len(missed.missed) == len(reference.impacts)
 
 
-@pytest.mark.parametrize("name", long_after(0, SWEPT))
+@pytest.mark.parametrize("name", release_after(0, SWEPT))
 def test_continuous_detection_does_not_depend_on_the_phase(named: Named, name: str) -> None:
     """None of 24 phases of a hit at 33 radii a step is missed with continuous detection, and most are without."""
     adapter, dt_s = named(name), 1 / 60

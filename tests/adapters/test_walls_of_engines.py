@@ -20,7 +20,7 @@ from tests.adapters.staged import (
     at_a_thin_wall,
     with_a_late_leg,
 )
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import Finish, Named, cross_checked
 
 from carom import Chain, Disc, Ring, Scene, Wall
@@ -48,7 +48,7 @@ def of_engines(**profiles: str) -> list[Any]:
     ]
 
 
-@pytest.mark.parametrize("q", long_after(2, [0.9, 3.0, 1.5, 20.0]))
+@pytest.mark.parametrize("q", release_after(2, [0.9, 3.0, 1.5, 20.0]))
 @pytest.mark.parametrize(
     ("name", "profile", "half_width_m"),
     [
@@ -71,7 +71,7 @@ def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
     assert abs(passed - STARTS * max(0.0, 1 - 1 / q)) <= 1
 
 
-@pytest.mark.parametrize("q", long_after(2, [0.9, 19.0, 1.5, 3.0]))
+@pytest.mark.parametrize("q", release_after(2, [0.9, 19.0, 1.5, 3.0]))
 @pytest.mark.parametrize(
     ("name", "profile", "half_width_m"),
     [
@@ -83,10 +83,7 @@ def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
 def test_what_is_swept_passes_no_thin_wall(
     named: Named, finish: Finish, name: str, profile: str, half_width_m: float, q: float
 ) -> None:
-    """With a sweep of its own a disc comes back at each start, its velocity reversed to 32 bits.
-
-    19 reaches a step are below the 2 m a step at which Box2D slows bodies down.
-    """
+    """With a sweep of its own a disc comes back at each start, its velocity reversed to 32 bits."""
     for k in range(STARTS):
         scene = at_a_thin_wall(q, k / STARTS, half_width_m=half_width_m)
         speed = scene.discs[0].velocity_m_s[0]
@@ -193,7 +190,7 @@ def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(pymunk: 
 
 
 @pytest.mark.parametrize(
-    ("q", "passing", "wrong"), long_after(2, [(0.9, 0, 13), (3.0, 10, 3), (1.5, 5, 8), (20.0, 15, 1)])
+    ("q", "passing", "wrong"), release_after(2, [(0.9, 0, 13), (3.0, 10, 3), (1.5, 5, 8), (20.0, 15, 1)])
 )
 def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wrongly_as_shipped(
     pybullet: Adapter, finish: Finish, q: float, passing: int, wrong: int

@@ -21,13 +21,19 @@ from tests.attacks import (
     digests,
     disks,
     hostile,
+    imports,
     journals,
     kills,
     known_failures,
     options,
+    overlays,
+    play,
+    programs,
     reports,
     results,
     scenes,
+    sizes,
+    surroundings,
     wild,
 )
 
@@ -44,14 +50,7 @@ BEGIN, END = "<!-- attacks: begin -->", "<!-- attacks: end -->"
 
 @dataclass(frozen=True)
 class Attack:
-    """One kind of attack.
-
-    Attributes:
-        what: What is tried, for the table.
-        held: What has to hold.
-        goal: Number of wanted tries.
-        tries: Yields a try after the other.
-    """
+    """One kind of attack."""
 
     what: str
     held: str
@@ -146,6 +145,42 @@ ATTACKS = {
         "a message and exit code 2; with free space the final result is the same",
         6,
         disks.attack,
+    ),
+    "imports": Attack(
+        "files of engines mutated: pickles, MJCF, dumps",
+        "a scene that loads equal, or a sentence; no program run",
+        5_000,
+        imports.attack,
+    ),
+    "programs": Attack(
+        "answers of engine programs, requests to serve",
+        "a truthful row, the others stand; an answer to each line",
+        2_000,
+        programs.attack,
+    ),
+    "play": Attack(
+        "names, links and damaged blocks of the play page",
+        "Carom's script alone; a scene, or a sentence",
+        1_000,
+        play.attack,
+    ),
+    "overlays": Attack(
+        "releases of history killed, spoilt, installed twice at once",
+        "a release that is found is whole, nothing unfinished stays",
+        1_000,
+        overlays.attack,
+    ),
+    "sizes": Attack(
+        "1e5 points, legs, discs or walls",
+        "exit codes 0 to 4 within 2 min of processor time and 2 GB",
+        50,
+        sizes.attack,
+    ),
+    "surroundings": Attack(
+        "closed streams, odd arguments and environments, read-only and full disks, two commands in one folder",
+        "exit codes 0 to 4, and a sentence",
+        300,
+        surroundings.attack,
     ),
     "digests": Attack(
         "one study in this process, in 1 and 2 workers, and on Dask",

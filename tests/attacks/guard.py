@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tests.processes import PATIENT_S
 
-from carom.errors import InputError
+from carom.errors import CaromError
 from carom.support.escaping import visible
 
 #: What takes more processor time counts as a hang, seconds.
@@ -63,7 +63,7 @@ def tried(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float 
     try:
         with within(limit_s):
             return act()
-    except InputError as error:
+    except CaromError as error:
         text = str(error)
         sentence = visible(text) == text and len(text) < most and any(name in text for name in names)
         return "" if sentence else f"no sentence that names the file: {text[:300]!r}"

@@ -21,6 +21,8 @@ from carom.execution.journal import canonical
 MARK = "CAROM_ATTACK=kills"
 #: Kills of one piece of work; then it is let end.
 KILLS = 10
+#: No command hangs: seconds that one may take that is left alone, also on a machine that is busy.
+LONGEST_S = 1800.0
 
 
 def _run(folder: Path) -> Any:
@@ -164,7 +166,7 @@ def carom(
             [sys.executable, "-m", "carom", *arguments], env=environment, stdout=out, stderr=subprocess.PIPE, text=True
         )
         try:
-            _, told = process.communicate(timeout=300.0 if kill_after_s is None else kill_after_s)
+            _, told = process.communicate(timeout=LONGEST_S if kill_after_s is None else kill_after_s)
         except subprocess.TimeoutExpired:
             process.kill()
             _, told = process.communicate()

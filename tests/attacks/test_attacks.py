@@ -29,13 +29,26 @@ QUICK = {
     "journal-types": 20,
     "results": 2,
     "clocks": 2,
+    "imports": 10,
+    "overlays": 5,
 }
-SLOW = {"options": 8, "kills": 3, "clusters": 2, "hostile": 2, "disks": 2, "digests": 2}
+SLOW = {
+    "options": 8,
+    "kills": 3,
+    "clusters": 2,
+    "hostile": 2,
+    "disks": 2,
+    "digests": 2,
+    "programs": 20,
+    "play": 10,
+    "sizes": 2,
+    "surroundings": 5,
+}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
 @pytest.mark.parametrize(
-    ("name", "tries"), [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.long) for one in SLOW.items())]
+    ("name", "tries"), [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.release) for one in SLOW.items())]
 )
 def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
     """What the campaign does for hours holds for a few tries, from the same seeds each time."""

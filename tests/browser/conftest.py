@@ -53,10 +53,7 @@ def hostile_scenes() -> list[carom.Scene]:
 
 @pytest.fixture(scope="session")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The page of every scene that has a name, and of the hostile ones, by PIC, PIT and pymunk at their best.
-
-    Each scene is run at its own frame alone, which is what is replayed: finer steps would take twenty times as long.
-    """
+    """The page of every scene that has a name, and of the hostile ones, by PIC, PIT and pymunk at their best."""
     by_frame: dict[float, list[carom.Scene | CatalogueScene]] = {}
     for entry in all_scenes().values():
         by_frame.setdefault(1.0 / entry.scene.frame_rate_hz, []).append(entry)

@@ -27,10 +27,7 @@ def test_the_page_is_as_wide_as_the_window(window: Window, wide_report: Path, wi
 
 
 def test_the_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_report: Path) -> None:
-    """At 1,280 pixels PIT and four engines with three profiles are below each other, uncut; a click plays the worst.
-
-    The best is first, by the rows themselves, and a mark is wherever an impact is missed.
-    """
+    """At 1,280 pixels PIT and four engines with three profiles are below each other, uncut; a click plays the worst."""
     page = window(wide_report)
     frame = page.locator(".scroll", has=page.locator("table.methods"))
     assert frame.evaluate("frame => frame.scrollWidth - frame.clientWidth") == 0
@@ -64,10 +61,7 @@ def test_bars_are_as_long_as_their_shares(window: Window, wide_report: Path) -> 
 
 
 def test_a_switch_leaves_one_profile_in_both_tables(window: Window, wide_report: Path) -> None:
-    """Chosen above the ranking or next to the other filters, a profile leaves its rows and columns, PIC's and PIT's.
-
-    PIT has one profile, and is what the others are read against.
-    """
+    """Chosen above the ranking or next to the other filters, a profile leaves its rows and columns, PIC's and PIT's."""
     page = window(wide_report)
     switch, beside = page.locator("fieldset.switch"), page.locator(".filters").get_by_label("profile")
     assert switch.get_by_label("default").is_checked()  # as shipped, where a report has it

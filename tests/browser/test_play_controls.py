@@ -65,8 +65,8 @@ CONTROLS = {
     "speed": _chosen("1", "state.speed"),
     "copy": _pressed("[document.getElementById('copy').textContent, document.getElementById('problem').textContent]"),
     "save": _pressed("window.saved"),
-    "All numbers of the discs": _pressed("document.querySelector('details').open"),
-    "The exact run": Control(
+    "Numbers of all discs": _pressed("document.querySelector('details').open"),
+    "Exact run": Control(
         "e.focus(); e.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowUp', bubbles: true }))",
         "state.scene.discs[0].position_m",
     ),

@@ -107,22 +107,22 @@ def test_play_pause_speed_frames_and_impacts(page: Page, report: Path) -> None:
     page.wait_for_timeout(200)
     assert clock(page) == stopped
     page.keyboard.press("Home")
-    dialog.get_by_role("button", name="One frame on").click()
-    dialog.get_by_role("button", name="One frame on").click()
-    dialog.get_by_role("button", name="One frame back").click()
+    dialog.get_by_role("button", name="Next frame").click()
+    dialog.get_by_role("button", name="Next frame").click()
+    dialog.get_by_role("button", name="Previous frame").click()
     assert clock(page) == pytest.approx(run["dt"], rel=1e-9)
     page.keyboard.press("Home")
-    dialog.get_by_role("button", name="On to the next impact").click()
+    dialog.get_by_role("button", name="Next impact").click()
     assert clock(page) == pytest.approx(run["impacts"][0]["true"], rel=1e-12)
-    dialog.get_by_role("button", name="On to the next impact").click()
+    dialog.get_by_role("button", name="Next impact").click()
     assert clock(page) == pytest.approx(run["impacts"][0]["reported"], rel=1e-12)
-    dialog.get_by_role("button", name="Back to the impact before").click()
+    dialog.get_by_role("button", name="Previous impact").click()
     assert clock(page) == pytest.approx(run["impacts"][0]["true"], rel=1e-12)
     chosen = dialog.get_by_label("Speed").input_value()
     page.keyboard.press("+")
     assert float(dialog.get_by_label("Speed").input_value()) == 2 * float(chosen)
     dialog.get_by_label("Speed").select_option("1")
-    dialog.get_by_label("overlaid").check()
+    dialog.get_by_label("overlay both").check()
     assert page.locator(".views.over figure").first.is_hidden()
     dialog.get_by_label("Time in the scene").fill("0.25")
     assert clock(page) == 0.25
@@ -148,11 +148,9 @@ def test_the_evidence_of_a_cell_stands_below_it(page: Page) -> None:
     assert row.locator("td").last.inner_text() == "checking once per step"
     row.get_by_role("button").click()
     assert clock(page) == pytest.approx(0.425, abs=1e-3)
-    page.get_by_text("Run it yourself").click()
-    assert (
-        page.get_by_label("The command").input_value().startswith("carom run paper/missed -e pymunk -p tuned --dt 0.04")
-    )
-    assert 'name = "paper/missed"' in page.get_by_label("The scene, as a file").input_value()
+    page.get_by_text("Repeat this run").click()
+    assert page.get_by_label("Command").input_value().startswith("carom run paper/missed -e pymunk -p tuned --dt 0.04")
+    assert 'name = "paper/missed"' in page.get_by_label("Scene file").input_value()
 
 
 def test_a_link_opens_a_cell_and_closing_takes_it_from_the_address(page: Page, report: Path) -> None:
@@ -261,14 +259,14 @@ def test_what_is_off_is_said_and_each_sign_explained(page: Page, report: Path) -
     assert page.locator(".fault").inner_text() == run["fault"]["said"]
     signs = page.locator(".signs span").all_inner_texts()
     assert len(signs) == len(set(signs)) == 6
-    page.get_by_text("Run it yourself").click()
-    assert page.get_by_label("Drag this scene: save it as scene.toml").count() == 0  # there is a link
+    page.get_by_text("Repeat this run").click()
+    assert page.get_by_label("To drag this scene, save it as scene.toml").count() == 0  # there is a link
 
 
 def test_a_replay_leads_to_the_page_on_which_its_discs_are_thrown(page: Page) -> None:
     """The link opens the page next to the report with that scene, without a request."""
     opened(page, MISSED)
-    link = page.locator("#replay a", has_text="Drag this scene")
+    link = page.locator("#replay a", has_text="Open this scene")
     assert link.get_attribute("href") == "play.html#paper%2Fmissed"
     link.click()
     page.wait_for_selector("#sentence:not(:empty)")
@@ -334,7 +332,7 @@ def drag(page: Page, thing: Locator, start: float, end: float) -> list[float]:
 def test_buttons_are_tapped(phone: Page) -> None:
     """Play, frames and impacts answer a tap, and each is large enough for a finger."""
     dialog = phone.locator("#replay")
-    for name in ("One frame on", "One frame back", *2 * ("On to the next impact",), "Back to the impact before"):
+    for name in ("Next frame", "Previous frame", *2 * ("Next impact",), "Previous impact"):
         button, before = dialog.get_by_role("button", name=name), clock(phone)
         box = sure(button.bounding_box())
         assert min(box["width"], box["height"]) >= TARGET, name

@@ -28,7 +28,7 @@ def test_pictures_and_buttons_fit_the_frame_of_a_cell(window: Window, tmp_path: 
     page = window(path, width=width, height=800)
     page.frame_locator("iframe").get_by_role("button", name="Play or pause").wait_for()
     inside = page.frames[-1]
-    moving = ".views figure, .timeline, button[aria-label='On to the next impact']"
+    moving = ".views figure, .timeline, button[aria-label='Next impact']"
     below = f'[...document.querySelectorAll("{moving}")].map(one => one.getBoundingClientRect().bottom)'
     ends = inside.evaluate(below)
     assert len(ends) == 4
@@ -54,7 +54,7 @@ def test_it_plays_and_its_name_stays_text(window: Window, tmp_path: Path, number
     inside = page.frame_locator("iframe") if cell else page
     inside.get_by_role("button", name="Play or pause").wait_for()
     inside.get_by_role("slider", name="Time in the scene").press("Home")
-    inside.get_by_role("button", name="On to the next impact").click()
+    inside.get_by_role("button", name="Next impact").click()
     shown = float(inside.locator(".timeline").get_attribute("data-time") or "nan")
     assert shown == pytest.approx(reference.impacts["time_s"][0], abs=1e-9)
     assert inside.locator("h1").text_content() == visible(scene.name)

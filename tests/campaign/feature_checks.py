@@ -117,12 +117,7 @@ def all_pairs_run(scene: Scene) -> Run:
 
 
 def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> CheckedScene:
-    """Run all checks of a scene.
-
-    Args:
-        scene: The scene.
-        solve: The solver under test.
-    """
+    """Run all checks of a scene."""
     found, begin_s = CheckedScene(), time.process_time()
     trace, oracle, bits = list[Trace](), list[Oracle](), Bits(scene)
 
@@ -167,12 +162,7 @@ def _first_of_each_kind(check: Check, differences: Sequence[Difference]) -> list
 
 
 class Oracle:
-    """What is proven of a scene, and how far roundings may have a run off.
-
-    Attributes:
-        envelope: The rounding envelope.
-        certified: The certified run.
-    """
+    """What is proven of a scene, and how far roundings may have a run off."""
 
     def __init__(self, scene: Scene, trace: Trace, solve: Callable[..., Trace]) -> None:
         self._scene, self._solve, self._impacts = scene, solve, len(trace.impacts)

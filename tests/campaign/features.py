@@ -54,14 +54,7 @@ class Count:
 
 @dataclass
 class Tally:
-    """All that has been compared so far.
-
-    Attributes:
-        begun: Number of the next scene.
-        counts: By law.
-        features: How many scenes have each feature.
-        findings: Scene number, check, kind and sentence of the first thousand.
-    """
+    """All that has been compared so far."""
 
     begun: int = 0
     counts: dict[str, Count] = field(default_factory=lambda: {law.value: Count() for law in Law})

@@ -60,10 +60,7 @@ def _renewed(gas: Gas, run: Run) -> Run:
 
 
 def checked(gas: Gas, impacts: int | None = None) -> Report:
-    """Run a gas and check all its impacts, or the first ones, up to the first stretch that breaks a rule.
-
-    What a broken kernel does after that has no bound. What it raises breaks the rule "end".
-    """
+    """Run a gas and check all its impacts, or the first ones, up to the first stretch that breaks a rule."""
     report = Report()
     run = run_of(gas)
     renew = None if isinstance(run, FlightAlone) else partial(_renewed, gas)
@@ -98,10 +95,7 @@ def _deaf() -> None:
 
 
 def run_campaign(tally: Tally, state: Path | None, impacts: int, jobs: int, most_discs: int) -> bool:
-    """Check gas after gas, from the tally's next one on, until it has a number of impacts; return whether it does.
-
-    Ctrl-C ends it with the gases under way, the end of a process at once.
-    """
+    """Check gas after gas, from the tally's next one on, until it has a number of impacts; return whether it does."""
     under_way: dict[Future[tuple[Gas, Report, float]], int] = {}
     seconds, before, go_on = 0.0, tally.impacts, True
 

@@ -142,13 +142,7 @@ class Count:
 
 @dataclass
 class Tally:
-    """All that has been compared so far.
-
-    Attributes:
-        begun: Number of the next table.
-        counts: By kind.
-        contradictions: Numbers of the tables in which PIC and brute force contradict each other.
-    """
+    """All that has been compared so far."""
 
     begun: int = 0
     counts: dict[str, Count] = field(default_factory=dict)

@@ -46,13 +46,7 @@ class Count:
 
 @dataclass
 class Tally:
-    """All that the campaign has done.
-
-    Attributes:
-        begun: Number of gases taken up so far: the number of the next one.
-        counts: By kind.
-        findings: What went wrong, the first hundred.
-    """
+    """All that the campaign has done."""
 
     begun: int = 0
     counts: dict[Kind, Count] = field(default_factory=lambda: {kind: Count() for kind in Kind})

@@ -18,7 +18,7 @@ from tests.campaign import tables
 from tests.campaign.gases import Gas, Kind, draw
 from tests.campaign.tally import Tally
 from tests.checker import RULES, Report, Violation
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import sure
 from tests.validation.table_runs import Comparison
 
@@ -27,7 +27,7 @@ from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_counts_add_up_over_calls(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """A second call goes on with the next gas, and its table holds the impacts of both."""
     state = tmp_path / "campaign.json"
@@ -68,15 +68,12 @@ class Gains(EventDrivenRun):
 
 @pytest.mark.parametrize(
     ("factor", "rule"),
-    long_after(1, [(1e150, "row"), (1.0 + 1e-9, "law"), (1.25, "law"), (2.0, "row"), (100.0, "row")]),
+    release_after(1, [(1e150, "row"), (1.0 + 1e-9, "law"), (1.25, "law"), (2.0, "row"), (100.0, "row")]),
 )
 def test_a_kernel_that_gains_energy_without_bound_is_found(
     factor: float, rule: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A kernel whose speeds grow at every impact, to overflow, breaks a rule that is named, and raises nothing.
-
-    Where speeds overflow in the first stretch, its rows break the first rule, and no other is looked at.
-    """
+    """A kernel whose speeds grow at every impact, to overflow, breaks a rule that is named, and raises nothing."""
     monkeypatch.setattr(Gains, "FACTOR", factor)
     monkeypatch.setattr(campaign_run, "EventDrivenRun", Gains)
     assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
@@ -103,7 +100,7 @@ def test_what_a_broken_kernel_raises_is_found(
     assert "raised OverflowError: planted" in capsys.readouterr().out
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.usefixtures("heard_interrupts")
 def test_ctrl_c_shows_what_has_been_done(tmp_path: Path) -> None:
     """Ctrl-C ends with the gas under way: the table and the file hold all that has been checked."""
@@ -136,7 +133,7 @@ def test_a_gas_is_drawn_from_its_number_alone(kind: Kind) -> None:
         assert np.isfinite(gas.start.mass_kg).any()
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_counts_of_tables_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A second call goes on with the next table, and its counts hold the impacts of both."""
     state = tmp_path / "tables.json"
@@ -168,14 +165,14 @@ def assert_right(gas: Gas, impacts: int) -> None:
     assert 0 < report.impacts <= impacts
 
 
-@pytest.mark.parametrize(("number", "impacts"), long_after(1, [(0, 400), (0, 12_500), (1, 12_500)]))
+@pytest.mark.parametrize(("number", "impacts"), release_after(1, [(0, 400), (0, 12_500), (1, 12_500)]))
 @each("kind", list(Kind))
 def test_every_impact_of_a_gas_can_have_happened_and_none_is_missed(kind: Kind, number: int, impacts: int) -> None:
     """At each impact each rule of the checker holds: contact, approach, history, law, order, no overlap."""
     assert_right(draw(number, kind, most_discs=1000), impacts)
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("number", range(20))
 def test_two_million_more_impacts_are_right(number: int) -> None:
     """Over some two million impacts of gases of up to 10,000 discs each rule of the checker holds."""

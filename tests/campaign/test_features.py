@@ -18,7 +18,7 @@ from tests.campaign.envelope import EnvelopeMode, compute_envelope
 from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_scene
 from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
 from tests.campaign.transformation import restore_record, rotate_scene, turn_by
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import sure
 
 from carom import Disc, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
@@ -60,7 +60,7 @@ SLIDE = Scene(
 )
 
 
-@pytest.mark.parametrize("laws", long_after(1, LAWS))
+@pytest.mark.parametrize("laws", release_after(1, LAWS))
 def test_scenes_of_the_campaign_agree(laws: str) -> None:
     """Impacts of some dozen scenes are those that certified runs prove; rotated, in pieces, by all pairs they agree."""
     scenes = [scene for scene in map(draw_scene, range(NUMBERS)) if law_of(scene) in LAWS[laws]]
@@ -292,7 +292,7 @@ def test_a_difference_is_saved_with_its_reason(
     assert saved.model_copy(update={"description": ""}) == draw_scene(5)
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_counts_of_features_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A second call goes on with the next scene, and its table holds the scenes of both."""
     state = tmp_path / "features.json"
@@ -305,7 +305,7 @@ def test_counts_of_features_add_up_over_calls(tmp_path: Path, capsys: pytest.Cap
     assert sum(count.impacts for count in tally.counts.values()) > 0
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.usefixtures("heard_interrupts")
 def test_ctrl_c_shows_the_scenes_that_were_checked(tmp_path: Path) -> None:
     """Ctrl-C ends with the scene under way: the table and the file hold all that has been checked."""
@@ -327,7 +327,7 @@ def test_ctrl_c_shows_the_scenes_that_were_checked(tmp_path: Path) -> None:
     assert tally.begun == tally.scenes > 0
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_a_process_that_hangs_or_ends_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

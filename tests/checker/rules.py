@@ -26,15 +26,7 @@ def check(
     gravity_m_s2: tuple[float, float] = (0.0, 0.0),
     contact_duration_s: float = 0.0,
 ) -> None:
-    """Check all that is seen in a stretch of a run by every rule, and add what comes out to a report.
-
-    Args:
-        start: What the run started from.
-        stretch: What was seen.
-        report: What is added to.
-        gravity_m_s2: Acceleration of every movable disc.
-        contact_duration_s: Contact time of the TC model, seconds; 0 for none.
-    """
+    """Check all that is seen in a stretch of a run by every rule, and add what comes out to a report."""
     report.impacts += len(stretch.impacts)
     found = _broken_rows(start, stretch)
     missing = float(abs(int(stretch.looks[-1]) - len(stretch.impacts)))

@@ -16,7 +16,7 @@ from tests.campaign.run import checked
 from tests.checker import Report, Stretch, check
 from tests.checker.passes import _lowest
 from tests.drawn import jittered
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 
 from carom import DiscArrays
 from carom.model.chain_geometry import Outline
@@ -99,7 +99,7 @@ FAULTS: dict[str, tuple[Callable[[], Gas], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", long_after(3, FAULTS))
+@pytest.mark.parametrize("name", release_after(3, FAULTS))
 def test_each_wrong_way_to_fall_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run of a gas that differs a little breaks the rule that concerns the difference."""
     make, broken = FAULTS[name]

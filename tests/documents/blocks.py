@@ -40,15 +40,7 @@ _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block.
-
-    Attributes:
-        page: The document, from the repository's root.
-        line: Position of its fence.
-        language: What the fence says.
-        text: What is between the fences, without the fence's indentation.
-        reason: Why it is not run, or an empty string.
-    """
+    """A fenced block."""
 
     page: str
     line: int

@@ -82,10 +82,7 @@ def is_shown_by(expected: str, printed: str) -> bool:
     "page", sorted({b.page for b in BLOCKS if b.language in {"python", "sh", "console"} and not b.reason})
 )
 def test_the_blocks_of_a_page_run_as_printed(page: str, tmp_path: Path) -> None:
-    """Files first, the Python of the page as one script, then each command; what is shown is what is printed.
-
-    Exit code 1 is a violation, which the documents show engines have; 2 and above would be a mistake of theirs.
-    """
+    """Files first, the Python of the page as one script, then each command; what is shown is what is printed."""
     blocks = [block for block in BLOCKS if block.page == page and not block.reason]
     for block in (SCENE, *blocks):
         if block.file:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from docs.figures import contact, determinism, engine_pages, stress_tables, walls
 from tests.documents.blocks import ROOT
-from tests.lengths import long_after
+from tests.lengths import release_after
 
 import carom
 from carom.catalogue import all_scenes, scene_named
@@ -154,7 +154,7 @@ def test_who_comes_back_out_of_a_corner_is_as_the_page_says() -> None:
         assert found == pytest.approx(worst, abs=0.005)
 
 
-@pytest.mark.parametrize("figure", long_after(1, ["corners", "thin", "seams", "ends"]))
+@pytest.mark.parametrize("figure", release_after(1, ["corners", "thin", "seams", "ends"]))
 def test_the_figures_are_those_of_the_engine(figure: str) -> None:
     """pymunk, run again, gives its row."""
     (way,) = (way for way in walls.WAYS if way.key == "neighbours")
@@ -253,7 +253,7 @@ The size.
 
 | reported bug | axis | pit tuned |
 | --- | --- | --- |
-| box2d-1094 | | x does it 2 |
+| box2d-1094 | | x seen 2 |
 """
 
 
@@ -263,7 +263,7 @@ def test_the_tables_are_taken_from_a_campaign() -> None:
     assert list(filled) == list(stress_tables.KINDS)
     assert [rows[2][0] for rows in filled.values()] == ["grazing", "boost", "box2d-1094"]
     assert [len(rows) for rows in filled.values()] == [3, 3, 3]
-    assert [rows[2][1:] for rows in filled.values()] == [["~ 0.0032"], ["= 1e-14"], ["x does it"]]
+    assert [rows[2][1:] for rows in filled.values()] == [["~ 0.0032"], ["= 1e-14"], ["x seen"]]
     with pytest.raises(ValueError, match="no table of invariances"):
         stress_tables.filled(STRESS, CAMPAIGN.partition("## Invariances")[0])
 

@@ -85,7 +85,7 @@ def test_an_entry_of_a_docstring_is_a_paragraph() -> None:
 
 
 def test_prose_is_found_in_compiled_sources() -> None:
-    """Comments of C, and comments and docstrings of Cython, are read; literals are not."""
+    """Comments of C, and comments and docstrings of Cython, are read; literals, file tables and C in Cython are not."""
     c = '/* It is\n   one. */\nchar *x = "/* not one */"; // Another.\n'
     assert [(line, " ".join(text.split())) for line, text in prose_sources.passages("x.h", c)] == [
         (1, "It is one."),
@@ -93,6 +93,9 @@ def test_prose_is_found_in_compiled_sources() -> None:
     ]
     cython = 'cdef class X:  # a class\n    """It is."""\n    cdef double x[3]\n'
     assert list(prose_sources.passages("x.pyx", cython)) == [(2, "It is."), (1, "a class")]
+    ((_, table),) = prose_sources.passages("x.h", "/* Files\n   x.h   one\n   pic.pyx, .pxd  two\n   of C */")
+    assert table.split() == ["Files", "of", "C"]
+    assert not list(prose_sources.passages("x.pyx", 'cdef extern from *:\n    """\n    #define one two\n    """\n'))
 
 
 def test_words_outside_generated_blocks_are_counted() -> None:

@@ -203,7 +203,7 @@ def test_the_readme_is_short() -> None:
 
 
 def test_the_pictures_are_there_and_small() -> None:
-    """A replay that moves, the discs that one throws, a first screen, in light and dark with words, and each scene."""
+    """A first screen, the discs that one throws, a replay that moves, in light and dark with words, and each scene."""
     root = Path(__file__).resolve().parents[2]
     shown = re.findall(
         r'<source media="\(prefers-color-scheme: dark\)" srcset="(\S+?\.webp)"><img alt="(.+?)" src="(.+?)">', README
@@ -218,7 +218,7 @@ def test_the_pictures_are_there_and_small() -> None:
     for path in paths:
         with Image.open(path) as picture:
             frames.append(getattr(picture, "n_frames", 1) > 1)
-    assert frames == [False, False, True, True, False, False]
+    assert frames == [False, False, False, False, True, True]
 
 
 def test_the_page_of_the_whole_suite_is_small() -> None:

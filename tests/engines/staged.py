@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 from tests.hazards.spread import starts_of
 
 from carom import Disc, Scene
-from carom.engines.api import Observation
 
 #: Starts of each test, spread evenly over a step.
 STARTS = 16
@@ -39,8 +36,3 @@ def after_oblique(speed_m_s: float = 5.0) -> list[list[float]]:
     """Velocities after `oblique`: 4/5 of the speed along (4, 3) / 5, 3/5 of it along (3, -4) / 5."""
     along, across = 0.8 * speed_m_s, 0.6 * speed_m_s
     return [[0.6 * across, -0.8 * across], [0.8 * along, 0.6 * along]]
-
-
-def energy_part(scene: Scene, end: Observation) -> float:
-    """Kinetic energy at the end over that at the start, of discs of equal mass."""
-    return float((end.velocity_m_s**2).sum()) / sum(math.hypot(*disc.velocity_m_s) ** 2 for disc in scene.discs)

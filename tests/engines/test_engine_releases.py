@@ -26,7 +26,7 @@ from carom.studies.history.options import HistoryOptions
 from carom.studies.history.overlay import Kept, kept_releases
 from carom.studies.history.run import history
 
-pytestmark = [pytest.mark.engines, pytest.mark.long]
+pytestmark = [pytest.mark.engines, pytest.mark.release]
 
 RAPIER = "@dimforge/rapier2d-compat"
 #: Given back of 0.2 and of 1 m/s, least and median over 32 phases: slow bounces were lost twice, and came back in 0.20.
@@ -72,11 +72,7 @@ def test_slow_bounces_of_rapier(version: str, kept: Kept) -> None:
 
 @pytest.mark.parametrize(("version", "shipped", "told"), [("0.19.3", 0.186, 1), ("0.20.0", 0, 2), ("0.21.0", 0, 1)])
 def test_rows_of_rapier(version: str, shipped: float, told: int, kept: Kept) -> None:
-    """Bare, over 32 phases, discs in a row exchange velocities, tuned in each release; 0.20.0 tells of each twice.
-
-    Tuned, where nothing is to be looked for ahead, discs overlap before they turn until 0.19, and from 0.20 on, at each
-    phase, two turn up to more than a step before they meet.
-    """
+    """Bare, over 32 phases, discs in a row exchange velocities, tuned in each release; 0.20.0 tells of each twice."""
     script = Path(__file__).with_name("rapier_releases.mjs")
     command = ["node", str(script), str(release(kept, "npm", RAPIER, version)), "rows"]
     found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
@@ -119,10 +115,7 @@ PACKAGES = {
 def bare(
     engine: str, version: str, kept: Kept, folder: Path, names: Sequence[str] = SCENES, *, asked: str = ""
 ) -> dict[str, list[Any]]:
-    """Return what a release gives at each of 32 phases, without Carom, in the scenes of `docs/results/history.md`.
-
-    What is asked for is settings of Rapier's, as JSON.
-    """
+    """Return what a release gives at each of 32 phases, without Carom, in the scenes of `docs/results/history.md`."""
     scenes = folder / "scenes.json"
     scenes.write_text(json.dumps([entry.scene.model_dump(mode="json") for entry in find_scenes(names)]))
     registry, package = PACKAGES[engine]
@@ -173,10 +166,7 @@ VELOCITIES_OF_MATTER = {
 
 @pytest.mark.parametrize(("version", "row"), ROW_OF_MATTER.items())
 def test_bounces_of_matter(version: str, row: float, kept: Kept, tmp_path: Path) -> None:
-    """Bare, over 32 phases, the numbers of 0.12 and of 0.14 part in six scenes, and those of 0.18 and 0.19 in a row.
-
-    Equal discs in a row are off by as much at each phase, and nearer to the exchanged velocities in 0.14 to 0.18 alone.
-    """
+    """Bare, over 32 phases, the numbers of 0.12 and of 0.14 part in six scenes, and those of 0.18 and 0.19 in a row."""
     found = bare("matter", version, kept, tmp_path)
     new = version not in ("0.10.0", "0.12.0")
     assert off("classics/sorting", found["classics/sorting"], VELOCITIES, 2.5) == pytest.approx([row] * 32, abs=5e-4)
@@ -202,10 +192,7 @@ def test_bounces_of_matter(version: str, row: float, kept: Kept, tmp_path: Path)
 def test_discs_of_matter_that_go_on_together(
     version: str, apart: float, fast: tuple[float, float], kept: Kept, tmp_path: Path
 ) -> None:
-    """Bare, with restitution 0, two begin to touch once at each phase; until 0.12 they are then pushed apart.
-
-    Since then they close a little on the way, at each phase: 4.09e-11 m/s off the 2 m/s, and rounding alone before.
-    """
+    """Bare, with restitution 0, two begin to touch once at each phase; until 0.12 they are then pushed apart."""
     name = "classics/perfectly-inelastic"
     runs = bare("matter", version, kept, tmp_path, [name])[name]
     errors = [abs(vx - 2.0) for run in runs for _, _, vx, _ in run["end"]]

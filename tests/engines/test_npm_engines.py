@@ -14,7 +14,6 @@ from tests.engines.staged import PHASES, STARTS, after_oblique, at_starts, head_
 from tests.stage import Drive, Finish, Named, with_discs
 
 from carom import Disc, Scene
-from carom.catalogue import all_scenes
 from carom.engines.api import Adapter
 from carom_adapters import npm
 
@@ -22,52 +21,6 @@ DT_S = 1 / 60
 HERE, NPM = Path(__file__).parent, Path(npm.__file__).parent
 #: Velocities of some metres a second after an impact or two, in 32-bit floats.
 SINGLE = 1e-5
-
-
-@pytest.mark.parametrize(
-    ("name", "threshold_m_s", "near"),
-    [("box2d3", 1.0, 0.03), ("jolt", 1.0, 0.03), ("planck", 1.0, 0.01), ("physx", 2.0, 0.01)],
-)
-@pytest.mark.parametrize("bounces", [False, True])
-def test_slow_contacts_are_inelastic_as_shipped(
-    name: str, threshold_m_s: float, near: float, bounces: bool, named: Named, finish: Finish
-) -> None:
-    """Elastic discs that close at less leave together, without a word; `tuned` lets them exchange velocities."""
-    speed_m_s = threshold_m_s + near if bounces else threshold_m_s - near
-    law = [0, speed_m_s]
-    shipped = law if bounces else [speed_m_s / 2, speed_m_s / 2]
-    # Box2D's soft contact takes more than a step to make two velocities one.
-    tolerance = 1e-12 if name == "planck" else 0.02 if name == "box2d3" and not bounces else SINGLE
-    for phase in PHASES:
-        scene = head_on(speed_m_s, phase=phase + (name == "physx") * 0.5 / STARTS)
-        end = finish(named(name), scene, DT_S, "default")
-        assert end.velocity_m_s[:, 0] == pytest.approx(shipped, abs=tolerance)
-        assert end.warning == ""
-        tuned = finish(named(name), scene, DT_S, "tuned")
-        assert tuned.velocity_m_s[:, 0] == pytest.approx(law, abs=min(tolerance, SINGLE))
-
-
-def changed_by_a_miss(adapter: Adapter, profile: str, finish: Finish) -> list[float]:
-    """How far velocities change, in m/s, of discs that pass each other without touching, at each start: 0 is right."""
-    found = []
-    for scene in at_starts(all_scenes()["classics/miss"].scene):
-        end = finish(adapter, scene, DT_S, profile)
-        found.append(float(np.abs(end.velocity_m_s - [disc.velocity_m_s for disc in scene.discs]).max()))
-    assert len(found) == STARTS
-    return found
-
-
-@pytest.mark.parametrize(("name", "share"), [("box2d3", 12), ("jolt", 12), ("rapier2d", 16)])
-def test_margins_as_shipped_invent_an_impact(name: str, share: int, named: Named, finish: Finish) -> None:
-    """Discs that pass keep their velocities: as shipped, with margins of 2 cm, they don't in most of 16 starts."""
-    assert sum(change > 0.01 for change in changed_by_a_miss(named(name), "default", finish)) >= share
-    assert max(changed_by_a_miss(named(name), "tuned", finish)) < SINGLE
-
-
-@pytest.mark.parametrize("name", ["planck", "matter"])
-def test_engines_without_a_margin_let_discs_pass(name: str, named: Named, finish: Finish) -> None:
-    """Discs that pass keep their velocities."""
-    assert max(changed_by_a_miss(named(name), "default", finish)) < 1e-12
 
 
 @pytest.mark.parametrize(("name", "limit_m_s"), [("box2d3", 400), ("jolt", 500), ("rapier2d", 400)])
@@ -81,13 +34,6 @@ def test_speeds_end_at_a_limit_as_shipped(name: str, limit_m_s: float, named: Na
         assert "slowed down" in end.warning
         tuned = finish(named(name), scene, 1 / 240, "tuned")
         assert tuned.velocity_m_s[1, 0] == pytest.approx(2 * 1000 * 300.3 / 1001, rel=1e-5)
-
-
-@pytest.mark.parametrize("name", ["box2d3", "jolt", "rapier2d", "p2"])
-def test_fast_discs_pass_each_other_as_shipped(name: str, named: Named, finish: Finish) -> None:
-    """At 100 m/s a disc of 5 cm hits one at rest in two of 16 starts at most; what a sweep does is in docs/hazards."""
-    ends = [finish(named(name), head_on(100, 0.05, phase + 0.5 / STARTS), DT_S, "default") for phase in PHASES]
-    assert sum(bool(end.velocity_m_s[1, 0] > end.velocity_m_s[0, 0]) for end in ends) <= 2
 
 
 #: Discs of 1 kg, one at 5 m/s and one at rest, in Box2D v3 as shipped: the greatest reported impulse of any step, by

@@ -7,12 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.hazards.spread import starts_of
 from tests.stage import Drive, Finish, Named, disc_at, staged
 
 from carom import Disc, Scene
 from carom.catalogue import find_scenes
-from carom.catalogue.catalogue import all_scenes
 from carom.engines.api import Adapter, Observation, Setting
 
 #: Relative rounding of a 32-bit float.
@@ -33,21 +31,6 @@ def _bullet(phase: float, mass_kg: float) -> Scene:
     )
 
 
-@pytest.mark.parametrize(("refinement", "least", "most"), [(1, 0.12, 0.225), (4, 0.12, 0.15), (16, 0.12, 0.18)])
-def test_the_default_margin_invents_an_impact_of_discs_that_never_touch(
-    rapier: Adapter, finish: Finish, refinement: int, least: float, most: float
-) -> None:
-    """Discs that pass keep their velocities: with the margin of 2 cm none of 16 starts does, at any step."""
-    scene = all_scenes()["classics/miss"].scene
-    dt_s = 1 / (scene.frame_rate_hz * refinement)
-    start = np.array([disc.velocity_m_s for disc in scene.discs])
-    found = []
-    for one in starts_of(scene.model_copy(update={"frame_rate_hz": 1 / dt_s}), 16):
-        found.append(np.abs(finish(rapier, one, dt_s, "default").velocity_m_s - start).max() / np.abs(start).max())
-        assert (finish(rapier, one, dt_s, "tuned").velocity_m_s == start).all()
-    assert least <= min(found) <= max(found) <= most
-
-
 def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finish) -> None:
     """A free body keeps its velocity; that of 600 m/s is made 400 m/s, which the adapter tells and `tuned` undoes."""
     scene = _scene(disc_at(0, 0, 600))
@@ -56,13 +39,6 @@ def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finis
     assert "400 m/s at most" in shipped.warning
     assert tuned.velocity_m_s[0, 0] == 600
     assert not tuned.warning
-
-
-def test_slow_bodies_are_put_to_rest_as_shipped(rapier: Adapter, finish: Finish) -> None:
-    """A free body keeps its velocity; one at 8 cm/s rests after half a second where it may sleep."""
-    scene = _scene(disc_at(0, 0, 0.08), duration_s=2.0)
-    assert finish(rapier, scene, 1 / 64, "default", can_sleep=True).velocity_m_s[0, 0] == 0
-    assert finish(rapier, scene, 1 / 64, "default").velocity_m_s[0, 0] == np.float32(0.08)
 
 
 def test_a_bounce_comes_when_bodies_have_moved_without_it(rapier: Adapter, drive: Drive) -> None:

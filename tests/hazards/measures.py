@@ -69,10 +69,7 @@ class Figure:
 def head_on(
     speed_m_s: float, radius_m: float = 0.5, *, at_m: float = 0.0, both: bool = False, mass_kg: float = 1.0
 ) -> Scene:
-    """A disc runs into an equal one, at rest `at_m` from the origin, or both close at half the speed; in 8 to 9 steps.
-
-    Time is left for discs that are polygons, whose sides meet later than circles do.
-    """
+    """A disc runs into an equal one, at rest `at_m` from the origin, or both close at half of it; in 8 to 9 steps."""
     half, steps = (speed_m_s / 2 if both else 0.0), 8
     gap = speed_m_s * (steps + 0.37) * DT_S
     starts = ((at_m - 2 * radius_m - gap, speed_m_s - half), (at_m, -half))
@@ -467,13 +464,7 @@ def _figure(
 def measured(
     names: tuple[str, ...] = ENGINES, tables: tuple[str, ...] = (), *, chaotic: bool = True
 ) -> Iterator[Figure]:
-    """Measure all engines that are installed.
-
-    Args:
-        names: Their adapters.
-        tables: Those that are asked for, all where it is empty.
-        chaotic: Whether single findings of chaotic runs are, too.
-    """
+    """Measure all engines that are installed."""
     for name in names:
         adapter = load_adapter(name)
         if why_unavailable(adapter):

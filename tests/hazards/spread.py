@@ -20,13 +20,7 @@ OFF = 0.01
 
 @dataclass(frozen=True)
 class Spread:
-    """One figure of many starts.
-
-    Attributes:
-        values: Result of each start.
-        right: What mechanics says.
-        off: From which difference on a start is off.
-    """
+    """One figure of many starts."""
 
     values: tuple[float, ...]
     right: float
@@ -68,11 +62,7 @@ def starts_of(scene: Scene, count: int) -> list[Scene]:
 
 
 def ended(adapter: Adapter, scene: Scene, dt_s: float, profile: str, **changes: Setting) -> Observation:
-    """Run a scene to its end in one go, and return what is observed there.
-
-    Raises:
-        AdapterError: The scene or a setting is outside what the engine can do.
-    """
+    """Run a scene to its end in one go, and return what is observed there."""
     world = adapter.prepare(scene, {**adapter.profiles[profile].settings(dt_s), **changes})
     try:
         world.advance(scene.step_count(dt_s))

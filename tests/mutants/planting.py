@@ -216,7 +216,7 @@ def _others(expression: str, tokens: Iterable[_Token], known: set[str]) -> Itera
 def make_copy(root: Path, copy: Path, faults: list[tuple[int, Fault]]) -> None:
     """Make a copy of the project with these numbered faults in it, and build its extension."""
     shutil.rmtree(copy, ignore_errors=True)
-    for name in ("src", "adapters", "tests", "benchmarks", "docs"):
+    for name in ("src", "adapters", "tests", "benchmarks", "build_backend", "docs"):
         shutil.copytree(root / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", "*.so", "node_modules"))
     for name in ("pyproject.toml", "setup.py", "README.md", "Makefile", "CHANGELOG.md", "CONTRIBUTING.md"):
         shutil.copy(root / name, copy / name)

@@ -61,7 +61,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (root / "src/carom/__init__.py").write_text("")
     (root / "src/carom/core/__init__.py").write_text("")
     (root / "src/carom/core/middle.py").write_text(SOURCE)
-    for name in ("adapters", "tests", "benchmarks", "docs"):
+    for name in ("adapters", "tests", "benchmarks", "build_backend", "docs"):
         (root / name).mkdir()
     for name in ("pyproject.toml", "setup.py", "README.md", "Makefile", "CHANGELOG.md", "CONTRIBUTING.md"):
         (root / name).write_text("")
@@ -180,7 +180,7 @@ def test_a_fault_without_end_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     assert running.tried([], 1, None, 0.01) == ("no end", {})
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_a_loop_without_end_is_ended_by_its_processor_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """However busy the machine is: a process that is kept waiting by others is not taken for one without end."""
 

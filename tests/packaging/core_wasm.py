@@ -67,11 +67,7 @@ def sources_digest_of(wasm: bytes) -> str:
 
 
 def build(root: Path = ROOT) -> bytes:
-    """Return the file, built from the sources below a folder.
-
-    Raises:
-        subprocess.CalledProcessError: The sources do not compile, or the compiler can't be downloaded.
-    """
+    """Return the file, built from the sources below a folder."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder, "core.wasm")
         caches = {"ZIG_GLOBAL_CACHE_DIR": f"{folder}/global", "ZIG_LOCAL_CACHE_DIR": f"{folder}/local"}
@@ -83,11 +79,7 @@ def build(root: Path = ROOT) -> bytes:
 
 
 def zig_environment(folder: Path) -> dict[str, str]:
-    """Return the variables with which ``python -m ziglang`` is the pinned version; download it if it is not installed.
-
-    Raises:
-        subprocess.CalledProcessError: It can't be downloaded.
-    """
+    """Return the variables with which ``python -m ziglang`` is the pinned version, downloaded if it is missing."""
     return {} if _is_installed() else {"PYTHONPATH": _downloaded(folder)}
 
 

@@ -62,7 +62,7 @@ def test_conformance_and_records(tmp_path: Path) -> None:
     )
     done = run(STEPS["Conformance"], tmp_path, **few)
     assert done.returncode == 1
-    assert "carom-known-failures.toml lists it (x): take it out" in done.stdout
+    assert "carom-known-failures.toml lists it (x): remove it" in done.stdout
 
     records = {"engine": "pymunk", "scenes": "paper/late", "records": "before"}
     command = [sys.executable, "-m", "carom", "run", "paper/late", "-e", "pymunk", "--out", "before"]

@@ -12,7 +12,7 @@ import pytest
 from tests.packaging import core_wasm
 from tests.packaging.building import copy_of_the_tree, install, make_wheel, report_of, run
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.release
 
 #: Programs by which a C compiler is called, beginnings of their names.
 COMPILERS = ("gcc", "cc", "clang", "c99", "c89", "x86_64-linux-gnu-", "aarch64-linux-gnu-")

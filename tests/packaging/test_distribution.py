@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from tests.packaging.building import ROOT, install, report_of, run
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.release
 
 #: Carom's own methods and the engines.
 BUILT_IN = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["carom.adapters"].keys()

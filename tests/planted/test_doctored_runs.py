@@ -8,7 +8,7 @@ from functools import cache, lru_cache
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.planted.doctored import (
     GAS,
     GAS_AFTER_S,
@@ -123,7 +123,7 @@ def worst_of(rung: Rung, begins: str) -> Grade:
     return max(rung.worst, may, key=WORSENING.index)
 
 
-LONGER = pytest.mark.long
+LONGER = pytest.mark.release
 KINDS = [
     pytest.param("after", False, 64),
     *(
@@ -153,7 +153,7 @@ def test_a_fault_in_a_crowd_is_graded_as_it_is(
     require(score, best, worst_of(rung, begins), rung.says, FAULTS[where].why)
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize(("begins", "told", "bits"), KINDS)
 @pytest.mark.parametrize("where", FAULTS, ids=lambda where: where[1])
 def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
@@ -165,7 +165,7 @@ def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
     assert grades == sorted(grades), [WORSENING[grade].name for grade in grades]
 
 
-@pytest.mark.parametrize("told", long_after(1, [False, True]))
+@pytest.mark.parametrize("told", release_after(1, [False, True]))
 @pytest.mark.parametrize(
     ("name", "rung"),
     [
@@ -180,7 +180,7 @@ def test_a_fault_of_a_disc_or_two_is_graded_as_it_is(name: str, rung: Rung, told
     require(of_alone(name, rung.size, told=told), rung.best, rung.worst, says, ALONE[name].why)
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("told", [False, True])
 @pytest.mark.parametrize("name", ALONE)
 def test_a_fault_that_grows_never_improves_its_grade(name: str, told: bool) -> None:
@@ -190,7 +190,7 @@ def test_a_fault_that_grows_never_improves_its_grade(name: str, told: bool) -> N
     assert grades == sorted(grades), [order[grade].name for grade in grades]
 
 
-@pytest.mark.parametrize("begins", long_after(1, reversed(BEGINS)))
+@pytest.mark.parametrize("begins", release_after(1, reversed(BEGINS)))
 def test_what_is_reported_gains_nothing(begins: str) -> None:
     """A method that reports every impact, velocities and all, while its discs pass through each other, is wrong."""
     passes = free_from(right(GAS), BEGINS[begins])
@@ -199,7 +199,7 @@ def test_what_is_reported_gains_nothing(begins: str) -> None:
     require(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "its states decide")
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("told", [False, True])
 def test_looking_once_a_step_is_no_better_than_sampled(told: bool) -> None:
     """PIT's states in a crowd are another path, each step of which is right to sampling: never exact, never close."""
@@ -207,7 +207,7 @@ def test_looking_once_a_step_is_no_better_than_sampled(told: bool) -> None:
     require(score, Grade.SAMPLED, Grade.WRONG, None, "it finds impacts at step boundaries")
 
 
-@pytest.mark.parametrize("phase", long_after(1, [0.25, 0.0]))
+@pytest.mark.parametrize("phase", release_after(1, [0.25, 0.0]))
 @each("aside_m", [0.0, 0.3])
 @each("steps", STEPS[1:])
 def test_a_pass_beyond_the_horizon_is_found_in_the_states(steps: int, aside_m: float, phase: float) -> None:
@@ -216,7 +216,7 @@ def test_a_pass_beyond_the_horizon_is_found_in_the_states(steps: int, aside_m: f
     require(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "no velocity changes, on either side")
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("fault", CROWD, ids=lambda fault: fault.name)
 def test_twenty_five_discs_hide_no_fault(fault: Fault) -> None:
     """In the gas of 25 each gross fault, begun long after the horizon, is graded as in the gas of 12."""

@@ -42,10 +42,7 @@ def _wheel(source: Path, out: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Interpreter of an environment in which three wheels are installed and nothing else.
-
-    What Carom depends on is lent by this environment, at the end of the path: nothing has to be downloaded.
-    """
+    """Interpreter of an environment in which three wheels are installed and nothing else."""
     folder = tmp_path_factory.mktemp("fresh")
     # Building leaves metadata next to the sources, which would be an installed adapter to every other test.
     twin = folder / "twin"

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import pytest
 from tests.distribution import forget, lay
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import disc_at, staged, wall_at
 
 import carom
@@ -51,7 +51,7 @@ def test_the_documentation_quotes_the_files_that_are_run(file: str) -> None:
     assert (HERE / file).read_text().rstrip() in (DOCS / "reference" / "adapters.md").read_text()
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_the_documented_project_builds(tmp_path: Path) -> None:
     """The `pyproject.toml` of docs/reference/adapters.md builds a wheel with its entry point."""
     page = (DOCS / "reference" / "adapters.md").read_text()
@@ -80,17 +80,8 @@ def test_the_documentation_tells_every_check() -> None:
     assert checks <= told, checks - told
 
 
-@pytest.mark.long
-@pytest.mark.usefixtures("installed")
-def test_a_third_party_adapter_is_found() -> None:
-    """An adapter of another distribution is listed with its own name, version and distribution."""
-    info = next(info for info in carom.engines() if info.name == "penalty")
-    assert (info.engine, info.version, info.distribution) == ("Penalty springs", "0.1", "carom-penalty")
-    assert info.available
-
-
 @pytest.mark.usefixtures("installed", "in_process")
-@pytest.mark.parametrize(("profile", "contact_steps"), long_after(1, [("default", 4), ("tuned", 2)]))
+@pytest.mark.parametrize(("profile", "contact_steps"), release_after(1, [("default", 4), ("tuned", 2)]))
 def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_contact_late(
     profile: str, contact_steps: int
 ) -> None:
@@ -153,14 +144,14 @@ LIES = {
     ),
     "guesses": (
         "determinism[tuned]",
-        "two runs of one scene differ, and determinism is declared",
+        "two runs of one scene differ, although determinism is declared",
         "velocity_m_s of disc",
         "'conformance-crowd', profile 'tuned', dt = 1/128 s",
         "-e guesses -p tuned --dt 1/128",
     ),
     "rounds": (
         "settings[default]",
-        "a setting is not the one asked for",
+        "a setting differs from the requested one",
         "contact_steps = 4",
         "contact_steps = 3",
         "'conformance-crowd', profile 'default', dt = 1/128 s",
@@ -175,35 +166,35 @@ LIES = {
     ),
     "keeps-worlds": (
         "lets-go-of-worlds",
-        "close() does not release what the engine holds",
-        "less than 1.8 MB left by 180 worlds, once in 10 rounds",
-        "MB, in each of them",
+        "close() does not release the engine's memory",
+        "less than 1.8 MB left by 180 worlds, in at least one of 10 rounds",
+        "MB in every round",
         "'conformance-approach-3-0-0.5'",
     ),
     "claims-walls": (
         "hits[tuned-classics/box]",
-        "13 of 13 impacts missed",
+        "13 of 13 impacts are missed",
         "disc 0 and wall 3 at 0.243243 s",
         "0 impacts: none",
         "'classics/box', profile 'tuned', dt = 1/240 s",
     ),
     "claims-sweeping": (
         "continuous-detection",
-        "a fast disc passes through another, and continuous detection is declared",
+        "a fast disc passes through another, although continuous detection is declared",
         "50 m/s by conservation of momentum and energy",
         "0 m/s",
         "'conformance-bullet-",
     ),
     "shortens": (
         "greatest-move",
-        "a disc does not get as far as its 781.25 m a step take it",
+        "a disc that moves 781.25 m per step ends at a wrong position",
         "3125 m",
         "8 m",
         "'conformance-alone-100000-0-0.5', profile 'tuned', dt = 1/128 s",
     ),
     "claims-cutting": (
         "cutting[located]",
-        "prepare() raises an error, and the profile declares that its steps can be cut",
+        "prepare() raises an error, although the profile declares that its steps can be cut",
         "a CuttableWorld that runs to the end",
         "PenaltyWorld lacks one of cut, touching, save and restore",
         "profile 'located'",
@@ -228,7 +219,7 @@ NOT_DECLARED = {
 }
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_a_third_party_distribution_passes_in_a_fresh_environment(author_pytest: Pytest, fresh_python: Path) -> None:
     """From its wheel built with Carom 0.1, named by its distribution, it passes except for its known failures."""
     code = "import carom, carom_penalty; print(carom.__file__); print(carom_penalty.__file__)"
@@ -253,7 +244,7 @@ def test_each_lie_is_found_and_told_with_value_expected_and_scene(fresh_python: 
     # What is not declared must be refused, not left out in silence.
     for (name, what), declared in NOT_DECLARED.items():
         said = failures[f"{name}::refuses[{what.replace(' ', '-')}]"]
-        assert f"a scene beyond what is declared ({what}) is run" in said
+        assert f"a scene beyond the declaration ({what}) is run" in said
         assert f"since the adapter declares {declared}" in said
 
 

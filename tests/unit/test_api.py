@@ -12,7 +12,7 @@ from types import ModuleType
 
 import grimp
 import pytest
-from tests.lengths import long_after
+from tests.lengths import release_after
 
 import carom
 from carom.engines import api
@@ -21,10 +21,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 def test_every_public_name_resolves_to_the_object_of_its_home_module() -> None:
-    """Each is what its home module calls so, never a module that hides it; `__all__` has each once, in order.
-
-    `carom.engines` is the package of this name, and calling it calls the function.
-    """
+    """Each is what its home module calls so, never a module that hides it; `__all__` has each once, in order."""
     for name in carom.__all__:
         thing = getattr(carom, name)
         assert not isinstance(thing, ModuleType) or (name == "engines" and callable(thing)), name
@@ -66,10 +63,7 @@ def test_unknown_attribute_is_an_attribute_error_that_names_it() -> None:
 
 
 def test_import_costs_nothing() -> None:
-    """`import carom` imports no other package; a scene that is made and solved, no report and nothing that draws.
-
-    What Cython has in memory for a compiled module is no package.
-    """
+    """`import carom` imports no other package; a scene that is made and solved, no report and nothing that draws."""
     program = (
         "import sys; before = set(sys.modules); import carom; new = {m.partition('.')[0] for m in set(sys.modules)"
         " - before if 'cython' not in m};"
@@ -87,10 +81,7 @@ def described(page: str) -> list[str]:
 
 
 def test_every_public_name_of_carom_is_described_once() -> None:
-    """The reference has each name of `carom.__all__`, and of these nothing else.
-
-    That of `carom.engines` is the function, which the reference finds only at its home.
-    """
+    """The reference has each name of `carom.__all__`, and of these nothing else."""
     pages = ("carom.md", "scenes.md", "methods.md")
     found = [
         name.removeprefix("carom.").removeprefix("execution.engines.") for page in pages for name in described(page)
@@ -163,7 +154,7 @@ finally:
 """
 
 
-@pytest.mark.parametrize("command", long_after(2, COMMANDS))
+@pytest.mark.parametrize("command", release_after(2, COMMANDS))
 def test_a_command_loads_no_more_than_it_uses(command: str, tmp_path: Path) -> None:
     """The process of a command has imported none of the modules that the table excludes."""
     found = tmp_path / "modules.json"

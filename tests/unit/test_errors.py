@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from tests.lengths import each
 
+import carom
 from carom import errors
 from carom.errors import AdapterError, CaromError, InputError, MissingExtraError, Problem, SceneError, UnknownNameError
 
@@ -26,6 +28,49 @@ def test_every_deliberate_error_is_caught_by_the_one_base_and_as_the_builtin_tha
     raised = [one for one in vars(errors).values() if isinstance(one, type) and issubclass(one, BaseException)]
     assert all(issubclass(one, CaromError) for one in raised)
     assert all(issubclass(error, builtin) for error, builtin in BUILTINS.items())
+
+
+_ONE: Any = 1
+_WORD: Any = "late"
+_ROWS: Any = [[0, 0]]
+
+#: Calls with an argument of a wrong type, and the message.
+MISTYPED: dict[str, tuple[Callable[[], Any], str]] = {
+    "solve_pic": (lambda: carom.solve_pic(_ONE), "scene must be a Scene or the name of one in the catalogue, got 1"),
+    "solve_pit": (lambda: carom.solve_pit(_ONE), "scene must be a Scene or the name of one in the catalogue, got 1"),
+    "certify": (lambda: carom.certify(_ONE), "scene must be a Scene or the name of one in the catalogue, got 1"),
+    "save_scene": (lambda: carom.save_scene(_WORD, "late.toml"), "scene must be a Scene, got 'late'"),
+    "EventDrivenRun": (lambda: carom.EventDrivenRun(_WORD), "start must be a Scene or DiscArrays, got 'late'"),
+    "DiscArrays": (
+        lambda: carom.DiscArrays(_ROWS, _ROWS, _ROWS, _ROWS),
+        r"position_m must be a NumPy array, got [[0, 0]]",
+    ),
+    "compare": (lambda: carom.compare(_WORD, _WORD), "reference must be a Trace, got 'late'"),
+    "replay": (lambda: carom.replay("paper/late", _ONE), "observed must be a Trace, got 1"),
+    "plot_beside": (lambda: carom.plot_beside(carom.solve_pic("paper/late"), _ONE), "traces[1] must be a Trace, got 1"),
+    "engines": (lambda: carom.engines("pit"), "names must be a list, even of one item, got 'pit'"),
+    "run": (lambda: carom.run("paper/late", _ONE), "engine must be a str, got 1"),
+    "tune": (lambda: carom.tune("pymunk", "paper/late"), "scenes must be a list, even of one item, got str"),
+    "cross_check": (lambda: carom.cross_check(_ONE), "scenes must be a list, even of one item, got int"),
+    "no option": (lambda: carom.tune("pymunk", trial=3), "tune has no option 'trial'"),
+    "no such": (lambda: carom.advise("paper/late", engines=["pit"]), "advise has no option 'engines'"),
+    "advise": (lambda: carom.advise("paper/late", "pit"), "engines must be a list, even of one item, got 'pit'"),
+}
+
+
+@each("name", MISTYPED)
+def test_an_argument_of_a_wrong_type_is_refused_by_its_name(name: str) -> None:
+    """The error is an InputError that names the argument, what it must be, and the value."""
+    call, message = MISTYPED[name]
+    with pytest.raises(InputError) as caught:
+        call()
+    assert caught.value.message == message
+
+
+def test_a_profile_that_an_engine_has_not_is_an_unknown_name() -> None:
+    """`carom.run` refuses it as `carom.cross_check` does, and names the profiles that there are."""
+    with pytest.raises(UnknownNameError, match="no requested engine has a profile 'fast'; there are: tuned"):
+        carom.run("paper/late", "pit", dt=1 / 24, profile="fast")
 
 
 MANY = [Problem(("discs", k), "is wrong") for k in range(25)]

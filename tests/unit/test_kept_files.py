@@ -47,7 +47,7 @@ def test_a_kept_journal_is_continued_from_or_refused_by_its_format(number: int, 
     before, pool = path.read_bytes(), InProcessPool()
     plan = build_plan(find_scenes(list(SCENES)), OPTIONS, pool)
     if number != JOURNAL_FORMAT:
-        said = f"it is of format {number}, as another version of Carom wrote it, and this one is {JOURNAL_FORMAT}"
+        said = f"it has the format {number} of another version of Carom, and this version uses {JOURNAL_FORMAT}"
         with pytest.raises(InputError, match=said):
             observed_journal(path, plan.options.stamp, resume=True)
     else:

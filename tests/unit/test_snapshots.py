@@ -1,7 +1,4 @@
-"""What commands print, and documents of fixed results, kept whole in tests/snapshots: a change is read as a diff.
-
-`make generated` rewrites them. Only methods of Carom's own are asked, so no engine's version is in them.
-"""
+"""What commands print, and documents of fixed results, kept whole in tests/snapshots: a change is read as a diff."""
 
 from __future__ import annotations
 
@@ -41,7 +38,11 @@ COMMANDS = {
 def normal(text: str) -> str:
     """The text without what depends on the clock, and without spaces that nobody sees."""
     text = re.sub(r"\b\d+(\.\d+)?(e-?\d+)? (ms|s|µs)(?= of work| of wall|\)| in)", "TIME", text)
-    text = re.sub(r"; \S+ ms, and ([\w -]+) takes \S+ times that", r"; TIME, and \1 takes RATIO times that", text)
+    text = re.sub(
+        r"; it takes \S+ ms, and ([\w -]+) takes \S+ times as long",
+        r"; it takes TIME, and \1 takes RATIO times as long",
+        text,
+    )
     return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 

@@ -1,7 +1,4 @@
-"""Invariants of Carom's event-driven PIC: conservation, no overlap, time that only advances, an end to collapse.
-
-These are measured within the run, impact by impact, which no adapter shows; so they are of the event-driven form alone.
-"""
+"""Scenes for, and errors of, Carom's event-driven PIC where the answer is known: Galperin, collapse, touching discs."""
 
 from __future__ import annotations
 
@@ -10,10 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.drawn import jittered
 from tests.stage import disc_at, staged, wall_at
 
-from carom.model.disc_arrays import DiscArrays
 from carom.model.scene import Disc, Scene, Wall
 from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -22,12 +17,7 @@ from carom.solvers.event_driven.run import EventDrivenRun
 _CHUNK = 100_000
 
 
-def mixed_gas() -> DiscArrays:
-    """Return thirty discs of radii 1:1.7 and masses 1:49 that cover a third of a box."""
-    return jittered(np.random.default_rng(1), 30, spread=1.8)
-
-
-def _chunks(scene: Scene | DiscArrays, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArray[np.void]]]:
+def _chunks(scene: Scene, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArray[np.void]]]:
     """Run for some impacts and yield the run and its impacts, a chunk at a time, so that memory stays small."""
     run, last_s = EventDrivenRun(scene), 0.0
     for until in range(_CHUNK, impacts + _CHUNK, _CHUNK):
@@ -39,41 +29,6 @@ def _chunks(scene: Scene | DiscArrays, impacts: int) -> Iterator[tuple[EventDriv
         if outcome is not Outcome.MAX_IMPACTS:
             return
         run = EventDrivenRun(scene, resume=run.state())
-
-
-def energy(start: DiscArrays, velocity: NDArray[np.float64]) -> float:
-    """Return by how much the energy of velocities is off of that of the start, relative."""
-    now, begun = (float(start.mass_kg @ (v**2).sum(axis=1)) for v in (velocity, start.velocity_m_s))
-    return abs(now / begun - 1.0)
-
-
-def momentum(start: DiscArrays, impacts: int) -> float:
-    """What the momentum at the end has that neither the start had nor the walls gave, over mass times speed in all."""
-    mass, velocity = start.mass_kg, start.velocity_m_s
-    pushes: list[NDArray[np.float64]] = []
-    for run, found in _chunks(start, impacts):
-        walls = found[found["second"] < 0]
-        push = (walls["velocity_first_after"] - walls["velocity_first_before"]) * mass[walls["first"]][:, None]
-        pushes.append(np.array([math.fsum(push[:, 0]), math.fsum(push[:, 1])]))
-        velocity = run.velocities()
-    left = mass @ velocity - mass @ start.velocity_m_s - np.sum(pushes, axis=0)
-    return float(np.hypot(*left) / np.sum(mass * np.hypot(*start.velocity_m_s.T)))
-
-
-def overlap(start: DiscArrays, run: EventDrivenRun) -> float:
-    """Return the deepest overlap of two bodies now over what rounding explains.
-
-    The run stops at an instant that is a float, within half a unit in its last place of the impact. There each body is
-    off by its speed times that, and by the roundings of its coordinates: of the product, of the sum, and of the start
-    of its path.
-    """
-    place, radius, walls = run.positions(), start.radius_m, np.array(start.half_planes())
-    off = np.hypot(*run.velocities().T) * math.ulp(run.time_s) + 4 * math.ulp(float(np.abs(place).max()) + radius.max())
-    first, second = np.triu_indices(len(radius), 1)
-    apart = np.hypot(*(place[first] - place[second]).T)
-    discs = (radius[first] + radius[second] - apart) / (off[first] + off[second])
-    gaps = ((place[:, None] - walls[:, :2]) * walls[:, 2:]).sum(axis=2)
-    return float(np.max([discs.max(), np.max((radius[:, None] - gaps) / off[:, None])]))
 
 
 def galperin(k: int) -> Scene:

@@ -11,7 +11,7 @@ import pytest
 from mpmath import mp, mpf
 from tests.campaign import contact
 from tests.drawn import thrown
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import disc_at, staged, wall_at
 from tests.validation import contact_runs
 from tests.validation.enclosed import from_enclosures
@@ -87,7 +87,7 @@ def test_a_run_of_another_friction_is_beyond_the_radii() -> None:
         assert beyond(certify(scene), contact_runs.run(other)) != []
 
 
-@pytest.mark.parametrize("first", long_after(1, range(0, 240, 12)))
+@pytest.mark.parametrize("first", release_after(1, range(0, 240, 12)))
 def test_one_to_three_discs_end_where_pic_has_them(first: int) -> None:
     """On edges, slopes and between walls: what is proven to the end is PIC's, and that is most."""
     proven = 0
@@ -198,13 +198,10 @@ def test_contact_and_spins_survive_as_data() -> None:
         assert enclosures(from_enclosures(document)) == document
 
 
-@pytest.mark.parametrize("seeds", long_after(1, [range(8), *(range(k, k + 20) for k in range(8, 408, 20))]))
+@pytest.mark.parametrize("seeds", release_after(1, [range(8), *(range(k, k + 20) for k in range(8, 408, 20))]))
 @pytest.mark.parametrize("gives_back", [False, True])
 def test_discs_thrown_on_slopes_are_within_their_radii_of_runs_of_60_digits(gives_back: bool, seeds: range) -> None:
-    """With spin, any friction and rolling resistance, or friction that gives back: ends, and when modes change.
-
-    PIC is within 1e-12 of these; bounces whose slip stays undecided, where friction gives back, end as a collapse.
-    """
+    """With spin, any friction and rolling resistance, or friction that gives back: ends, and when modes change."""
     proven = 0
     with mp.workdps(contact_runs.DIGITS):
         for seed in seeds:

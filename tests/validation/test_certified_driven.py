@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import crushed_rows, disc_at, on_legs, staged, wall_at
 from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions
 from tests.validation.test_driven import among_mallets
@@ -31,7 +31,7 @@ def in_a_square(seed: int) -> Scene:
     return scene.model_copy(update={"walls": walls})
 
 
-@pytest.mark.parametrize("first", [0, pytest.param(100, marks=pytest.mark.long)])
+@pytest.mark.parametrize("first", [0, pytest.param(100, marks=pytest.mark.release)])
 def test_a_puck_among_mallets_is_within_its_radii_of_sixty_digits(first: int) -> None:
     """Spinning, driven discs and driven walls, rough and with losses: order, times, velocities, spins."""
     compared = 0
@@ -66,7 +66,7 @@ def falling_among(seed: int, *, as_rings: bool) -> Scene:
     return staged("driven", puck, *([] if as_rings else posts), *walls, **laws)
 
 
-@pytest.mark.parametrize("seeds", [range(8), pytest.param(range(8, 200), marks=pytest.mark.long)])
+@pytest.mark.parametrize("seeds", [range(8), pytest.param(range(8, 200), marks=pytest.mark.release)])
 def test_a_disc_falls_on_a_fixed_disc_as_on_a_ring(seeds: range) -> None:
     """An immovable disc and a ring of its radius, both on legs or at rest, give balls that overlap; so does PIC."""
     compared = 0
@@ -105,10 +105,7 @@ def test_what_starts_at_a_touching_disc_strikes_it_at_that_instant(falls: bool) 
 
 
 def test_an_impact_when_a_wall_turns_that_balls_cannot_place_has_no_certain_answer() -> None:
-    """Off a slope of 3 in 4 a disc of 25 m/s goes on at 7 and 24: exactly, but through divisions that are not.
-
-    It reaches the wall just when that turns, and no precision decides which leg it meets.
-    """
+    """Off a slope of 3 in 4 a disc of 25 m/s goes on at 7 and 24: exactly, but through divisions that are not."""
     slope = Chain(points_m=[(-4.0, -3.0), (4.0, 3.0)])
     puck = disc_at(-25.0, 1.25, 25.0, r=1.0)  # it touches at the origin's (0, 1.25)
     wall = wall_at(
@@ -155,7 +152,7 @@ def aslant_rows() -> list[tuple[Scene, float]]:
 ROWS = [(*crushed_rows(), *aslant_rows())[k] for k in (0, -5, -3, *range(1, 9), 10, -2, -1)]
 
 
-@pytest.mark.parametrize(("scene", "crushed_s"), long_after(3, ROWS))
+@pytest.mark.parametrize(("scene", "crushed_s"), release_after(3, ROWS))
 def test_a_row_of_discs_that_is_left_no_room_ends_the_run_by_name(scene: Scene, crushed_s: float) -> None:
     """It is crushed when what is free of its line is gone, PIC's too but aslant, where floats leave the line."""
     certified = certify(scene)
@@ -171,7 +168,7 @@ def test_a_row_of_discs_that_is_left_no_room_ends_the_run_by_name(scene: Scene, 
         assert shorter.outcome is Outcome.COMPLETED  # till then impacts have a number
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_a_row_aslant_that_is_off_by_a_bit_is_not_called_crushed() -> None:
     """A mallet that is a unit in the last place off the line strikes the disc aside."""
     for scene, _ in aslant_rows():

@@ -25,7 +25,7 @@ KINDS: dict[str, tuple[dict[str, Any], int, int]] = {
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [
-        pytest.param(kind, seed, marks=[pytest.mark.long] * (seed >= 2))
+        pytest.param(kind, seed, marks=[pytest.mark.release] * (seed >= 2))
         for kind, (*_, seeds) in KINDS.items()
         for seed in range(seeds)
     ],

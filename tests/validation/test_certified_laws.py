@@ -74,10 +74,7 @@ def bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
     ],
 )
 def test_bounces_on_a_floor_and_down_a_slope_are_within_their_radii(name: str, changes: dict[str, Any]) -> None:
-    """Times and velocities of all bounces are those of the closed form, 60 digits of it, of the very float64 scene.
-
-    PIC's are within some roundings of them.
-    """
+    """Times and velocities of all bounces are those of the closed form, 60 digits of it, of the very float64 scene."""
     scene = of_catalogue(name, **changes)
     certified = certify(scene)
     assert certified.ending is Ending.COMPLETED

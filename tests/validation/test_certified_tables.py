@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from flint import arb, ctx
 from tests.campaign.tables import draw
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.validation import table_runs
 from tests.validation.table_runs import Table, Walk
 
@@ -56,15 +56,12 @@ def contradictions(table: Table, impacts: int) -> list[int]:
 
 @pytest.mark.parametrize(
     ("moves", "first", "count", "impacts"),
-    long_after(1, [(True, 0, 2, 6), (False, 0, 6, 12), (False, 10**5, 400, 12), (True, 10**5, 200, 12)]),
+    release_after(1, [(True, 0, 2, 6), (False, 0, 6, 12), (False, 10**5, 400, 12), (True, 10**5, 200, 12)]),
 )
 def test_every_impact_on_random_tables_is_within_its_radius_of_brute_force(
     moves: bool, first: int, count: int, impacts: int
 ) -> None:
-    """Bulges of both signs, re-entrant joints, thick bars, islands, cut sides, walls of their own restitution.
-
-    The same under gravity, and of lines on up to nine legs each: quartics, and impacts leg by leg.
-    """
+    """Bulges of both signs, re-entrant joints, thick bars, islands, cut sides, walls of their own restitution."""
     tables = drawn_tables(first, count, moves=moves)
     assert {k: bad for k, one in enumerate(tables) if (bad := contradictions(one, impacts))} == {}
 

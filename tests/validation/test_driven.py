@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import crushed_rows, disc_at, on_legs, staged, wall_at
 from tests.validation.mpmath_runs import brute_force
 
@@ -52,10 +52,7 @@ def _velocity(rng: random.Random) -> Vector:
 
 
 def on_a_path(seed: int) -> Scene:
-    """Two discs, one of which begins without a speed along gravity under a ceiling that is a line, and bodies on legs.
-
-    Every other scene falls.
-    """
+    """Two discs, one of which begins without a speed along gravity under a ceiling that is a line; bodies on legs."""
     rng = random.Random(f"galileo {seed}")
 
     def legs() -> dict[str, Any]:
@@ -93,7 +90,7 @@ def boosted(scene: Scene, drive: Vector) -> Scene:
 
 
 @pytest.mark.parametrize(
-    ("draw", "seeds"), long_after(2, [(a_table, range(12)), (on_a_path, range(8)), (a_table, range(12, 24))])
+    ("draw", "seeds"), release_after(2, [(a_table, range(12)), (on_a_path, range(8)), (a_table, range(12, 24))])
 )
 def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], Scene], seeds: range) -> None:
     """A scene of which everything is driven along has its impacts at the same times, and velocities more by the drive.
@@ -124,10 +121,7 @@ def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], 
 
 @pytest.mark.parametrize("speed", [0.0, 1e3, 1e6])
 def test_a_corner_that_is_driven_fast_is_no_more_certain_than_one_that_stands(speed: float) -> None:
-    """Both edges of 80 degrees are met at one instant, in all directions: the order is a convention, and is said to be.
-
-    The rounding of the positions of disc and corner distinguishes the instants; it grows with their distance.
-    """
+    """Both edges of 80 degrees are met at one instant, in all directions: the order is a convention, and said to be."""
     half = math.tan(math.radians(40.0))
 
     def turned(x: float, y: float, angle: float) -> Vector:
@@ -167,10 +161,7 @@ def bounces(left: Legs, right: Legs, speed: Fraction, end: Fraction) -> list[tup
 
 @each("seed", range(32))
 def test_a_disc_between_walls_on_legs_is_a_recurrence_of_fractions(seed: int) -> None:
-    """A disc between two half-planes that are driven along one line, one of them on many legs in some, is exact.
-
-    The times and speeds are those of fractions, on many legs by Algorithm 2 too.
-    """
+    """A disc between two half-planes that are driven along one line, one of them on many legs in some, is exact."""
     rng, still = random.Random(f"legs {seed}"), (Fraction(0), Fraction(0))
     left, right = ([(Fraction(0), Fraction(rng.randint(-8, 8), 16))] for _ in range(2))
     if seed % 3 == 0:
@@ -279,7 +270,7 @@ def rubbed_between_racks(seed: int) -> Scene:
     return staged("driven", turning, *racks, duration_s=5.0, **rough)
 
 
-@pytest.mark.parametrize("seeds", long_after(1, [range(2), range(2, 20), range(20, 40), range(40, 60)]))
+@pytest.mark.parametrize("seeds", release_after(1, [range(2), range(2, 20), range(20, 40), range(40, 60)]))
 def test_a_disc_that_is_rubbed_is_called_crushed_only_where_it_stays_between_the_racks(seeds: range) -> None:
     """Sixty digits follow it between half-planes, 300 impacts long: of a named one the centre never leaves a rack."""
     called = 0
@@ -348,7 +339,7 @@ def among_mallets(seed: int) -> Scene:
     )
 
 
-@pytest.mark.parametrize("seeds", long_after(1, [range(40), range(40, 1040)]))
+@pytest.mark.parametrize("seeds", release_after(1, [range(40), range(40, 1040)]))
 def test_a_puck_among_mallets_has_the_impacts_of_sixty_digits(seeds: range) -> None:
     """Six impacts each of rough pucks among spinning, driven discs and driven walls: order, times, velocities."""
     compared = 0

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from tests.drawn import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
-from tests.lengths import by_group, long_after
+from tests.lengths import by_group, release_after
 from tests.rebuilt import Map, assert_seen, in_units, mirrored, quarter_turned, rebuilt
 from tests.unit.solvers.kinds import all_pairs
 from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, plain
@@ -42,7 +42,7 @@ LAWS: dict[str, dict[str, Any]] = {
 
 Bits = dict[str, object]
 
-each_batch = pytest.mark.parametrize("batch", long_after(1, BATCHES), ids=lambda batch: str(batch.start))
+each_batch = pytest.mark.parametrize("batch", release_after(1, BATCHES), ids=lambda batch: str(batch.start))
 
 
 def times(batch: range, more: float) -> range:
@@ -167,7 +167,7 @@ DRAWN += [
 ]
 
 
-@pytest.mark.parametrize(("kind", "numbers"), long_after(len(TIMES), DRAWN), ids=str)
+@pytest.mark.parametrize(("kind", "numbers"), release_after(len(TIMES), DRAWN), ids=str)
 def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, numbers: range) -> None:
     """All pairs, cells of any width, pieces, a resumed run: the same impacts, spins, ambiguities, outcome and end."""
     different, impacts = list[str](), 0
@@ -191,7 +191,7 @@ def test_all_pairs_give_the_bits_of_the_kernel_in_every_scene_that_has_a_name(en
 EACH_LAW = [(kind, law) for turn in range(3) for k, kind in enumerate(KINDS) for law in [list(LAWS)[(k + turn) % 3]]]
 
 
-@pytest.mark.parametrize(("kind", "law"), long_after(len(KINDS), EACH_LAW))
+@pytest.mark.parametrize(("kind", "law"), release_after(len(KINDS), EACH_LAW))
 @each_batch
 def test_neither_pieces_nor_all_pairs_change_a_bit_under_any_law(kind: str, law: str, batch: range) -> None:
     """Under gravity, with its contacts, damped, and on a table a run in pieces by all pairs is the run in one go."""
@@ -217,7 +217,7 @@ def same(one: Trace, other: Trace) -> bool:
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0), GRAVITY], ids=["floating", "falling"])
 @pytest.mark.parametrize("frame_rate_hz", [0.7, 60.0])
-@pytest.mark.parametrize("numbers", long_after(1, [range(8), range(8, 40)]))
+@pytest.mark.parametrize("numbers", release_after(1, [range(8), range(8, 40)]))
 def test_frames_change_no_bit(numbers: range, frame_rate_hz: float, gravity: tuple[float, float]) -> None:
     """Algorithm 2, which stops at every frame, gives the trace of event-driven PIC, whatever the frame rate."""
     for number in numbers:
@@ -249,10 +249,7 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
 @pytest.mark.parametrize("kind", TIMES)
 @each_batch
 def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
-    """A run that skips tests, or sweeps, in one go or in pieces, has the bits of a run that makes every test.
-
-    Every fourth scene of drawn discs falls, and every fourth has friction.
-    """
+    """A run that skips tests, or sweeps, in one go or in pieces, has the bits of a run that makes every test."""
     impacts = 0
     for number in times(batch, 2 / 3):
         gravity = GRAVITY if number % 4 == 2 else (0.0, 0.0)
@@ -279,7 +276,7 @@ def test_every_form_of_pit_gives_the_same_bits_in_every_scene_of_tables(entries:
         assert_identical(short, FrameClock(rate_hz=short.frame_rate_hz))
 
 
-@pytest.mark.parametrize("turn", [0, *long_after(0, [1, 2])])
+@pytest.mark.parametrize("turn", [0, *release_after(0, [1, 2])])
 def test_pieces_change_no_bit_of_frames_under_any_law(turn: int) -> None:
     """So it is for discs whose velocities change between frames, too."""
     for kind, law in EACH_LAW[turn * len(KINDS) : (turn + 1) * len(KINDS)]:
@@ -312,7 +309,7 @@ def symmetric() -> list[Any]:
     """Return scenes of the catalogue, one of eight to begin with, and drawn ones, smooth and rough, under each law."""
     found = [pytest.param([entry.scene for entry in list(catalogue().values())[::8]], id="catalogue")]
     others = [entry.scene for k, entry in enumerate(catalogue().values()) if k % 8]
-    found.append(pytest.param(others, id="catalogue, the others", marks=pytest.mark.long))
+    found.append(pytest.param(others, id="catalogue, the others", marks=pytest.mark.release))
     for law, fields in {"floating": {}, **LAWS}.items():
         scenes = []
         for number in range(4 if law == "floating" else 2):
@@ -325,21 +322,18 @@ def symmetric() -> list[Any]:
 each_symmetric = pytest.mark.parametrize("scenes", symmetric())
 
 
-@pytest.mark.parametrize("solver", ["pic", *long_after(0, ["framewise"])])
+@pytest.mark.parametrize("solver", ["pic", *release_after(0, ["framewise"])])
 @pytest.mark.parametrize("turn", [mirrored, quarter_turned])
 @each_symmetric
 def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scenes: list[Scene], turn: Map, solver: str) -> None:
-    """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows neither sign nor axis.
-
-    That holds for scenes without a unique answer too, since the order of body numbers does not change.
-    """
+    """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows no sign or axis."""
     for scene in scenes:
         assert_seen(SOLVERS[solver](scene), SOLVERS[solver](rebuilt(scene, turn, turn, turn)), turn)
 
 
 @pytest.mark.parametrize(
     ("solver", "units"),
-    long_after(3, [*((name, UNITS[k::3]) for k, name in enumerate(SOLVERS)), *((name, UNITS) for name in SOLVERS)]),
+    release_after(3, [*((name, UNITS[k::3]) for k, name in enumerate(SOLVERS)), *((name, UNITS) for name in SOLVERS)]),
 )
 @each_symmetric
 def test_a_scene_in_other_units_is_the_same_scene(

@@ -13,7 +13,7 @@ import pytest
 from tests.campaign.gases import draw
 from tests.checker import Report, check, watch
 from tests.drawn import KINDS, SMALL, drawn, impacts_of, small
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
 from tests.validation.rough_impacts import body_of, length_of, worst_law_error, worst_of_impact
 
@@ -97,13 +97,9 @@ def as_arrays(start: DiscArrays) -> tuple[np.void, np.void]:
     return impact[0], spins[0]
 
 
-@pytest.mark.parametrize("count", long_after(1, [150, 10_000]))
+@pytest.mark.parametrize("count", release_after(1, [150, 10_000]))
 def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
-    """Every velocity and surface speed after an impact is the exact law's to a few units in the last place.
-
-    So it is by the law on arrays, which without friction gives the velocities of the smooth one to the bit, and spins
-    that have not changed.
-    """
+    """Every velocity and surface speed after an impact is the exact law's to a few units in the last place."""
     rng = random.Random(count)
     worst, worst_as_arrays = 0.0, 0.0
     for number in range(count):
@@ -116,7 +112,7 @@ def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
     assert 0.5 < worst_as_arrays < ULPS
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(400, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [100, pytest.param(400, marks=pytest.mark.release)])
 def test_impacts_of_extreme_sizes_are_those_of_the_exact_law(count: int) -> None:
     """So they are with masses, inertias, radii, speeds, spins and friction anywhere within the ordinary sizes."""
     rng = random.Random(5)
@@ -142,7 +138,7 @@ def test_impacts_of_extreme_sizes_are_those_of_the_exact_law(count: int) -> None
         assert worst_of_impact(start, *struck(start)) < ULPS, number
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("wall", [False, True])
 def test_between_stick_and_slide_both_branches_are_exact(wall: bool) -> None:
     """On a lattice of dyadic numbers full of ties of stick and slide the result is the exact law's, bit for bit.
@@ -192,11 +188,7 @@ def past(one: Body, other: Body, axes: tuple[tuple[Fraction, Fraction], ...]) ->
 
 
 def test_the_exact_law_keeps_what_physics_keeps() -> None:
-    """In 500 exact impacts momentum and angular momentum about the contact are kept, and energy never grows.
-
-    It is lost by what `docs/theory/friction.md` says, exactly; the limits of e, friction and b are those of smooth,
-    rough and superelastic bodies.
-    """
+    """In 500 exact impacts momentum and angular momentum about the contact are kept, and energy never grows."""
     rng = random.Random(7)
     for _ in range(500):
         normal = rng.choice([(3, 4), (5, -12), (1, 0), (-8, 15)])
@@ -224,13 +216,9 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
             assert lost == 0
 
 
-@pytest.mark.parametrize("numbers", long_after(1, [range(2), *(range(k, k + 12) for k in range(2, 98, 12))]))
+@pytest.mark.parametrize("numbers", release_after(1, [range(2), *(range(k, k + 12) for k in range(2, 98, 12))]))
 def test_whole_runs_obey_the_exact_law_impact_by_impact(numbers: range) -> None:
-    """Each impact is what the exact law makes of the state before it, and that is what the last impact left.
-
-    So it is in scenes of every kind, of which every third falls; and of PIT, which finds its impacts overlapped and
-    turned: its friction acts at full radius along the line of centres.
-    """
+    """Each impact is what the exact law makes of the state before it, and that is what the last impact left."""
     for kind, number in product(KINDS, numbers):
         scene = drawn(kind, number, rough=True, gravity=(0.25, -1.0) if number % 3 == 1 else (0.0, 0.0))
         if scene.arrays.turns:
@@ -258,7 +246,7 @@ def test_the_checker_sees_a_wrong_spin() -> None:
     assert body_of(scene.arrays, -1, (0.0, 0.0), 0.0, (Fraction(0), Fraction(0))).mass == math.inf
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [2, pytest.param(40, marks=pytest.mark.release)])
 def test_rough_gases_invent_and_miss_no_impact(count: int) -> None:
     """Gases of the campaign, made rough: every rule of its checker holds, and of sixty impacts a gas the exact law."""
     for number in range(count):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import by_group, each, long_after
+from tests.lengths import by_group, each, release_after
 from tests.stage import disc_at, staged
 
 from carom import Outcome, Scene, solve_pic, solve_pic_framewise
@@ -46,7 +46,7 @@ def test_pic_reproduces_the_known_answers(entries: list[CatalogueScene]) -> None
             assert kinetic_energy(scene, trace.final_velocity_m_s) == pytest.approx(begun, rel=ROUNDING), entry.name
 
 
-@pytest.mark.parametrize("frame_rate_hz", long_after(1, [None, 24.0, 7.0, 333.0]))
+@pytest.mark.parametrize("frame_rate_hz", release_after(1, [None, 24.0, 7.0, 333.0]))
 @pytest.mark.parametrize("entries", by_group("issues", "contact", "engines", "spin", "tables", "driven"))
 def test_algorithm_2_has_the_bits_of_pic_at_any_frame_rate(
     entries: list[CatalogueScene], frame_rate_hz: float | None
@@ -65,13 +65,6 @@ def test_the_known_answers_see_a_wrong_law() -> None:
         bare = entry.scene.model_copy(update={"friction": 0.0, "wall_friction": 0.0})
         if entry.name != "spin/gearing":  # in which friction does nothing
             assert deviation(solve_pic(bare), entry.known, entry.scene) > 1e-3, entry.name
-
-
-def test_the_gas_is_a_test_at_all() -> None:
-    """The gas has many impacts of both kinds, so that its conserved energy says something."""
-    impacts = solve_pic(catalogue()["classics/gas"].scene).impacts
-    assert (impacts["second"] >= 0).sum() >= 16
-    assert (impacts["second"] < 0).sum() >= 16
 
 
 # Theorems on collisions, tried on many scenes each; the sources are in the docstrings -------------------------------

@@ -24,10 +24,7 @@ def bodies_of(trace: Trace) -> list[tuple[int, int]]:
 
 
 def test_a_lone_disc_that_leaves_its_cell_before_an_impact_does_not_end_the_interpreter() -> None:
-    """One of three discs meets an immovable one just behind an edge, after 12 m - sqrt(6) m + 1e-9 m at 1 m/s.
-
-    An edge that is taken for a disc is beyond the arrays.
-    """
+    """One of three discs meets an immovable one just behind an edge, after 12 m - sqrt(6) m + 1e-9 m at 1 m/s."""
     discs = disc_at(0.0, 0.0), disc_at(12.0, 6.0, -1.0), disc_at(math.sqrt(6.0) - 1.0 - 1e-9, 6.0, m=math.inf)
     trace = solve_pic(Scene(name="three", discs=discs, duration_s=20.0))
     assert bodies_of(trace) == [(1, 2)]

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from mpmath import mp, mpf
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.validation.mpmath_runs import brute_force, lossy
 
 from carom import Scene, solve_pic
@@ -30,7 +30,7 @@ def slowed(seed: int) -> Scene:
 
 
 @each("kind", ["floating", "falling", "damped"])
-@pytest.mark.parametrize("seed", long_after(2, range(80)))
+@pytest.mark.parametrize("seed", release_after(2, range(80)))
 def test_pic_is_off_by_no_more_than_the_scene_amplifies_rounding(seed: int, kind: str) -> None:
     """Each of the first impacts of a random scene is the oracle's, as closely as its condition lets float64 be."""
     falls = kind == "falling"

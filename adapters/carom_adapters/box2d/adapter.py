@@ -18,7 +18,7 @@ def _default(dt_s: float) -> dict[str, Setting]:
         # Numbers of iterations that Box2D's manual suggests (section 2.4, "Simulating the world").
         "velocityIterations": 8,
         "positionIterations": 3,
-        # By default a body below 1 cm/s is put to rest after half a second, which is damping.
+        # By default Box2D puts a body below 1 cm/s to rest after half a second, which is damping.
         "sleepingAllowed": False,
     }
 
@@ -26,18 +26,18 @@ def _default(dt_s: float) -> dict[str, Setting]:
 def _tuned(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
-        # Contacts that close at less than 1 m/s are made inelastic, by a constant that is compiled in
-        # (b2_velocityThreshold). In a world that runs this many times faster, for as much less time, the limit is
-        # 1e-6 m/s. A power of two, so that scaling is exact.
+        # Box2D makes contacts that close at less than 1 m/s inelastic, by a constant that is compiled in
+        # (b2_velocityThreshold). If a world runs this many times faster, for a time shorter by the same factor, the
+        # limit is 1e-6 m/s. The factor is a power of two, so scaling is exact.
         "velocity_scale": VELOCITY_SCALE,
         "velocityIterations": 50,
-        # Bodies that overlap are not pushed apart.
+        # Overlapping bodies are not pushed apart.
         "positionIterations": 0,
-        # A swept disc is stopped 3 b2_linearSlop (1.5 cm) inside the other, at any step, so that only fast ones gain.
+        # A swept disc stops 3 b2_linearSlop (1.5 cm) inside the other at any step, so only fast discs gain by it.
         "sweep": "fast",
-        # As shipped, a polygon has a skin of 1 cm.
+        # By default a polygon has a skin of 1 cm.
         "polygon_radius_m": 0.0,
-        # A disc that slides over the joint of two edges catches on it, unless they are of one chain.
+        # A disc that slides over the joint of two edges catches on it, unless both belong to one chain.
         "chains": True,
     }
 
@@ -47,10 +47,10 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 
 def _resting(dt_s: float) -> dict[str, Setting]:
-    # Box2D applies restitution to the speed at the end of a step, which includes that step's fall. So a ball hops for
-    # ever at about ``g dt / (1 - e)``, unless contacts as slow as that are inelastic. This limit is the least power of
-    # two that is at least 2.5 steps' fall under 10 m/s^2. A ball with e up to 0.6 comes to rest. With a greater e it
-    # does so where steps are so long that the limit is well above that speed.
+    # Box2D applies restitution to the speed at the end of a step, which includes the fall in that step. So a ball hops
+    # for ever at about ``g dt / (1 - e)``, unless such slow contacts are inelastic. The limit is the least power of
+    # two that is at least the fall speed of 2.5 steps under 10 m/s^2. A ball with e up to 0.6 comes to rest. A ball
+    # with a greater e does so if steps are so long that the limit is well above that speed.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
     return {**_tuned(dt_s), "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
@@ -71,15 +71,15 @@ adapter = EngineAdapter(
         "velocityIterations": Knob(1, 100, log=True),
         "positionIterations": Knob(0, 10),
         "sweep": Knob(choices=("none", "shipped", "fast")),
-        # Powers of two, so that scaling is exact.
+        # Powers of two, so scaling is exact.
         "velocity_scale": Knob(choices=(1.0, 2.0**5, 2.0**10, 2.0**15, VELOCITY_SCALE)),
         "polygon_radius_m": Knob(0.0, 0.01),
         "warmStarting": Knob(choices=(False, True)),
     },
     profiles={
         "default": Profile(
-            "Box2D's defaults: all as shipped (contacts below 1 m/s are inelastic), but awake and with the "
-            "scene's restitution and friction.",
+            "Box2D's defaults (contacts below 1 m/s are inelastic), but bodies never sleep, with the scene's "
+            "restitution and friction.",
             _default,
             capabilities=replace(
                 CAPABILITIES,
@@ -89,7 +89,7 @@ adapter = EngineAdapter(
             changed={
                 "restitution": OF_THE_SCENE,
                 "friction": OF_THE_SCENE,
-                "sleepingAllowed": "awake, since sleeping is damping",
+                "sleepingAllowed": "no sleeping, since sleeping is damping",
                 "fixedRotation": NOT_TURNED,
                 "velocityIterations": "an argument without a default: 8, as the manual suggests",
                 "positionIterations": "an argument without a default: 3, as the manual suggests",
@@ -99,8 +99,8 @@ adapter = EngineAdapter(
         "located": located("Box2D's own contact test", _located, but=" without sweeping"),
         "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
         "resting": Profile(
-            "The tuned settings for balls that come to rest, which with those hop for ever: contacts slower than 2.5 "
-            "steps' fall, or a little more, are inelastic.",
+            "The tuned settings for balls that come to rest, which otherwise hop for ever: contacts slower than the "
+            "fall speed of 2.5 steps, or a little more, are inelastic.",
             _resting,
             capabilities=replace(CAPABILITIES, restitution_threshold_m_s=THRESHOLD_M_S),
         ),

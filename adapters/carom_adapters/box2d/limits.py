@@ -7,13 +7,12 @@ from collections.abc import Mapping
 
 from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
 
-#: Attributes of `b2World`, by pybox2d's own names.
+#: Attributes of `b2World`, by pybox2d's names.
 WORLD_SETTINGS = ("warmStarting",)
 
-#: Arguments of `b2World.Step`; ``sleepingAllowed`` of every body (`b2World.allowSleeping` is without effect in pybox2d
-#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale``, see the profile `tuned`. The value of ``polygon_radius_m``
-#: is the skin of a wall's shape; ``chains`` is whether the edges of a wall are one chain, each with its neighbours as
-#: ghosts.
+#: Arguments of `b2World.Step`; ``sleepingAllowed`` of every body (`b2World.allowSleeping` has no effect in pybox2d
+#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale``, see the profile `tuned`. ``polygon_radius_m`` is the skin of
+#: a wall's shape. With ``chains`` the edges of a wall are one chain, in which each edge has its neighbours as ghosts.
 OTHER_SETTINGS = (
     "velocityIterations",
     "positionIterations",
@@ -24,38 +23,39 @@ OTHER_SETTINGS = (
     "chains",
 )
 
-#: Box2D's continuous detection: "none"; "shipped", which sweeps every disc against immovable bodies; or "fast", which
-#: also sweeps discs against all others ("bullets"). The latter is for a scene with a disc that moves, or a body that is
-#: driven, by more than a radius in a step.
+#: Box2D's continuous detection: none, every disc against immovable bodies ("shipped"), or also against all other discs
+#: ("fast", Box2D's bullets). The last is for scenes in which a disc or a driven body moves by more than a radius in a
+#: step.
 SWEEPS = ("none", "shipped", "fast")
 
-#: Beyond these limits Box2D asserts or fails; a scaled step stays inside 32-bit floats.
+#: Beyond these limits Box2D asserts or fails. A scaled step stays within 32-bit floats.
 LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1, "polygon_radius_m": 0, "dt_s": 1e-12}
 MOST = {"dt_s": 1e12}
 
-#: b2_maxTranslation is 2 m: a body that would move farther in one step is slowed down to that. A body a millionth below
-#: the limit is not slowed down, and differs from one that was.
+#: b2_maxTranslation is 2 m: Box2D slows down a body that would move farther in one step. The limit here is a millionth
+#: lower, so that a body at the limit differs from one that was slowed down.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
-#: b2_maxRotation is pi/2: a body that would turn farther in one step is slowed down to that, likewise.
+#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. The limit here is a millionth
+#: lower.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
-#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
-#: over its inertia: of discs 200 radii from the origin, 5e-4 of a spin here.
+#: A contact point is off the line of centres by the rounding of its coordinates. The push there turns a disc, inversely
+#: to its inertia: with this factor by 5e-4 of its spin, for discs 200 radii from the origin.
 LEAST_INERTIA_FACTOR = 1e-2
 
-#: The product of two coefficients must stay inside 32-bit floats: beyond, velocities are NaN. So must a rate of damping
-#: times the velocity scale.
+#: The product of two coefficients must stay within 32-bit floats: beyond, velocities are NaN. The same
+#: limit holds for the rate of damping times the velocity scale.
 LARGEST_FRICTION = 1e19
 
 #: A third of the largest 32-bit float.
 LARGEST_FORCE_N = 1e38
 
-#: `b2WorldManifold` makes up a normal for points that are closer than b2_epsilon, 1.2e-7.
+#: `b2WorldManifold` invents a normal for points that are closer than b2_epsilon, 1.2e-7.
 SMALLEST_RADIUS_M = 1e-6
 
-#: Powers of ten between which masses, their quotients, and impulses at scaled velocities stay inside 32-bit floats
-#: (1e-38 to 1e38); Box2D takes a mass that is not above 0 for 1 kg.
+#: Powers of ten between which masses, their quotients, and impulses at scaled velocities stay within 32-bit floats
+#: (1e-38 to 1e38). Box2D replaces a mass that is not above 0 by 1 kg.
 SMALLEST_MASS_KG = 1e-20
 LARGEST_MASS_KG = 1e20
 
@@ -65,7 +65,7 @@ LARGEST_SPEED_M_S = 1e12
 #: Far below the square root of the largest 32-bit float, 1.8e19: contacts compare squared distances.
 LARGEST_COORDINATE_M = 1e9
 
-#: b2_velocityThreshold, compiled in: contacts that close at no more than this are made inelastic.
+#: b2_velocityThreshold, compiled in: contacts that close at this speed or less are made inelastic.
 THRESHOLD_M_S = 1.0
 
 #: See the profile `tuned`.
@@ -104,7 +104,7 @@ CAPABILITIES = Capabilities(
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse input on which Box2D would assert or silently fail.
+    """Refuse input on which Box2D would assert or fail silently.
 
     Raises:
         AdapterError: A setting has an unknown name, or a step is beyond 32-bit floats.
@@ -116,8 +116,8 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     heaviest = max((disc.mass_kg for disc in scene.discs if not disc.immovable), default=0.0)
     if scene.table_deceleration_m_s2 * heaviest * scale * scale > LARGEST_FORCE_N:
         raise AdapterError(
-            f"Box2D: the force of the table on {heaviest:g} kg, {scene.table_deceleration_m_s2:g} m/s^2 by the square "
-            f"of velocity_scale {scale:g}, is beyond 32-bit floats; lower table_deceleration_m_s2"
+            f"Box2D: the table's force on {heaviest:g} kg exceeds 32 bits ({scene.table_deceleration_m_s2:g} m/s^2 "
+            f"times the square of velocity_scale {scale:g}); lower table_deceleration_m_s2"
         )
     if math.frexp(float(settings.get("velocity_scale", 1.0)))[0] != 0.5:
         raise AdapterError(f"Box2D: velocity_scale must be a power of two, got {settings['velocity_scale']}")

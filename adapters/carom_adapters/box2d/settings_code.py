@@ -15,7 +15,7 @@ from carom_adapters.shared.walls import thickness_of
 
 #: Comment of the program on the scale of velocities.
 SCALED = (
-    "The world's clock runs this many times faster, and velocities are as many times larger: Box2D makes contacts "
+    "The world's clock runs this many times faster, and velocities are larger by this factor: Box2D makes contacts "
     "inelastic that close at less than 1 m/s by its clock (b2_velocityThreshold, compiled in). A power of two rounds "
     "nothing."
 )
@@ -84,10 +84,10 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
             # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if fixed else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             given = {"mass": disc.mass_kg, "inertia": inertia, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
-            if scene.damping_per_s:  # by the world's clock
+            if scene.damping_per_s:  # in the time of the world's clock
                 given |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
             given |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
-            # Swept against all others, as it moves by more than its radius in a step.
+            # A disc that moves by more than its radius in a step is swept against all others.
             given["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
         elif disc.driven:
             given = {"velocity": first_velocity(disc), "spin": disc.spin_rad_s}

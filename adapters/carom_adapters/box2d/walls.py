@@ -11,7 +11,7 @@ from carom.engines.api import AdapterError, Chain, Scene, Setting, Wall
 from carom_adapters.box2d.limits import SHORTEST_PIECE_M
 from carom_adapters.shared.walls import points_of
 
-#: `b2PolygonShape` joins corners closer than half of b2_linearSlop, 2.5e-3, so a wall is never made smaller than this.
+#: `b2PolygonShape` merges corners closer than half of b2_linearSlop, 2.5e-3, so no wall is smaller than this.
 SMALLEST_WALL_M = 0.1
 
 #: Relative rounding of a 32-bit float.
@@ -21,19 +21,19 @@ Point = tuple[float, float]
 
 
 def _rectangle(normal: Point, size: float) -> list[Point]:
-    """Return the corners of a rectangle below the origin, one face along the wall, ``2 size`` wide and `size` deep.
+    """Return the corners of a rectangle below the origin, ``2 size`` wide and `size` deep. One face is along the wall.
 
-    Box2D has no half-plane. Fast discs pass through an edge, while a polygon has any depth.
+    Box2D has no half-plane. Fast discs pass through an edge, but a polygon can have any depth.
     """
     nx, ny = normal
     return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
 
 
 def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tuple[Point, list[Point]]:
-    """Return the position of a half-plane's body, the point nearest to the scene, and its corners around that.
+    """Return the position of a half-plane's body, which is the point nearest to the scene, and its corners around it.
 
     Raises:
-        AdapterError: It would be so long that 32-bit floats round it by more than the smallest disc.
+        AdapterError: The wall would be so long that 32-bit floats round it by more than the smallest disc.
     """
     (px, py), (nx, ny) = plane.point_m, plane.normal
     # The point of the wall nearest to the scene, so that the numbers around it are small.
@@ -44,15 +44,15 @@ def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tup
     if not size * ROUNDING < smallest:
         raise AdapterError(
             f"Box2D: a disc may get {radius:.3g} m far, and 32-bit floats round a wall of that length by more than "
-            f"the smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
+            f"the smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
         )
     return (px - along * ny, py + along * nx), _rectangle((nx, ny), size)
 
 
 def edges_of(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
-    """Return the points of each shape of a chain: one shape if the settings have chains, or one for each edge.
+    """Return the points of each shape of a chain: one shape if the settings have chains, or one shape for each edge.
 
-    The points of a closed chain as one shape end with the first one again.
+    A closed chain as one shape ends with its first point.
 
     Raises:
         AdapterError: The settings have chains, and a piece is shorter than Box2D accepts.
@@ -62,11 +62,11 @@ def edges_of(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]
     if not settings.get("chains", False):
         return [list(pair) for pair in pairwise(all_points)]
     shortest = min(math.dist(a, b) for a, b in pairwise(all_points))
-    # Twice, as 32-bit floats round the points.
+    # The factor is 2, since 32-bit floats round the points.
     if not shortest > 2.0 * SHORTEST_PIECE_M:
         raise AdapterError(
             f"Box2D: the pieces of a chain must be longer than {2.0 * SHORTEST_PIECE_M:g} m, got {shortest:.3g} m; "
-            "cut it into fewer"
+            "cut the chain into fewer"
         )
     return [all_points]
 

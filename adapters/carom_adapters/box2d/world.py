@@ -49,9 +49,9 @@ Point = tuple[float, float]
 def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
     """Return category, restitution and friction of each circle of a disc.
 
-    Box2D takes the larger of two restitutions, and the root of the product of two frictions. If the walls' restitution
-    is smaller, or their friction differs, a disc needs two shapes: one for other discs, and one for walls without
-    restitution and with the walls' friction.
+    Box2D uses the larger of two restitutions, and the root of the product of two frictions. If the walls' restitution
+    is smaller, or their friction differs, a disc needs two shapes: one for other discs, and one for walls. The shape
+    for walls has no restitution, and the walls' friction.
     """
     if scene.walls and (scene.wall_restitution < scene.restitution or scene.wall_friction != scene.friction):
         return [(AMONG_DISCS, scene.restitution, scene.friction), (BEFORE_WALLS, 0.0, scene.wall_friction)]
@@ -59,7 +59,7 @@ def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
 
 
 def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
-    """Whether the world sweeps at all, see `limits.SWEEPS`; driven bodies are also swept, and meet discs at rest."""
+    """Whether the world sweeps at all, see `limits.SWEEPS`. Driven bodies are also swept, and meet discs at rest."""
     sweep = settings.get("sweep", "shipped")
     driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
     fast = driven * dt_s > min(disc.radius_m for disc in scene.discs) or any(is_fast(one, dt_s) for one in scene.discs)
@@ -72,9 +72,9 @@ def _key(contact: Any) -> tuple[Any, ...]:
     return a.body.userData, b.body.userData, a.userData, b.userData, contact.childIndexA, contact.childIndexB
 
 
-def _imported() -> Any:  # untyped: a SWIG module without stubs
+def _import_box2d() -> Any:  # untyped: a SWIG module without stubs
     with warnings.catch_warnings():
-        # Its SWIG types have no __module__, of which CPython warns; as an error the warning would end the process.
+        # Box2D's SWIG types have no __module__, so CPython warns; as an error, the warning would end the process.
         warnings.simplefilter("ignore")
         return importlib.import_module("Box2D")
 
@@ -85,9 +85,9 @@ class Box2dWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
         require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
-        self._box2d = _imported()
+        self._box2d = _import_box2d()
         self._asked = dict(settings)
-        # Its time units in a second; velocities are larger by this factor.
+        # Units of time of the world's clock in a second; velocities are larger by this factor.
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))
@@ -100,7 +100,7 @@ class Box2dWorld:
         self._world.continuousPhysics = sweeps(scene, settings, self._clock.dt_s)
         self._bodies: list[Any] = []
         self._walls: list[Any] = []
-        self._skinned: list[Any] = []  # shapes of walls that have no thickness of their own
+        self._skinned: list[Any] = []  # shapes of walls that have no thickness
         self._chains: set[int] = set()
         self._movable: list[Any] = []
         self._driven: list[Any] = []
@@ -124,13 +124,13 @@ class Box2dWorld:
                 self._add_wall(scene, k, (0.0, 0.0), shapes, wall.half_width_m)
             else:
                 self._add_wall(scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=thickness_of(scene, wall))])
-        if any(self._belts.values()):  # only a listener can set it for a contact
+        if any(self._belts.values()):  # only a listener can set the speed of a belt for a contact
             self._listen()
 
     def _add_disc(self, scene: Scene, i: int, immovable: bool) -> None:
         box2d, disc = self._box2d, scene.discs[i]
         if immovable:
-            body = self._held(disc.position_m, disc, disc.spin_rad_s)
+            body = self._create_held_body(disc.position_m, disc, disc.spin_rad_s)
         else:
             body = self._world.CreateDynamicBody(
                 position=disc.position_m,
@@ -152,7 +152,7 @@ class Box2dWorld:
                 categoryBits=category,
                 maskBits=category,
             )
-        if not immovable:  # after the shapes, which would set their own mass
+        if not immovable:  # after the shapes, which would set another mass
             # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if body.fixedRotation else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)
@@ -164,7 +164,7 @@ class Box2dWorld:
         body.userData = i
         self._bodies.append(body)
 
-    def _held(self, place: Point, of: Driven, spin: float = 0.0) -> Any:
+    def _create_held_body(self, place: Point, of: Driven, spin: float = 0.0) -> Any:
         """Return a body that no impact moves: it is at rest or driven."""
         if not of.driven:
             return self._world.CreateStaticBody(position=place)
@@ -177,7 +177,7 @@ class Box2dWorld:
     def _add_wall(
         self, scene: Scene, k: int, place: Point, shapes: list[Any], half_width_m: float | None = None
     ) -> None:
-        body = self._held(place, scene.walls[k])
+        body = self._create_held_body(place, scene.walls[k])
         for number, shape in enumerate(shapes):
             fixture = body.CreateFixture(
                 shape=shape,
@@ -189,7 +189,7 @@ class Box2dWorld:
             fixture.userData = number
             if half_width_m is None:  # a circle, which has no skin
                 continue
-            # Set on the body's own shape, because a copied chain gets the default skin.
+            # Set on the body's own shape, because a copied chain would get the default skin.
             skin = float(self._asked.get("polygon_radius_m", fixture.shape.radius))
             fixture.shape.radius = skin + half_width_m
             if not half_width_m:
@@ -219,7 +219,7 @@ class Box2dWorld:
         return read
 
     def advance(self, steps: int) -> None:
-        """Call `b2World.Step` this many times; between steps driven bodies start their legs."""
+        """Call `b2World.Step` this many times. Between steps driven bodies start their legs."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
         for count in self._legs.step_counts(steps):
@@ -233,7 +233,7 @@ class Box2dWorld:
         """Read every body, and the contacts that Box2D reported to its listener.
 
         Box2D finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``. The first
-        observation sets the listener up, so a world that is only timed has none.
+        observation creates the listener, so a world that is only timed has none.
         """
         if self._listener is None:
             self._listen()
@@ -251,14 +251,14 @@ class Box2dWorld:
 
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
             def PreSolve(self, contact: Any, _old: Any) -> None:  # noqa: N802 - Box2D's name
-                manifold = contact.worldManifold  # kept, since its normal is a view into it
+                manifold = contact.worldManifold  # kept alive, since its normal is a view into it
                 normals[_key(contact)] = tuple(manifold.normal)
                 for fixture in (contact.fixtureA, contact.fixtureB):
                     if belt := belts.get(fixture.body.userData, 0.0):
                         contact.tangentSpeed = -belt  # Box2D's tangent is to the right of the normal
 
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
-                # The bodies have moved by now, and the manifold's normal with them.
+                # The bodies have moved by now, and the manifold's normal has changed with them.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
                 tangential = sum(impulse.tangentImpulses)
                 solved.append((*pair, normals[_key(contact)], sum(impulse.normalImpulses), tangential))
@@ -269,15 +269,15 @@ class Box2dWorld:
     def _contacts(self) -> tuple[Contact, ...]:
         at_s = self._clock.step_began_s
         found = []
-        for a, b, (nx, ny), impulse, tangential in self._summed():
-            length = math.hypot(nx, ny)  # a unit vector to 32 bits only
+        for a, b, (nx, ny), impulse, tangential in self._sum_contacts():
+            length = math.hypot(nx, ny)  # a unit vector only to 32 bits
             # Box2D's tangent is the normal turned by -90 degrees.
             along = -tangential if self._turns else None
             found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse, along))
         return tuple(found)
 
-    def _summed(self) -> list[tuple[Any, Any, Point, float, float]]:
-        """Return the solved contacts; those of a disc with several edges of one chain are summed."""
+    def _sum_contacts(self) -> list[tuple[Any, Any, Point, float, float]]:
+        """Return the solved contacts. Contacts of a disc with several edges of one chain are summed."""
         # Box2D reports a contact for as long as it lasts.
         pushes = [push for push in self._solved if push[3] > 0]
         found = [push for push in pushes if not self._chains & {push[0], push[1]}]
@@ -288,7 +288,7 @@ class Box2dWorld:
             across_x = sum(normal[1] * tangential for normal, _, tangential in of_pair)
             across_y = sum(-normal[0] * tangential for normal, _, tangential in of_pair)
             size = math.hypot(along_x, along_y)
-            if len(of_pair) == 1 or not size:  # or opposite edges push equally, and their sum is 0
+            if len(of_pair) == 1 or not size:  # or opposite edges push equally, and the sum is 0
                 found += [(*pair, *push) for push in of_pair]
                 continue
             nx, ny = along_x / size, along_y / size
@@ -297,21 +297,21 @@ class Box2dWorld:
         return found
 
     def _warning(self, seen: Observation) -> str:
-        # After an impact made a body too fast, it is too late to refuse.
+        # When an impact has made a body too fast, it is too late to refuse the scene.
         dt_s = self._clock.dt_s / self._time
         fastest = math.hypot(*seen.velocity_m_s.ravel().tolist())  # a bound for all discs
         if fastest * dt_s > LONGEST_MOVE_M and (
             (fastest := float(np.hypot(*seen.velocity_m_s.T).max())) * dt_s > LONGEST_MOVE_M
         ):
-            return f"Box2D moves a body by at most {LONGEST_MOVE_M:g} m a step, and slowed one down to {fastest:g} m/s"
+            return f"Box2D limits motion to {LONGEST_MOVE_M:g} m a step, and slowed a body down to {fastest:g} m/s"
         fastest = 0.0 if seen.spin_rad_s is None else float(np.abs(seen.spin_rad_s).max())
         if fastest * dt_s > LARGEST_TURN_RAD:
             turn = f"{LARGEST_TURN_RAD:g} rad a step"
-            return f"Box2D turns a body by at most {turn}, and slowed one down to {fastest:g} rad/s"
+            return f"Box2D limits rotation to {turn}, and slowed a body down to {fastest:g} rad/s"
         return ""
 
     def cut(self, dt_s: float) -> None:
-        """Take steps of another length from here on."""
+        """Set the length of the following steps."""
         self._clock.cut(dt_s * self._time)
 
     def touching(self) -> frozenset[tuple[int, int]]:
@@ -324,7 +324,7 @@ class Box2dWorld:
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins, which with these settings are all of a state."""
+        """Return positions, velocities and spins. With these settings nothing else belongs to a state."""
         bodies = [
             (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity)
             for body in (*self._movable, *self._driven)
@@ -332,14 +332,14 @@ class Box2dWorld:
         return (self._clock.now_s, bodies, self._legs.started)
 
     def restore(self, state: Any) -> None:
-        """Put positions, velocities and spins back."""
+        """Restore positions, velocities and spins."""
         time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
         for body, position, velocity, spin in bodies:
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
 
     def close(self) -> None:
-        """Release the world; the last reference frees its memory."""
+        """Release the world. The last reference to the world frees its memory."""
         self._world.contactListener = None
         del (
             self._bodies,

@@ -8,8 +8,8 @@ from carom_adapters.dart.settings_code import write_code
 from carom_adapters.dart.world import DartWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: An elastic impact loses twice the mixing, and a velocity loses that at each impact. These are the losses of velocity
-#: and energy in sixteen impacts.
+#: Constraint-force mixing reduces velocities and energy at each elastic impact. The accuracy
+#: allows the losses of velocity and energy in sixteen impacts.
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 
@@ -20,17 +20,17 @@ def _default(dt_s: float) -> dict[str, Setting]:
 def _tuned(dt_s: float) -> dict[str, Setting]:
     return {
         **_default(dt_s),
-        # Spheres against spheres in closed form.
+        # Spheres collide with spheres in closed form.
         "collision_detector": "DART",
-        # Bodies that overlap are not pushed apart through their velocities.
+        # Overlapping bodies are not pushed apart through their velocities.
         "split_impulse": True,
     }
 
 
 adapter = EngineAdapter(
     name="dart",
-    # Split impulses came with 6.20. In earlier releases profiles with them run without, and the settings read back show
-    # that.
+    # Split impulses came with 6.20. Earlier releases run these profiles without split impulses, and the settings that
+    # are read back show it.
     engine=Engine(
         "DART",
         module="dartpy",
@@ -46,18 +46,18 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "DART's defaults: all as shipped, but with the scene's restitution, without friction, and on "
-            "joints in the plane.",
+            "DART's defaults, but with the scene's restitution, without friction, and with joints that keep discs in "
+            "the plane.",
             _default,
             CHAIN,
             changed={
                 "restitution": OF_THE_SCENE,
                 "friction": OF_THE_SCENE,
-                "joint": "two slides, which hold a disc in the plane and keep it from turning",
+                "joint": "two slides, which keep a disc in the plane and from turning",
             },
         ),
         "tuned": tuned(
-            "DART's own collision detector, and overlaps that are pushed apart without a trace in the velocities",
+            "DART's own collision detector is used, and overlaps are pushed apart without an effect on velocities",
             _tuned,
             CHAIN,
         ),

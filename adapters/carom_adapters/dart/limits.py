@@ -13,16 +13,16 @@ DETECTORS = ("FCL", "DART", "BULLET", "ODE")
 #: DART_MAX_BOUNCING_VELOCITY, compiled in: the greatest speed after a bounce.
 FASTEST_BOUNCE_M_S = 100.0
 
-#: DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: contacts that close at no more than this are made inelastic.
+#: DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: contacts that close at this speed or less are made inelastic.
 THRESHOLD_M_S = 0.1
 
-#: DART_CFM, compiled in: the diagonal of the contact problem is made larger by this part, and an impulse smaller.
+#: DART_CFM, compiled in: by this fraction the diagonal of the contact problem is made larger, and an impulse smaller.
 MIXING = 1e-5
 
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # DART replaces a coefficient above 1 by 0, so a wall's coefficient can't make up for a smaller one of the discs.
+    # DART replaces a coefficient above 1 by 0, so a wall's coefficient can't compensate for a smaller one of the discs.
     restitution_combine="product",
     restitution_threshold_m_s=THRESHOLD_M_S,
     contact_times=ContactTimes.STEP,

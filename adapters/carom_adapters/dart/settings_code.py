@@ -13,7 +13,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     """Return a program that builds the same world as `DartWorld`.
 
     Raises:
-        AdapterError: The scene or a setting is outside what DART can do.
+        AdapterError: DART does not support the scene or a setting.
     """
     require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
     require_supported("DART", scene, CAPABILITIES, float(settings["dt_s"]))

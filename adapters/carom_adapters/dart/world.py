@@ -27,7 +27,7 @@ from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M
 
 
 class DartWorld:
-    """One `World` of spheres on two slides each, which don't turn."""
+    """One `World` of spheres that do not turn, on two slides each."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
@@ -63,7 +63,7 @@ class DartWorld:
         if hasattr(self._world, "setCollisionDetector"):
             self._world.setCollisionDetector(getattr(self._dart.simulation.CollisionDetectorType, name))
             return
-        kinds = self._dart.collision  # until 6.19 it is the solver's, and given as an object
+        kinds = self._dart.collision  # until 6.19 the detector belongs to the solver, and is given as an object
         kind = next((kind for kind in dir(kinds) if kind.upper() == f"{name}COLLISIONDETECTOR"), None)
         if kind is None:
             raise AdapterError(f"this release of dartpy has no collision detector of {name}; choose another")
@@ -81,7 +81,7 @@ class DartWorld:
         self._discs.append(skeleton)
 
     def _shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
-        """Give a body its shape, named by the body's number, which identifies its contacts."""
+        """Give a body its shape, with the body's number as its name, which identifies its contacts."""
         node = body.createShapeNode(shape)
         node.setName(str(number))
         node.createCollisionAspect()
@@ -96,7 +96,7 @@ class DartWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from DART; a release without split impulses reads as if they were off."""
+        """The settings, read back from DART. A release without split impulses reports them as off."""
         told_by = self._world if hasattr(self._world, "getCollisionDetector") else self._solver
         detector = type(told_by.getCollisionDetector()).__name__.upper()
         split = getattr(self._solver, "isSplitImpulseEnabled", lambda: False)
@@ -125,13 +125,13 @@ class DartWorld:
 
     def _contacts(self) -> list[Contact]:
         found = []
-        result = self._world.getLastCollisionResult()  # kept: until 6.19 its contacts are gone with it
+        result = self._world.getLastCollisionResult()  # kept alive: until 6.19 its contacts vanish with it
         for contact in result.getContacts():
             nx, ny, nz = map(float, contact.normal)  # from the second object to the first
             normal, impulse = (nx, ny), math.hypot(*contact.force) * self._clock.dt_s
-            if nz != 0.0:  # until 6.19 spheres are meshes, as shipped, whose contacts lean out of the plane
+            if nz != 0.0:  # until 6.19 spheres are meshes by default, whose contacts lean out of the plane
                 normal, impulse = flattened(normal, impulse)
-            if impulse == 0.0:  # a contact that pushes nothing
+            if impulse == 0.0:  # a contact without effect
                 continue
             a, b = self._pair(contact)
             found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
@@ -142,7 +142,7 @@ class DartWorld:
         return int(first.getShapeFrame().getName()), int(second.getShapeFrame().getName())
 
     def _warning(self, velocity: Any, contacts: tuple[Contact, ...]) -> str:
-        # After an impact made a body too fast, it is too late to refuse.
+        # When an impact has made a body too fast, it is too late to refuse the scene.
         scene = self._scene
         for contact in contacts:
             first, second = contact.first, contact.second
@@ -152,16 +152,16 @@ class DartWorld:
             closed = (contact.impulse_n_s or 0.0) * inverse_mass - float(relative @ contact.normal)
             bounce = closed * (scene.wall_restitution if of_wall else scene.restitution)
             if bounce > FASTEST_BOUNCE_M_S * (1 + 4 * MIXING):
-                return f"DART lets bodies part at {FASTEST_BOUNCE_M_S:g} m/s at most, and two should at {bounce:g} m/s"
+                return f"DART separates bodies at {FASTEST_BOUNCE_M_S:g} m/s at most, and two need {bounce:g} m/s"
         return ""
 
     def cut(self, dt_s: float) -> None:
-        """Take steps of another length from here on."""
+        """Set the length of the following steps."""
         self._clock.cut(dt_s)
         self._world.setTimeStep(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that DART's collision detector finds to overlap."""
+        """Return the pairs that overlap by DART's own collision detector."""
         collision = self._dart.collision
         result = collision.CollisionResult()
         self._world.checkCollision(collision.CollisionOption(), result)
@@ -170,16 +170,16 @@ class DartWorld:
         )
 
     def save(self) -> object:
-        """Return positions and velocities, which are all of a state."""
+        """Return positions and velocities. Nothing else belongs to a state."""
         states = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._discs]
         return (self._clock.now_s, states)
 
     def restore(self, state: Any) -> None:
-        """Put positions and velocities back."""
+        """Restore positions and velocities."""
         time_s, states = state
         self._clock.restart(time_s)
         self._put(states)
 
     def close(self) -> None:
-        """Release the world; the last reference frees its memory."""
+        """Release the world. The last reference to the world frees its memory."""
         del self._discs, self._world

@@ -24,7 +24,7 @@ adapter = EngineAdapter(
         module="pydrake",
         distribution="drake",
         install="pip install 'carom[drake]'",
-        oldest="1.31",  # those before end the process with NumPy 2
+        oldest="1.31",  # earlier releases end the process with NumPy 2
         newest_tried="1.51",
     ),
     capabilities=CAPABILITIES,
@@ -37,22 +37,22 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "Drake's defaults with a continuous plant: stiffness, accuracy and integrator as shipped, but "
-            "without dissipation or friction.",
+            "Drake's defaults with a continuous plant, but without dissipation or friction: stiffness, accuracy and "
+            "integrator are the defaults.",
             _default,
             # Bodies are in contact for pi * sqrt(mass / stiffness), some milliseconds, in which the normal turns.
             Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
             changed={
-                "time_step": "0, a continuous plant: a discrete one, as shipped, has no bounce",
-                "hunt_crossley_dissipation": "undamped: all restitution that there is",
+                "time_step": "0, a continuous plant: a discrete one, the default, has no bounce",
+                "hunt_crossley_dissipation": "undamped: this is the only restitution that Drake has",
                 "dynamic_friction": OF_THE_SCENE,
                 "static_friction": OF_THE_SCENE,
-                "joint": "a planar one, undamped, which holds a disc in the plane",
+                "joint": "planar and undamped, which keeps a disc in the plane",
             },
         ),
         "tuned": Profile(
             "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff, and "
-            "steps of the integrator that see the slow ones.",
+            "steps of the integrator that are short enough for slow contacts.",
             _tuned,
             # Measured with an accuracy of 1e-7 in each of the integrator's steps.
             Accuracy(velocity=1e-3, energy=1e-3),

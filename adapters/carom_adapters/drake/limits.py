@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from carom.engines.api import Capabilities, ContactTimes
 
-#: ``point_stiffness`` (N/m) is of every body, ``target_accuracy`` and ``integration_scheme`` are of the simulator; all
-#: by Drake's own names. What a profile leaves out stays as Drake ships it.
+#: ``point_stiffness`` (N/m) belongs to every body, ``target_accuracy`` and ``integration_scheme`` to the simulator, all
+#: by Drake's names. Settings that a profile omits keep Drake's defaults.
 SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 
-#: Lower limits of these, below which Drake fails.
+#: Least values of settings. Drake fails below them.
 LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 
-#: Within these an overlap, speed * sqrt(mass / stiffness), stays below a radius with the stiffness of `tuned`.
+#: Within these limits an overlap, speed * sqrt(mass / stiffness), is less than a radius with the stiffness of `tuned`.
 CAPABILITIES = Capabilities(
     gravity=True,
-    # There is no coefficient: without dissipation a contact is elastic.
+    # Drake has no coefficient: without dissipation a contact is elastic.
     restitution=(1.0, 1.0),
     restitution_combine="one",
     contact_times=ContactTimes.STEP,

@@ -9,7 +9,7 @@ from carom_adapters.shared.settings_code import arguments, comment, steps_of
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return a program that builds the same plant as `DrakeWorld`; the adapter accepts scene and settings."""
+    """Return a program that builds the same plant as `DrakeWorld`; scene and settings are checked before."""
     lines = []
     for disc in scene.discs:
         given = {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s}

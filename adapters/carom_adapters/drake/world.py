@@ -26,12 +26,12 @@ from carom.engines.api import (
 from carom_adapters.drake.limits import CAPABILITIES, LEAST, SETTINGS
 
 
-def _imported() -> Any:  # its modules, by short names
+def _import_modules() -> Any:  # Drake's modules, by short names
     from pydrake import geometry, math
     from pydrake.multibody import plant, tree
     from pydrake.systems import analysis, framework
 
-    # It warns for each half-space that deformable bodies do not support it, although there are none.
+    # Drake warns for each half-space that deformable bodies do not support it, although there are none.
     logging.getLogger("drake").setLevel(logging.ERROR)
     return SimpleNamespace(geometry=geometry, math=math, plant=plant, tree=tree, analysis=analysis, framework=framework)
 
@@ -42,7 +42,7 @@ class DrakeWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("Drake", scene, settings, SETTINGS, LEAST)
         require_supported("Drake", scene, CAPABILITIES, float(settings["dt_s"]))
-        drake = self._drake = _imported()
+        drake = self._drake = _import_modules()
         scheme = settings.get("integration_scheme")
         if scheme is not None and scheme not in (schemes := drake.analysis.GetIntegrationSchemes()):
             raise AdapterError(f"Drake: integration_scheme must be one of {', '.join(schemes)}, got {scheme!r}")
@@ -50,7 +50,7 @@ class DrakeWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         self._number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
-        # AddMultibodyPlantSceneGraph does the same and leaks 95 kB.
+        # AddMultibodyPlantSceneGraph does the same, but leaks 95 kB.
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
@@ -72,12 +72,12 @@ class DrakeWorld:
                 joint.set_translation(self._context, disc.position_m)
                 joint.set_translational_velocity(self._context, disc.velocity_m_s)
         self._simulator.Initialize()
-        #: Greatest push of each contact of the last step, and the normal then.
+        #: Greatest push of each contact in the last step, and the normal at that instant.
         self._pushed: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
         self._watched = False
 
     def _add_disc(self, scene: Scene, i: int) -> Any:
-        """Add a disc, and return its joint; an immovable one is part of the world and has none."""
+        """Add a disc and return its joint. An immovable disc is part of the world and has none."""
         drake, disc = self._drake, scene.discs[i]
         ball = drake.geometry.Sphere(disc.radius_m)
         if disc.immovable:
@@ -105,11 +105,11 @@ class DrakeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from Drake; the stiffness is that of a body without one of its own."""
+        """The settings, read back from Drake. The stiffness is that of bodies without their own."""
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
-            # Releases up to 1.35 ship none, and a plant finds one for its gravity and masses.
+            # Releases up to 1.35 have no default stiffness: a plant derives one from gravity and masses.
             **({} if shipped is None else {"point_stiffness": shipped}),
             "integration_scheme": _scheme(integrator),
             **self._asked,
@@ -117,28 +117,28 @@ class DrakeWorld:
         }
 
     def advance(self, steps: int) -> None:
-        """Take steps, each of them as many of the integrator's as its error control asks for."""
+        """Take steps. A step consists of as many of the integrator's steps as its error control requires."""
         for _ in range(steps):
             self._pushed = {}
             self._clock.count(1)
             self._simulator.AdvanceTo(self._clock.now_s)
 
     def observe(self) -> Observation:
-        """Read every body, and the contacts that a monitor saw in the integrator's steps.
+        """Read every body, and the contacts that a monitor found in the integrator's steps.
 
-        A contact may begin and end within a step, and has then no trace at its end. The first observation sets the
-        monitor up, so a world that is only timed has none.
+        A contact may begin and end within a step, and then leaves no trace at its end. The first observation creates
+        the monitor, so a world that is only timed has none.
         """
         if not self._watched:
             self._watched = True
-            self._simulator.set_monitor(self._look)
+            self._simulator.set_monitor(self._record_contacts)
         position, velocity = self._position.copy(), np.zeros_like(self._position)
         count = len(self._movable)
         position[self._movable] = self._plant.GetPositions(self._context).reshape(count, 3)[:, :2]
         velocity[self._movable] = self._plant.GetVelocities(self._context).reshape(count, 3)[:, :2]
         return Observation(position, velocity, tuple(self._contacts()))
 
-    def _look(self, _root: Any) -> Any:
+    def _record_contacts(self, _root: Any) -> Any:
         results = self._plant.get_contact_results_output_port().Eval(self._context)
         for k in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(k)
@@ -152,16 +152,16 @@ class DrakeWorld:
     def _contacts(self) -> list[Contact]:
         at_s, found = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
-            # Forces are known at some instants, but not their integral, the impulse.
+            # Forces are known at some instants only, so their integral, the impulse, is not.
             found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return found
 
     def close(self) -> None:
-        """Release the simulator; the last reference frees its memory."""
+        """Release the simulator. The last reference to the simulator frees its memory."""
         self._simulator.clear_monitor()
         del self._context, self._simulator, self._diagram, self._plant
 
 
 def _scheme(integrator: Any) -> str:
-    """Return an integrator's name among `GetIntegrationSchemes`: ``runge_kutta3`` of a `RungeKutta3Integrator`."""
+    """Return an integrator's name in `GetIntegrationSchemes`: ``runge_kutta3`` for a `RungeKutta3Integrator`."""
     return re.sub(r"(?<!^)(?=[A-Z])", "_", type(integrator).__name__.removesuffix("Integrator")).lower()

@@ -11,8 +11,8 @@ from carom_adapters.mujoco.settings_code import write_code
 from carom_adapters.mujoco.world import MujocoWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: Cylinders touch planes and each other off the middle, with errors up to 6.3e-4 of the scene's speed (a disc in a box,
-#: at 240 steps a second).
+#: Cylinders touch planes and each other off the middle, with errors of up to 6.3e-4 of the scene's speed (for a disc in
+#: a box, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
@@ -25,20 +25,21 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "dt_s": dt_s,
         "joints": "slide",
         "stiffness": 0.0,
-        # The same impedance at any depth, the highest that MuJoCo accepts; it cancels out of the bounce.
+        # The impedance is the same at any depth, and the highest that MuJoCo accepts. The impedance has no effect on
+        # the bounce.
         "solimp": "0.9999 0.9999 0.001 0.5 2",
-        # The bounce is an Euler step of the contact's damping, which other integrators change.
+        # The bounce is an Euler step of the contact's damping. Other integrators change the bounce.
         "integrator": "Euler",
         # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
         "jacobian": "dense",
         # With friction, contacts are solved one after another. MuJoCo's own optimum of push and friction lifts sliding
-        # bodies by the friction times their slip.
+        # bodies, by the friction times their slip.
         "in_turn": True,
-        # The solver ends when it can improve no further.
+        # The solver ends when it can't improve further.
         "tolerance": 0.0,
-        # A run with a huge state continues, instead of being reset to the start.
+        # A run with a huge state continues instead of being reset to the start.
         "autoreset": False,
-        # MuJoCo makes a contact ahead of time for a disc that moves so far in a step that it may pass through another.
+        # MuJoCo makes an early contact for a disc that moves so far in a step that it may pass through another.
         "speculative": True,
     }
 
@@ -48,14 +49,14 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 
 def _located(dt_s: float) -> dict[str, Setting]:
-    # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; a listed pair does
-    # not go through it. And a contact ahead of its time leaves no instant to be found. A warm start would begin from a
-    # step that was undone.
+    # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; listed pairs bypass
+    # it. An early contact would leave no instant to find. A warm start would begin from a step that was undone.
     return {**_no_ccd(dt_s), "listed_pairs": True, "warmstart": False}
 
 
 def _cylinder(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, of which MuJoCo keeps single points, off the middle: free to turn, they tip over.
+    # Cylinders touch along a line, but MuJoCo keeps only single points of it, off the middle. Cylinders that can turn
+    # tip over.
     return {**_tuned(dt_s), "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
 
 
@@ -65,8 +66,8 @@ def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="mujoco",
-    # Release 2.3 fails on the adapter's settings of a pair. Speculative contacts came with 4.0. In 3.x profiles with
-    # them run without, and the settings read back show that.
+    # Release 2.3 fails with the adapter's settings of a pair. Speculative contacts came with 4.0. Releases 3.x run
+    # these profiles without speculation, and the settings that are read back show it.
     engine=Engine(
         "MuJoCo",
         module="mujoco",
@@ -79,7 +80,7 @@ adapter = EngineAdapter(
     knobs={
         "joints": Knob(choices=("free", "slide")),
         "stiffness": Knob(choices=(0.0, 1e2, 1e3, 1e4, 1e5, 1e6)),
-        # As shipped, and the highest impedance that MuJoCo takes.
+        # The default, and the highest impedance that MuJoCo accepts.
         "solimp": Knob(choices=("0.9 0.95 0.001 0.5 2", "0.9999 0.9999 0.001 0.5 2")),
         "integrator": Knob(choices=("Euler", "RK4", "implicit", "implicitfast")),
         "jacobian": Knob(choices=("dense", "sparse")),
@@ -90,29 +91,28 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "MuJoCo's defaults for a user who wants a bounce: as shipped, but with the scene's friction and an "
-            "undamped contact spring (solref -1000 0), damped for restitution below 1 by the formula of the linear "
-            "oscillator.",
+            "MuJoCo's defaults for a user who wants a bounce, with the scene's friction. The contact spring is "
+            "undamped (solref -1000 0); for restitution below 1 it is damped by the formula of the linear oscillator.",
             _default,
             capabilities=replace(CAPABILITIES, continuous_detection=False),
             changed={
-                "stiffness": "solref -1000 0, the contact spring of its users: as shipped, 0.02 1, nothing bounces",
-                "damping": "of that spring, for the scene's restitution",
+                "stiffness": "solref -1000 0, a common contact spring: with the default, 0.02 1, nothing bounces",
+                "damping": "of the contact spring, for the scene's restitution",
                 "friction": OF_THE_SCENE,
-                "condim": "1, a contact without friction, where the scene has none",
+                "condim": "1, a contact without friction, if the scene has none",
             },
         ),
         "tuned": tuned("a contact is damped so that one Euler step reverses the velocity", _tuned),
         "located": located("MuJoCo's own collision detection", _located, but=" without speculation"),
-        "no-ccd": Profile("The tuned settings without continuous detection: no contact is speculated on.", _no_ccd),
+        "no-ccd": Profile("The tuned settings without continuous detection: no contact is speculative.", _no_ccd),
         "cylinder": Profile(
-            "The tuned settings with cylinders for spheres, kept from tipping over by the slide joints, and their "
-            "contacts found to 1e-12 (Carom's own measurements).",
+            "The tuned settings with cylinders for spheres. Slide joints keep the cylinders from tipping over, and "
+            "their contacts are found to 1e-12 (Carom's own measurements).",
             _cylinder,
             CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
-            "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
+            "The tuned settings with cylinders instead of spheres. The cylinders can turn, so they tip over.",
             _cylinder_plain,
         ),
     },

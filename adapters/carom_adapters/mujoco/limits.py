@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
 
-#: Attributes of MJCF's ``option``, and of its ``flag``, by MuJoCo's own names.
+#: Attributes of MJCF's ``option`` and of its ``flag``, by MuJoCo's names.
 OPTION_SETTINGS = (
     "integrator",
     "jacobian",
@@ -30,15 +30,15 @@ MJCF_INTEGRATORS = {
     "mjINT_DISCRETE": "discrete",
 }
 
-#: ``joints`` is "free" (six a disc) or "slide" (x and y, all that a disc has; z and a hinge, too, where discs turn).
-#: ``stiffness`` (1/s**2) is that of a contact, 0 for none: see `_solref` of `model`. ``solimp`` is a geom's attribute.
-#: With ``listed_pairs`` each pair of bodies is listed in the model, and tested in every step, as in `located`.
-#: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide.
-#: ``in_turn`` says how contacts with friction are answered: one after another, the push and then friction within its
-#: bounds, which is the law of impacts; otherwise all at once, as the optimum that MuJoCo's friction is by design.
+#: ``joints`` is "free" (six axes for each disc) or "slide" (x and y; z and a hinge too if discs turn). ``stiffness``
+#: (1/s**2) is the stiffness of a contact, 0 for none: see `_solref` of `model`. ``solimp`` is a geom's attribute. With
+#: ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in `located`. ``shape`` is
+#: "sphere" or "cylinder"; a cylinder is as high as it is wide. With ``in_turn`` contacts with friction are solved one
+#: after another, the push and then friction within its bounds, which is the law of impacts. Without `in_turn` all
+#: contacts are solved at once, as MuJoCo's optimum.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
-#: Settings that are one of a few words.
+#: Settings with a few possible words.
 WORDS: Mapping[str, tuple[str, ...]] = {
     "integrator": tuple(MJCF_INTEGRATORS.values()),
     "jacobian": ("dense", "sparse", "auto"),
@@ -48,11 +48,11 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "solver": ("PGS", "CG", "Newton"),
 }
 
-#: MuJoCo's mjMAXVAL: a coordinate, velocity or acceleration beyond it counts as bad.
+#: MuJoCo's mjMAXVAL. A coordinate, velocity or acceleration beyond mjMAXVAL counts as bad.
 LARGEST_VALUE = 1e10
 
-#: MuJoCo's mjMINVAL is 1e-15: it refuses a lighter body, makes up a normal for centres that are closer than this, and
-#: its solver takes no step in acceleration that is smaller. The latter two are kept well away from.
+#: MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body lighter than mjMINVAL, invents a normal for centres closer than it,
+#: and takes no solver step in acceleration that is smaller. The limits here are far from the last two cases.
 SMALLEST_MASS_KG = 1e-15
 SMALLEST_RADIUS_M = 1e-12
 LEAST_ACCELERATION_M_S2 = 1e-12
@@ -60,16 +60,16 @@ LEAST_ACCELERATION_M_S2 = 1e-12
 #: A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below mjMINVAL.
 LARGEST_MASS_KG = 1e11
 
-#: Half a million pairs, which take MuJoCo seconds to compile.
+#: Half a million pairs, which MuJoCo compiles in seconds.
 MOST_LISTED = 1000
 
-#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
-#: over its inertia: of discs 200 radii from the origin, 5e-9 of a spin here. An inertia below mjMINVAL, 1e-15 in units
-#: of the model, is refused by MuJoCo itself.
+#: A contact point is off the line of centres by the rounding of its coordinates. The push there turns a disc, inversely
+#: to its inertia: with this factor by 5e-9 of its spin, for discs 200 radii from the origin. MuJoCo itself refuses an
+#: inertia below mjMINVAL, 1e-15 in units of the model.
 LEAST_INERTIA_FACTOR = 1e-5
 
-#: MuJoCo's mjMINMU: a coefficient of less, except for none at all, is silently made this. From 1e80 on there is no
-#: friction any more, since the fourth power is no float.
+#: MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU. From 1e80 on there is no
+#: friction, since the fourth power is not a float.
 LEAST_FRICTION = 1e-5
 LARGEST_FRICTION = 1e30
 
@@ -98,21 +98,21 @@ CAPABILITIES = Capabilities(
 
 
 def answers_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether contacts are solved one after another: if the settings say so, and there is friction."""
+    """Whether contacts are solved one after another: the settings say so, and there is friction."""
     return bool(settings.get("in_turn", False)) and scene.arrays.rubs
 
 
 def lists_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether each pair of bodies is listed in the model; only a listed pair has its own parameters of slip."""
+    """Whether each pair of bodies is listed in the model. Only listed pairs have their own parameters of slip."""
     return bool(settings.get("listed_pairs", False)) or answers_in_turn(scene, settings)
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse input that MuJoCo would refuse in its own words, or on which it would silently fail.
+    """Refuse input that MuJoCo would refuse in other words, or on which it would fail silently.
 
     Raises:
         AdapterError: A setting has an unknown name or value, or a step or all speeds
-            are beyond one of MuJoCo's own constants.
+            are beyond one of MuJoCo's constants.
     """
     known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
     require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0}, words=WORDS)
@@ -126,5 +126,5 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     if 0 < fastest < LEAST_ACCELERATION_M_S2 * dt_s:
         raise AdapterError(
             f"MuJoCo: the fastest disc's speed over dt_s must be at least {LEAST_ACCELERATION_M_S2:g} m/s^2, "
-            f"got {fastest:g} m/s in {dt_s:g} s: its solver would take the bounce for rounding"
+            f"got {fastest:g} m/s in {dt_s:g} s: its solver would treat the bounce as rounding"
         )

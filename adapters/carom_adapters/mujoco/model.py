@@ -10,33 +10,35 @@ from carom.engines.api import Chain, Ring, Scene, Setting, Wall, reach, wall_bod
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
 from carom_adapters.shared.walls import cut_chain, thickness_of
 
-#: `mju_QCQP2`, which fits friction into its cone, gives none where its determinant, friction**4 / mass**2 of a contact
-#: or more, is below 1e-10, and takes for exact what is wrong by 1e-10 N^2. In units in which the heaviest disc has this
-#: times the square of the friction, and no more than 1, the first is kept away from, and the second is little.
+#: `mju_QCQP2`, which fits friction into its cone, has two limits. The function gives no friction if its determinant, at
+#: least friction**4 / mass**2 of a contact, is below 1e-10, and accepts errors of 1e-10 N^2. In units in which the
+#: heaviest disc has this mass times the square of the friction, and at most 1, the first limit is far away, and the
+#: error small.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
-#: The impedance of contacts in `tuned`, the first number of its ``solimp``.
+#: The impedance of contacts in `tuned`: the first number of its ``solimp``.
 IMPEDANCE = 0.9999
 
-#: Moment of a cylinder as high as it is wide about an axis across its own, over mass times radius squared: 1/4 + 1/3.
+#: Moment of inertia of a cylinder about a diameter, over mass times radius squared, if height and diameter are equal:
+#: 1/4 + 1/3.
 CYLINDER_TIPS = 7 / 12
 
 
-#: The mass of a body that is driven, over the heaviest disc's: an impact changes its velocity by 1e-13 of the closing.
-#: MuJoCo has no moving body that is not pushed: a `mocap` body is at rest for contacts.
+#: The mass of a driven body, over the heaviest disc's: an impact changes its velocity by 1e-13 of the closing speed.
+#: MuJoCo has no moving body that impacts don't push: a `mocap` body counts as at rest in contacts.
 DRIVEN_MASS = 2.0**44
-#: The same where the solver ends at a tolerance: from 2**34 on its cost is rounded by more than that, and a spring's
-#: push comes out too large, by 1.3 of the closing speed at 2**44.
+#: The same ratio if the solver ends at a tolerance. From 2**34 on its cost is rounded by more than the tolerance, and a
+#: spring's push is too large, by 1.3 of the closing speed at 2**44.
 DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 
 def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, float]:
     """Return a contact's ``solref`` in the form (-stiffness, -damping) for this coefficient of restitution.
 
-    MuJoCo aims at the acceleration ``-damping * v - stiffness * depth`` along the normal, whatever the masses. Without
-    stiffness, and with a damping of ``(1 + restitution) / dt``, the Euler step makes ``-restitution * v`` of ``v``: an
-    impact, over in one step. With stiffness, the contact is an oscillator that leaves after half a period with
-    ``restitution = exp(-pi z / sqrt(1 - z**2))``, z being its damping ratio, if it may pull at the end.
+    MuJoCo aims at the acceleration ``-damping * v - stiffness * depth`` along the normal, for any masses. Without
+    stiffness, and with a damping of ``(1 + restitution) / dt``, the Euler step turns ``v`` into ``-restitution * v``:
+    an impact that takes one step. With stiffness, the contact is an oscillator that ends after half a period with
+    ``restitution = exp(-pi z / sqrt(1 - z**2))``, where z is its damping ratio, if it may pull at the end.
     """
     if stiffness == 0:
         return 0.0, -(1.0 + restitution) / dt_s
@@ -48,9 +50,10 @@ def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, f
 def _solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
     """Return a contact's ``solreffriction`` that ends the slip of these discs within the step.
 
-    Without it, friction uses the bounce of `solref`, and returns ``restitution`` of the slip. MuJoCo regularises
-    friction as it does the push, by ``(1 - d) / d`` of the inverse mass along the normal, where that along the slip is
-    larger by the inertia: the quotient makes up for it, as MuJoCo itself does for the push.
+    Without `solreffriction`, friction uses the bounce of `solref`, and returns the fraction ``restitution`` of the
+    slip. MuJoCo regularises friction like the push, by ``(1 - d) / d`` of the inverse mass along the normal. Along the
+    slip the inverse mass is larger, by the inertia. The quotient of the two compensates for this, as MuJoCo itself does
+    for the push.
     """
     inverse = [1.0 / scene.discs[i].mass_kg for i in discs]
     slip = [(1.0 + 1.0 / scene.discs[i].inertia_factor) / scene.discs[i].mass_kg for i in discs]
@@ -58,7 +61,7 @@ def _solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[
 
 
 def mass_unit(scene: Scene, settings: Mapping[str, Setting]) -> float:
-    """Return a kilogram in the model's units of mass: 1, or a power of two if friction needs another unit."""
+    """Return the model's units of mass in a kilogram: 1, or a power of two if friction needs another unit."""
     if not answers_in_turn(scene, settings):
         return 1.0
     frictions = [scene.friction] * scene.arrays.rubs_discs + [wall.friction for wall in scene.arrays.materials]
@@ -72,12 +75,12 @@ def _attributes(**values: object) -> str:
 
 
 def _friction(friction: float) -> dict[str, object]:
-    """Return a geom's attributes of friction: condim 1 is a contact without friction, 3 one with sliding friction."""
+    """Return a geom's attributes of friction. Condim 1 is a contact without friction, 3 one with sliding friction."""
     return {"condim": "3", "friction": f"{friction!r} 0 0"} if friction > 0 else {"condim": "1"}
 
 
 def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return the model. A geom is named by its body's number, which identifies the bodies of contacts.
+    """Return the model. A geom's name is its body's number, which identifies the bodies of contacts.
 
     Driven bodies are last.
     """
@@ -85,7 +88,7 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     listed = {"contype": "0", "conaffinity": "0"} if lists_pairs(scene, settings) else {}
     shared = listed | ({"solimp": str(settings["solimp"])} if "solimp" in settings else {})
     unit = mass_unit(scene, settings)
-    # Held bodies collide only with movable ones: a driven body passes through walls.
+    # Static bodies collide only with movable ones: a driven body passes through walls.
     held = {"contype": "0"} if scene.arrays.driven and not listed else {}
 
     def geom(name: str | int, restitution: float, friction: float, **values: object) -> str:
@@ -109,7 +112,8 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             return f"<body>{_turning(scene, settings, i, unit)}{made}</body>"
         damped = _damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
-            # Its inertia about any axis has no effect, so it is set for small discs too, whose own would be too little.
+            # The inertia about any axis has no effect. The inertia is set because that of a small disc would be too
+            # small.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{made}</body>'
@@ -120,8 +124,8 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     def wall(k: int) -> str:
         material = scene.arrays.materials[k]
         made = "".join(
-            # The geom of higher priority decides alone; MuJoCo would take the larger damping, and friction, of the two
-            # otherwise.
+            # The geom of higher priority decides alone. Otherwise MuJoCo would use the larger damping and friction of
+            # the two.
             geom(name, material.restitution, material.friction, **shape, priority="1", **held)
             for name, shape in zip(names_of_wall(scene, k), _shapes_of_wall(scene, k, dt_s), strict=True)
         )
@@ -135,18 +139,18 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
 
 
 def in_order_of_bodies(scene: Scene) -> list[int]:
-    """Return discs and walls in the order of the model, by their bodies' numbers; driven ones are last."""
+    """Return discs and walls in the order of the model, by their body numbers. Driven ones are last."""
     bodies = [*range(len(scene.discs)), *map(wall_body, range(len(scene.walls)))]
     return sorted(bodies, key=lambda one: (scene.discs[one] if one >= 0 else scene.walls[wall_index(one)]).driven)
 
 
 def body_of(geom: str) -> int:
-    """Return the number of the body of a geom with this name."""
+    """Return the body number of a geom with this name."""
     return int(geom.partition("/")[0])
 
 
 def names_of_wall(scene: Scene, k: int) -> list[str]:
-    """Return the names of a wall's geoms: its number and, with pieces, theirs."""
+    """Return the names of a wall's geoms: the wall's number, or the numbers of its pieces too."""
     wall, number = scene.walls[k], str(wall_body(k))
     pieces = len(cut_chain(wall)) if isinstance(wall, Chain) else 1
     return [number] if pieces == 1 else [f"{number}/{piece}" for piece in range(pieces)]
@@ -171,7 +175,7 @@ def _shapes_of_wall(scene: Scene, k: int, dt_s: float) -> list[dict[str, object]
 
 
 def _half_of_box(scene: Scene, wall: Wall, dt_s: float) -> float:
-    """Return half the side of a box of which discs can reach only the face with the middle `point_m`."""
+    """Return half the side of a box of which discs can reach only one face, the one with the middle `point_m`."""
     centre, radius = reach(scene, dt_s)
     drift = wall.drive.fastest * (scene.duration_s + dt_s)
     return 2.0 * (radius + drift + math.dist(centre, wall.point_m))
@@ -182,7 +186,7 @@ def _heaviest(scene: Scene) -> float:
 
 
 def _driven(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = False) -> str:
-    """Return the start of a driven body: it slides, and may turn, with a mass that impacts do not move."""
+    """Return the start of a driven body. The body slides, and may turn, and impacts don't move its mass."""
     ratio = DRIVEN_MASS if settings.get("tolerance") == 0 else DRIVEN_MASS_IN_TOLERANCE
     mass = ratio * mass_unit(scene, settings) * _heaviest(scene)
     inertia = mass * max(disc.radius_m for disc in scene.discs) ** 2
@@ -212,14 +216,15 @@ def _turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit: float)
     """Return inertia and joints of a disc that may turn."""
     body = scene.discs[i]
     mass, turns = body.mass_kg * unit, math.isfinite(body.inertia_factor)
-    factor = body.inertia_factor if turns else 1.0  # without effect unless there is a hinge
+    factor = body.inertia_factor if turns else 1.0  # no effect unless there is a hinge
     free = turns and settings["joints"] == "free"
     tips = CYLINDER_TIPS if free and settings.get("shape", "sphere") == "cylinder" else factor
     moments = " ".join(repr(moment * mass * body.radius_m**2) for moment in (tips, tips, factor))
     inertial = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{moments}"/>'
     if free:
         return f"{inertial}{_free_joint(_damping(scene, mass))}"
-    # The third slide, along which nothing pushes, makes MuJoCo's mean of the inverse masses along all axes that of one.
+    # No force acts along the third slide. The third slide makes MuJoCo's mean inverse mass of all axes equal to that of
+    # one axis.
     damped = _damping(scene, mass)
     slides = "".join(f'<joint type="slide" axis="{axis}"{damped}/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     about = _damping(scene, factor * mass * body.radius_m**2)
@@ -227,7 +232,7 @@ def _turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit: float)
 
 
 def _damping(scene: Scene, inertia: float) -> str:
-    """Return a joint's attribute, which is a force over a velocity: the rate times the mass or moment of inertia."""
+    """Return a joint's attribute of damping, a force over a velocity: the rate times the mass or moment of inertia."""
     return f' damping="{scene.damping_per_s * inertia!r}"' if scene.damping_per_s else ""
 
 
@@ -238,7 +243,7 @@ def _free_joint(damped: str) -> str:
 def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
     """Return the damping about the axes of a free joint with these moments of inertia; None if MJCF contains it.
 
-    MJCF has one damping for all six axes of a free joint, which is that of the mass.
+    MJCF has one damping for all six axes of a free joint: the damping of the mass.
     """
     if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):
         return None
@@ -246,7 +251,7 @@ def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Seque
 
 
 def _pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return every pair of a disc with another body, not both immovable, with a contact of its own."""
+    """Return every pair of a disc with another body, not both immovable, each with its own contact."""
     dt_s, stiffness, discs = float(settings["dt_s"]), float(settings["stiffness"]), scene.discs
     solimp = {"solimp": str(settings["solimp"])} if "solimp" in settings else {}
     pairs: list[tuple[int, str | int, float, float]] = [

@@ -11,7 +11,7 @@ import numpy as np
 
 from carom.engines.api import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
 
-#: Allowed difference of equal numbers: a quaternion's roundings.
+#: Allowed difference of equal numbers: the rounding of a quaternion.
 ROUNDING = 1e-12
 
 #: Kinds of geoms that scenes support.
@@ -22,8 +22,8 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     """Return the discs and walls of a model at its first keyframe, or as built, and what scenes do not support.
 
     Raises:
-        AdapterError: It is not an MJCF that MuJoCo compiles, or it names other files.
-        SceneError: The supported part is no scene: it has no disc, or bodies overlap.
+        AdapterError: The content is not an MJCF that MuJoCo compiles, or it names other files.
+        SceneError: The supported part is not a valid scene: it has no disc, or bodies overlap.
     """
     mujoco: Any = importlib.import_module("mujoco")
     text = content.decode("utf-8", errors="replace")
@@ -35,20 +35,20 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
             mujoco.mj_resetDataKeyframe(model, data, 0)
         mujoco.mj_forward(model, data)
     except (ValueError, MemoryError, mujoco.FatalError) as error:
-        raise AdapterError(f"MuJoCo compiles no model of it: {error}") from error
+        raise AdapterError(f"MuJoCo can't compile it: {error}") from error
     return _Reading(mujoco, model, data).scene(name, duration_s)
 
 
 def _require_alone(text: str) -> None:
     """Refuse a model that names other files, because MuJoCo would read any file of an untrusted model."""
     try:
-        root = ElementTree.fromstring(text)  # noqa: S314 - in a worker, and expat bounds what entities make
+        root = ElementTree.fromstring(text)  # noqa: S314 - in a worker, and expat limits what entities generate
     except ElementTree.ParseError as error:
-        raise AdapterError(f"it is no XML: {error}") from error
+        raise AdapterError(f"it is not XML: {error}") from error
     for element in root.iter():
         named = [key for key in element.attrib if key == "file" or key.startswith("file")]
         if element.tag in {"include", "plugin", "model", "attach"} or named:
-            raise AdapterError(f"its <{element.tag}> names another file or a plug-in, and a model is read alone")
+            raise AdapterError(f"its <{element.tag}> names another file or a plug-in; a model must be one file")
 
 
 class _Reading:
@@ -69,7 +69,7 @@ class _Reading:
             elif kind in {SPHERE, CYLINDER}:
                 self._read_round(geom, what, kind)
             else:
-                self.dropped.append(f"{what}: scenes have discs and half-planes")
+                self.dropped.append(f"{what}: scenes have only discs and half-planes")
         gx, gy, gz = map(float, self.model.opt.gravity)
         if gz != 0.0:
             self.dropped.append(f"gravity along z, {gz:g}")
@@ -83,7 +83,7 @@ class _Reading:
         if np.any(self.model.dof_damping):
             self.dropped.append("damping of joints")
         if self.model.npair:
-            self.dropped.append("contacts of listed pairs: those of their geoms are taken")
+            self.dropped.append("contacts of listed pairs: the contacts of their geoms are used")
         return Imported(
             Scene(
                 name=name,
@@ -133,10 +133,10 @@ class _Reading:
         # The axis of a sphere or an upright cylinder across the plane is its last principal axis.
         factor = float(model.body_inertia[body][2]) / (mass * radius**2) if turns else math.inf
         if 1.0 < factor < math.inf:
-            self.dropped.append(f"of {what}: its moment of inertia, {factor:g} m r^2, is cut to m r^2")
+            self.dropped.append(f"{what}: its moment of inertia, {factor:g} m r^2, is reduced to m r^2")
             factor = 1.0
         if motion[5] != 0.0 or np.any(motion[:2]):
-            self.dropped.append(f"of {what}: its motion out of the plane")
+            self.dropped.append(f"{what}: its motion out of the plane is ignored")
         disc = Disc(
             position_m=place,
             velocity_m_s=(float(motion[3]), float(motion[4])),
@@ -173,7 +173,7 @@ class _Reading:
     def _restitution(self, geom: int) -> float:
         """Return the restitution of a contact's spring, by ``_solref`` of ``mjcf`` or by a linear oscillator."""
         first, second = (float(one) for one in self.model.geom_solref[geom])
-        if first == 0.0 and second < 0.0:  # a damper alone, for one Euler step
+        if first == 0.0 and second < 0.0:  # only a damper, for one Euler step
             return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)
         ratio = second if first > 0.0 else -second / (2.0 * math.sqrt(-first)) if first < 0.0 else 1.0
         return 0.0 if ratio >= 1.0 else math.exp(-math.pi * ratio / math.sqrt(1.0 - ratio**2))

@@ -17,23 +17,23 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     require_usable(scene, settings)
     require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))
     if has_legs(scene):
-        raise AdapterError("MuJoCo: a body on legs is given its velocities between steps, which a model can't say")
-    # The text is this adapter's own, and contains only numbers and words of its settings' lists.
-    model = ElementTree.fromstring(mjcf(scene, settings))  # noqa: S314 - no text of others
+        raise AdapterError("MuJoCo: the velocity of a body changes between steps, which a model can't describe")
+    # The text is this adapter's, and contains only numbers and words from its lists of settings.
+    model = ElementTree.fromstring(mjcf(scene, settings))  # noqa: S314 - the text is our own
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
     said = [heading, f"{steps_of(scene, settings)} steps from the keyframe cover the scene."]
     if not float(settings["stiffness"]):
-        said.append("solref is 0 and -(1 + restitution) / timestep: it goes with the timestep.")
+        said.append("solref is 0 and -(1 + restitution) / timestep: change it with the timestep.")
     if (unit := mass_unit(scene, settings)) != 1.0:
-        said.append(f"A kilogram is {unit!r} units of mass here: no motion changes by it.")
+        said.append(f"A kilogram is {unit!r} units of mass here. The unit changes no motion.")
     if answers_in_turn(scene, settings):
-        said.append("Each pair is listed, since solreffriction, which ends its slip, goes by the pair's masses.")
+        said.append("Each pair is listed, since solreffriction, which ends its slip, depends on the pair's masses.")
     if scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free":
         said.append(
             "MJCF has one damping for a free joint: about its axes set dof_damping to "
             f"{scene.damping_per_s!r} times body_inertia after loading."
         )
-    told = comment("\n".join(said).replace("--", "- -"), "     ").lstrip()  # no comment holds two hyphens
+    told = comment("\n".join(said).replace("--", "- -"), "     ").lstrip()  # a comment can't contain two hyphens
     return f"<!-- {told} -->\n{ElementTree.tostring(model, encoding='unicode')}\n"
 
 
@@ -70,7 +70,7 @@ def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str,
         if disc.immovable:
             continue
         x, y, vx, vy, turns = *disc.position_m, *disc.velocity_m_s, disc.inertia_factor < float("inf")
-        # As `_turning` and `mjcf` have the joints.
+        # The joints are the same as in `_turning` and `mjcf`.
         free = settings["joints"] == "free" and (turns or not scene.arrays.turns)
         if free:
             places += [x, y, 0.0, 1.0, 0.0, 0.0, 0.0]

@@ -33,20 +33,20 @@ from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bod
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
 
-#: Number of compiled models that are kept for scenes that differ only in their starts: one for each profile at a few
-#: steps.
+#: Number of compiled models that are kept for scenes that differ only in their starts: one model for each profile at a
+#: few steps.
 KEPT_MODELS = 16
 
 
 def _ignore(_text: str) -> None:
-    """Drop MuJoCo's warning texts, which would go to a file in the working folder; `observe` reads the counts."""
+    """Drop MuJoCo's warning texts, which would go to a file in the working folder. `observe` reads the counts."""
 
 
 @lru_cache(maxsize=KEPT_MODELS)
-def _compiled(text: str) -> Any:
-    """Compile a model, or return the one compiled from the same text; a sweep of starts has only one.
+def _compile(text: str) -> Any:
+    """Compile a model, or return the one compiled from the same text. A sweep of starts has only one model.
 
-    Positions and velocities of movable discs are no part of it.
+    Positions and velocities of movable discs are not part of it.
     """
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
@@ -56,18 +56,18 @@ _LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("
 
 
 def _bit(mujoco: Any, flag: str) -> int:
-    """Return the bit of a flag; 0 where this release of MuJoCo has none, so that it reads as never set."""
+    """Return the bit of a flag; 0 if this release of MuJoCo lacks it, so that it reads as never set."""
     kind, member = _LATER[flag]
     return int(getattr(getattr(mujoco, kind), member, 0))
 
 
-def _there(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
-    """Return the settings without flags that this release lacks; they read back as unset."""
+def _without_missing_flags(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
+    """Return the settings without flags that this release lacks. Missing flags read back as unset."""
     return {name: value for name, value in settings.items() if name not in _LATER or _bit(mujoco, name)}
 
 
 class MujocoWorld:
-    """A compiled model with data of its own."""
+    """A compiled model with its own data."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
@@ -76,14 +76,14 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            self._model = _compiled(mjcf(scene, _there(self._mujoco, settings)))
+            self._model = _compile(mjcf(scene, _without_missing_flags(self._mujoco, settings)))
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
         # Views, since reading them takes long.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
-        self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and each by a step
+        self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and per step
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
         # Effect of a step of any length on a velocity, see `_solref`.
@@ -91,8 +91,9 @@ class MujocoWorld:
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
         self._turns = scene.arrays.turns
-        # Normals of cylinders lean out of the plane, although slide joints keep these upright. Those of free spheres do
-        # so after some dozen impacts, each of which amplifies a rounding across the plane.
+        # Normals of cylinders lean out of the plane, although slide joints keep the cylinders upright. Normals of free
+        # spheres lean out of the plane after some dozen impacts, since each impact amplifies roundings across the
+        # plane.
         self._leans = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
         self._unit = mass_unit(scene, settings)
         self._pieced = find_walls_in_pieces(scene)
@@ -105,8 +106,8 @@ class MujocoWorld:
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         self._number = [body_of(self._model.geom(i).name) for i in range(self._model.ngeom)]
         self._spin = scene.arrays.spins.copy()
-        # Indices of x and y of each movable disc (the bodies of the model are in this order), and of its spin, if any,
-        # which is its last coordinate.
+        # Indices of x and y of each movable disc (the bodies of the model are in this order), and of its spin, if any.
+        # The spin is the disc's last coordinate.
         model, movable = self._model, slice(1, 1 + len(self._movable))
         joint = model.body_jntadr[movable]
         self._at = model.jnt_qposadr[joint][:, np.newaxis] + np.arange(2)
@@ -114,12 +115,13 @@ class MujocoWorld:
         # The third coordinate of a free joint is the centre's distance from the plane, which is not constrained.
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
-        for body in 1 + self._free:  # equal values for all worlds of this model
+        for body in 1 + self._free:  # all worlds of this model have equal values
             about = dampings_about(scene, settings, model.body_inertia[body].tolist())
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
-        # Heights whose squares add up to less need not be compared with the radii one by one, after every step.
+        # If the sum of squared heights is below this limit, single heights need not be compared with radii after a
+        # step.
         self._low = 0.25 * float(np.min(self._radius, initial=np.inf)) ** 2
         driven = [scene.discs[i].driven for i in moving]
         turning = (np.isfinite(scene.arrays.inertia[self._movable]) | np.array(driven, dtype=bool)) & self._turns
@@ -133,7 +135,7 @@ class MujocoWorld:
         self._drive(1 + len(moving), [wall for wall in scene.walls if wall.driven])
 
     def _drive(self, first: int, bodies: Sequence[Driven]) -> None:
-        """Start the driven ones among some bodies of the model, from this number on, and record their legs."""
+        """Start the driven bodies among some bodies of the model, from number `first` on, and record their legs."""
         for body, of in enumerate(bodies, first):
             if of.driven:
                 begin = int(self._model.body_dofadr[body])
@@ -145,7 +147,7 @@ class MujocoWorld:
         """The settings, read back from the compiled model."""
         model, mujoco = self._model, self._mujoco
         disabled, flag = model.opt.disableflags, mujoco.mjtDisableBit
-        ccd = "ccd" if hasattr(model.opt, "ccd_tolerance") else "mpr"  # by the algorithm of earlier releases
+        ccd = "ccd" if hasattr(model.opt, "ccd_tolerance") else "mpr"  # earlier releases name it by the algorithm
         read: dict[str, Setting] = {
             "dt_s": float(model.opt.timestep),
             "integrator": MJCF_INTEGRATORS[mujoco.mjtIntegrator(model.opt.integrator).name],
@@ -177,7 +179,7 @@ class MujocoWorld:
         return read
 
     def advance(self, steps: int) -> None:
-        """Take the steps in MuJoCo's own loop; between steps driven bodies start their legs."""
+        """Take the steps in MuJoCo's own loop. Between steps driven bodies start their legs."""
         for count in self._legs.step_counts(steps):
             for begin, velocity in self._legs.start_due(self._clock.now_s):
                 self._data.qvel[begin : begin + 2] = velocity
@@ -201,13 +203,13 @@ class MujocoWorld:
     def _contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
         found: list[Contact] = []
-        # Read as arrays: MuJoCo's bindings take long to make an object of every contact.
+        # Read as arrays: MuJoCo's bindings take long to make an object for every contact.
         rows, geoms, frames = data.contact.efc_address, data.contact.geom, data.contact.frame
         for k, (row, (geom1, geom2), frame) in enumerate(zip(rows, geoms, frames, strict=True)):
             force, tangential = (
                 float(data.efc_force[row]) if row >= 0 else 0.0,
                 None,
-            )  # -1: left out of the solver's rows
+            )  # -1: not among the solver's rows
             if self._turns and row >= 0:
                 force, tangential = self._impulses_of(k, frame)
             if force <= 0:
@@ -220,7 +222,7 @@ class MujocoWorld:
         return found
 
     def _impulses_of(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
-        """Return a contact's force along its normal, and friction's impulse along that turned by +90 degrees.
+        """Return a contact's force along its normal, and friction's impulse along the normal turned by +90 degrees.
 
         With a pyramidal cone, the solver's rows are the cone's edges, and MuJoCo combines them.
         """
@@ -250,12 +252,12 @@ class MujocoWorld:
         if autoreset and bad.any():
             told.append(f"MuJoCo reset the state: a value was not finite or beyond {LARGEST_VALUE:g}")
         if number[[int(kind.mjWARN_CONTACTFULL), int(kind.mjWARN_CNSTRFULL)]].any():
-            told.append("MuJoCo left contacts out: its memory for them is full")
+            told.append("MuJoCo left out contacts: its memory for them is full")
         return "; ".join(told)
 
     def cut(self, dt_s: float) -> None:
-        """Take steps of another length from here on; a contact's damping is per step."""
-        if self._shared:  # with other worlds, whose step is another
+        """Set the length of the following steps. A contact's damping depends on the length."""
+        if self._shared:  # with other worlds, whose step differs
             self._model, self._shared = copy.copy(self._model), False
             model = self._model
             dampings = (
@@ -271,7 +273,7 @@ class MujocoWorld:
             np.divide(damping, dt_s, out=of_contacts)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that MuJoCo's collision detection finds to overlap, in a copy of the state."""
+        """Return the pairs that overlap by MuJoCo's own collision detection, in a copy of the state."""
         if self._probe is None:
             self._probe = self._mujoco.MjData(self._model)
         self._probe.qpos[:] = self._data.qpos
@@ -282,14 +284,14 @@ class MujocoWorld:
         return frozenset(pair_of(self._number[a], self._number[b]) for a, b in geoms[overlaps])
 
     def save(self) -> object:
-        """Return coordinates and velocities, which with these settings are all of a state."""
+        """Return coordinates and velocities. With these settings nothing else belongs to a state."""
         return (self._clock.now_s, self._legs.started, self._data.qpos.copy(), self._data.qvel.copy())
 
     def restore(self, state: Any) -> None:
-        """Put coordinates and velocities back."""
+        """Restore coordinates and velocities."""
         time_s, self._legs.started, self._data.qpos[:], self._data.qvel[:] = state
         self._clock.restart(time_s)
 
     def close(self) -> None:
-        """Release model and data; the last reference frees their memory."""
+        """Release model and data. The last references to both free their memory."""
         del self._data, self._warnings, self._qpos, self._qvel, self._probe, self._dampings, self._model

@@ -1,4 +1,4 @@
-"""Adapter of Newton, which computes on Warp: three dimensions, 32-bit floats, its XPBD solver on the processor."""
+"""Adapter of Newton, which uses Warp: three dimensions, 32-bit floats, its XPBD solver on the processor."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from carom_adapters.newton.settings_code import write_code
 from carom_adapters.newton.world import NewtonWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: In a step that begins in contact, bodies move on by its whole length before they are pushed apart.
+#: In a step that begins in contact, bodies move on for the whole step before they are pushed apart.
 LATE = Accuracy(late_steps=1.0)
 
 
@@ -44,8 +44,8 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "Defaults of Newton's XPBD solver with restitution on: all else as shipped, with the scene's "
-            "restitution and without friction.",
+            "Defaults of Newton's XPBD solver, but with restitution on, with the scene's restitution and without "
+            "friction.",
             _default,
             changed={
                 "restitution": OF_THE_SCENE,
@@ -54,9 +54,9 @@ adapter = EngineAdapter(
             },
         ),
         "tuned": tuned(
-            "contacts are looked for as far ahead as discs move in the step, up to 1 m, and no farther", _tuned
+            "contacts are searched as far ahead as discs move in the step, up to 1 m, and no farther", _tuned
         ),
-        "located": located("Newton's own collision", _overlapping, LATE, ", nothing looked for ahead"),
+        "located": located("Newton's own collision", _overlapping, LATE, ", without a search ahead"),
     },
     world=NewtonWorld,
     code=write_code,

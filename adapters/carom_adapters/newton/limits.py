@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from carom.engines.api import Capabilities, ContactTimes
 
-#: Arguments of the solver, as it keeps them; ``gap`` is of each shape, and ``speculative_contact_gap_max`` of the
-#: collision, off where it is not asked for. What a profile leaves out stays as it is shipped.
+#: Arguments of the solver, as it stores them. ``gap`` belongs to each shape, and ``speculative_contact_gap_max`` to the
+#: collision, where it is off by default. Settings that a profile omits keep Newton's defaults.
 OF_THE_SOLVER = (
     "iterations",
     "rigid_contact_relaxation",
@@ -20,8 +20,8 @@ LEAST = {"iterations": 1, "rigid_contact_restitution_iterations": 0, "gap": 0.0,
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # In each step with contacts, bodies slower than 0.1 mm/s stop, so two may close at up to twice that. Above it a
-    # disc at rest may lose the first push of an impact, if that is as slow, and half of it of what parts.
+    # In each step with contacts, bodies slower than 0.1 mm/s stop, so two bodies may close at up to twice that. A disc
+    # at rest may then lose a first push that is as slow, and half of it when bodies separate.
     restitution_threshold_m_s=2e-4,
     contact_times=ContactTimes.STEP,
     float_bits=32,

@@ -11,7 +11,7 @@ SPECULATIVE = "speculative_contact_gap_max"
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return a program that builds the same model as `NewtonWorld`, which has checked scene and settings."""
+    """Return a program that builds the same model as `NewtonWorld`. Scene and settings are checked before."""
     lines = []
     for disc in scene.discs:
         given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}

@@ -24,7 +24,7 @@ from carom_adapters.newton.limits import CAPABILITIES, LEAST, OF_THE_SOLVER, SET
 
 
 class NewtonWorld:
-    """One model of spheres, whose second coordinate is 0: rotations about that axis leave it 0, to the bit."""
+    """One model of spheres. The second coordinate of all spheres is 0: rotations about that axis leave it exactly 0."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("Newton", scene, settings, SETTINGS, at_least=LEAST)
@@ -39,7 +39,7 @@ class NewtonWorld:
         gx, gy = scene.gravity_m_s2
         builder = newton.ModelBuilder(gravity=(gx, 0.0, gy))
         self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
-        #: The discs that are bodies, and of each shape the number that `Contact` has of it.
+        #: The discs that are bodies, and the number of each shape in `Contact`.
         self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
         walls = scene.half_planes()
         self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
@@ -56,8 +56,8 @@ class NewtonWorld:
             builder.body_qd[body] = warp.spatial_vector(*_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
-            # A plane is given by position and rotation, because Newton 1.8 turns the equation of one that faces down
-            # into one that faces up.
+            # A plane is given by position and rotation, because Newton 1.8 turns the equation of a plane that faces
+            # down into one that faces up.
             turn = math.atan2(*wall.normal) / 2.0
             at = warp.transform(_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
             shape = self._material(builder, of_walls, settings)
@@ -69,7 +69,7 @@ class NewtonWorld:
         asked = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
         self._solver = newton.solvers.SolverXPBD(self._model, **asked)
         self._state, self._next = self._model.state(), self._model.state()
-        #: Array for the solver's pushes at each contact; made at the first observation.
+        #: Array for the solver's pushes at each contact, created at the first observation.
         self._forces: Any = None
 
     @staticmethod
@@ -89,7 +89,7 @@ class NewtonWorld:
         return {"dt_s": self._clock.dt_s, **own}
 
     def advance(self, steps: int) -> None:
-        """Take steps: contacts are found at the start of each, and answered where bodies overlap at its end."""
+        """Take steps. Contacts are found at the start of each, and solved if bodies overlap at its end."""
         dt_s = self._clock.dt_s
         for _ in range(steps):
             self._state.clear_forces()
@@ -109,10 +109,10 @@ class NewtonWorld:
         found = int(self._contacts.rigid_contact_count.numpy()[0])
         lost = found > self._contacts.rigid_contact_max
         warning = f"Newton kept {self._contacts.rigid_contact_max} of {found} contacts" if lost else ""
-        return Observation(position, velocity, () if lost else tuple(self._pushed(found)), warning)
+        return Observation(position, velocity, () if lost else tuple(self._find_pushed(found)), warning)
 
-    def _pushed(self, count: int) -> Iterator[Contact]:
-        """Yield contacts, without impulses: the solver tells what it pushed positions with, and not the bounce."""
+    def _find_pushed(self, count: int) -> Iterator[Contact]:
+        """Yield contacts without impulses: the solver reports its changes of positions, but not the bounce."""
         pushed = np.flatnonzero(self._forces.contact_f.numpy()[:count].any(axis=1))
         normals = self._contacts.rigid_contact_normal.numpy()[pushed].tolist()
         for (a, b), (nx, _, ny) in zip(self._bodies(self._contacts, pushed), normals, strict=True):
@@ -121,18 +121,18 @@ class NewtonWorld:
             yield Contact(*pair, self._clock.step_began_s, (turned * nx, turned * ny))
 
     def _bodies(self, contacts: Any, those: NDArray[np.intp]) -> list[tuple[int, int]]:
-        """Return the two bodies of contacts, as `Contact` numbers them, in Newton's order."""
+        """Return the two bodies of each contact, numbered as in `Contact`, in Newton's order."""
         shapes = (contacts.rigid_contact_shape0, contacts.rigid_contact_shape1)
         first, second = (self._number[shape.numpy()[those]].tolist() for shape in shapes)
         return list(zip(first, second, strict=True))
 
     def cut(self, dt_s: float) -> None:
-        """Take steps of another length from here on."""
+        """Set the length of the following steps."""
         self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that Newton's own collision finds to overlap."""
-        contacts = self._pipeline.contacts()  # those of the last step stay as they are
+        """Return the pairs that overlap by Newton's own collision."""
+        contacts = self._pipeline.contacts()  # the contacts of the last step stay unchanged
         self._pipeline.collide(self._state, contacts, dt=0.0)
         apart_m = self._warp.zeros(contacts.rigid_contact_max, dtype=float, device="cpu")
         self._newton.eval_rigid_contact_kinematics(self._model, self._state, contacts, out_distance=apart_m)
@@ -141,11 +141,11 @@ class NewtonWorld:
         return frozenset(pair_of(a, b) for a, b in self._bodies(contacts, overlapping))
 
     def save(self) -> object:
-        """Return poses and velocities, which are all of a state."""
+        """Return poses and velocities. Nothing else belongs to a state."""
         return self._clock.now_s, self._state.body_q.numpy().copy(), self._state.body_qd.numpy().copy()
 
     def restore(self, state: Any) -> None:
-        """Put poses and velocities back."""
+        """Restore poses and velocities."""
         time_s, poses, velocities = state
         self._clock.restart(time_s)
         self._state.body_q.assign(poses)

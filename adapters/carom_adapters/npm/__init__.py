@@ -1,7 +1,7 @@
-"""Engines from npm: a folder for each, with a program of node (protocol: ``docs/reference/engine-protocol.md``).
+"""Engines from npm: one folder each, with a program for node (protocol: ``docs/reference/engine-protocol.md``).
 
-``package.json`` has their versions, ``serve.mjs`` what their programs share. `make engines` installs them; from a wheel
-the command that ``carom engines`` shows does.
+``package.json`` has their versions, and ``serve.mjs`` the code that their programs share. `make engines` installs the
+engines. For an installed wheel, the command that ``carom engines`` shows installs the engines.
 """
 
 from __future__ import annotations

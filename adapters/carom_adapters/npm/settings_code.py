@@ -1,7 +1,7 @@
-"""Engines from npm as programs of node to paste: the worlds of their adapters, with a scene and settings in front.
+"""Engines from npm as programs for node to paste: the worlds of their adapters, after a scene and settings.
 
-The parts of `serve.mjs`, which the engines share, that a program needs are copied into it, so it imports only its
-engine.
+A program imports only its engine. The parts of `serve.mjs` that it needs are copied into it. The engines share
+`serve.mjs`.
 """
 
 from __future__ import annotations
@@ -22,22 +22,24 @@ _EXPORTED = re.compile(r"^export (?:async )?(?:const|function|class) (\w+)", re.
 
 
 class NpmAdapter(ProgramAdapter):
-    """An engine of a folder next to this file, which is written as a program, too."""
+    """An engine in a folder next to this file. The engine's world can also be written as a program."""
 
     def __init__(self, manifest: Path) -> None:
         super().__init__(load_manifest(manifest), manifest.resolve().parent)
         self._source = manifest.resolve().with_name("engine.mjs")
 
     def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-        """Return the world that the engine's program sets up, as a program of its own (`api.CodedAdapter`).
+        """Return a program that builds the same world as the engine's program (`api.CodedAdapter`).
 
         Raises:
             OSError: The sources of the adapter's program can't be read.
         """
-        return write_code(self._source.read_text(encoding="utf-8"), _shared(self._source), scene, settings, heading)
+        return write_code(
+            self._source.read_text(encoding="utf-8"), _find_exports(self._source), scene, settings, heading
+        )
 
 
-def _shared(source: Path) -> Mapping[str, str]:
+def _find_exports(source: Path) -> Mapping[str, str]:
     """Return the exports of `serve.mjs`, each with its comment, by name."""
     pieces = (source.parents[1] / "serve.mjs").read_text(encoding="utf-8")
     found = ((_EXPORTED.search(piece), piece) for piece in re.split(r"\n\n(?=//)", pieces.rstrip("\n")))
@@ -47,12 +49,12 @@ def _shared(source: Path) -> Mapping[str, str]:
 def write_code(
     source: str, shared: Mapping[str, str], scene: Scene, settings: Mapping[str, Setting], heading: str
 ) -> str:
-    """Return a program's source without its protocol, with all that it takes from others, and a scene."""
+    """Return a program's source without its protocol, with everything that it imports, and with a scene."""
     taken, served = _IMPORTED.search(source), _SERVED.search(source)
     if taken is None or served is None:
-        raise ValueError("the program does not import from serve.mjs, or serves no world")
+        raise ValueError("the program does not import from serve.mjs, or has no world")
     wanted = [name for name in taken[1].split(", ") if name != "serve"]
-    for name in wanted:  # and what these need, which is found as it is added
+    for name in wanted:  # names that these need are found as they are added
         wanted += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in wanted]
     helpers = "\n\n".join(piece for name, piece in shared.items() if name in wanted)
     body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")
@@ -81,7 +83,7 @@ position_m.forEach((place, i) => console.log([...place, ...velocity_m_s[i], spin
 
 
 def _listed(value: object) -> str:
-    """Return a value as JSON, a line for each body of a list of them."""
+    """Return a value as JSON, with one line for each body in a list of bodies."""
     if isinstance(value, list) and value and isinstance(value[0], dict):
         return "[\n" + "".join(f"    {json.dumps(one)},\n" for one in value) + "  ]"
     return json.dumps(value)

@@ -1,4 +1,4 @@
-"""Adapter of ODE, the Open Dynamics Engine, as Panda3D's wheel brings it: three dimensions, 32-bit floats."""
+"""Adapter of ODE, the Open Dynamics Engine, from Panda3D's wheel: three dimensions, 32-bit floats."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "ODE's defaults: all as shipped, with the scene's restitution, without friction, and by the "
-            "stepper that solves each step exactly.",
+            "ODE's defaults with the scene's restitution, without friction, and with the stepper that solves each step "
+            "exactly.",
             _default,
             changed={
                 "bounce": OF_THE_SCENE,
                 "mu": OF_THE_SCENE,
-                "mode": "contacts that bounce: without the flag ODE has no restitution at all",
+                "mode": "contacts that bounce: without this flag ODE has no restitution",
             },
         ),
         "tuned": tuned("contacts without softness, and overlaps that are not pushed apart", _tuned),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from carom.engines.api import Capabilities, ContactTimes
 
-#: ``cfm`` and ``erp`` are of the world, ``stepper`` is its method that takes a step, and ``quick_step_iterations`` are
-#: of the second of those. What a profile leaves out stays as it is shipped.
+#: ``cfm`` and ``erp`` belong to the world, ``stepper`` is its method that takes a step, and ``quick_step_iterations``
+#: belong to the second stepper. Settings that a profile omits keep ODE's defaults.
 SETTINGS = ("cfm", "erp", "quick_step_iterations", "stepper")
 STEPPERS = ("step", "quickStep")
 
-#: ODE divides velocities by the step, and ends the process where that overflows its 32 bits, at 2**128: a shorter step,
-#: to which a bisection comes where bodies touch at once, is taken as this one.
+#: ODE divides velocities by the step, and ends the process if that overflows its 32 bits, at 2**128. A shorter step is
+#: replaced by this one. A bisection reaches such a step if bodies touch at once.
 LEAST_STEP_S = 2.0**-100
 
 CAPABILITIES = Capabilities(

@@ -9,7 +9,7 @@ from carom_adapters.shared.settings_code import PYTHON_END, arguments, comment, 
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return a program that builds the same world as `OdeWorld`, which has checked scene and settings."""
+    """Return a program that builds the same world as `OdeWorld`. Scene and settings are checked before."""
     lines = []
     for disc in scene.discs:
         given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}

@@ -23,7 +23,7 @@ from carom_adapters.ode.limits import CAPABILITIES, LEAST_STEP_S, SETTINGS, STEP
 
 
 class OdeWorld:
-    """One `OdeWorld` of spheres in a hash space, which nothing turns and nothing moves out of the plane."""
+    """One `OdeWorld` of spheres in a hash space. Nothing turns the spheres or moves them out of the plane."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("ODE", scene, settings, SETTINGS, words={"stepper": STEPPERS})
@@ -56,18 +56,18 @@ class OdeWorld:
             else:
                 geom.setBody(body)
                 self._put(body, disc.position_m, disc.velocity_m_s)
-            self._known(geom, i)
+            self._register(geom, i)
         for k, wall in enumerate(scene.half_planes()):
             (nx, ny), (x, y) = wall.normal, wall.point_m
-            self._known(ode.OdePlaneGeom(self._space, core.LVecBase4f(nx, ny, 0.0, nx * x + ny * y)), wall_body(k))
-        #: Contacts of the last step: the joint, its bodies and the normal, from the second to the first.
+            self._register(ode.OdePlaneGeom(self._space, core.LVecBase4f(nx, ny, 0.0, nx * x + ny * y)), wall_body(k))
+        #: Contacts of the last step: the joint, its bodies, and the normal from the second to the first.
         self._met: list[tuple[Any, int, int, tuple[float, float]]] = []
 
-    def _known(self, geom: Any, number: int) -> None:
+    def _register(self, geom: Any, number: int) -> None:
         self._geoms[number], self._number[geom.getId().this] = geom, number
 
     def _surface(self, restitution: float) -> Any:
-        surface = self._ode.OdeSurfaceParameters()  # without friction, and without a threshold of bouncing
+        surface = self._ode.OdeSurfaceParameters()  # without friction and without a velocity threshold
         surface.setMode(self._ode.OdeSurfaceParameters.MFContactBounce)
         surface.setBounce(restitution)
         return surface
@@ -85,7 +85,7 @@ class OdeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from ODE; the stepper is a method, and as called."""
+        """The settings, read back from ODE. The stepper is the method that is called."""
         return {
             "dt_s": self._clock.dt_s,
             "cfm": self._world.getCfm(),
@@ -95,7 +95,7 @@ class OdeWorld:
         }
 
     def _meet(self, _: Any, first: Any, second: Any) -> None:
-        """Make a joint of each contact of two geoms, as ODE's callback does."""
+        """Make a joint for each contact of two geoms, as ODE's callback does."""
         a, b = self._number[first.getId().this], self._number[second.getId().this]
         if all(k < 0 or self._bodies[k] is None for k in (a, b)):
             return
@@ -111,19 +111,19 @@ class OdeWorld:
             self._met.append((joint, a, b, (nx, ny)))
 
     def advance(self, steps: int) -> None:
-        """Take steps: contacts are found and answered at the start of each, and their joints let go before the next."""
+        """Take steps. Contacts are found and solved at the start of each, and joints are released before the next."""
         for _ in range(steps):
-            self._let_go()
+            self._release_joints()
             self._space.collide("", self._meet)
             self._step(max(self._clock.dt_s, LEAST_STEP_S))
         self._clock.count(steps)
 
-    def _let_go(self) -> None:
+    def _release_joints(self) -> None:
         self._met = []
         self._group.empty()
 
     def observe(self) -> Observation:
-        """Read every body, and the contacts that the last step answered, at its start."""
+        """Read every body, and the contacts that the last step solved at its start."""
         position, velocity = self._still.copy(), np.zeros_like(self._still)
         for i, body in enumerate(self._bodies):
             if body is not None:
@@ -134,19 +134,20 @@ class OdeWorld:
         found = []
         for joint, a, b, normal in self._met:
             told = joint.getFeedback()
-            # The force on one of the two; of a joint to the world alone ODE keeps the moved body's as the first.
+            # The force on one of the two bodies. For a joint with the world alone, ODE stores the moved body's force
+            # first.
             fx, fy, _ = told.getForce1()
             impulse = abs(fx * normal[0] + fy * normal[1]) * self._clock.dt_s
-            if impulse > 0.0:  # a contact of bodies that part already pushes nothing
+            if impulse > 0.0:  # a contact of separating bodies has no effect
                 found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
         return found
 
     def cut(self, dt_s: float) -> None:
-        """Take steps of another length from here on."""
+        """Set the length of the following steps."""
         self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that ODE's own collision finds to overlap."""
+        """Return the pairs that overlap by ODE's own collision."""
         pairs = set()
 
         def near(_: Any, first: Any, second: Any) -> None:
@@ -157,14 +158,14 @@ class OdeWorld:
         return frozenset(pair for pair in pairs if pair[0] >= 0)
 
     def save(self) -> object:
-        """Return positions and velocities, which are all of a state of bodies that nothing turns."""
+        """Return positions and velocities. Nothing else belongs to a state, since nothing turns."""
         states = [
             None if body is None else (_plane(body.getPosition()), _plane(body.getLinearVel())) for body in self._bodies
         ]
         return (self._clock.now_s, states)
 
     def restore(self, state: Any) -> None:
-        """Put positions and velocities back."""
+        """Restore positions and velocities."""
         time_s, states = state
         self._clock.restart(time_s)
         for body, held in zip(self._bodies, states, strict=True):
@@ -172,8 +173,8 @@ class OdeWorld:
                 self._put(body, *held)
 
     def close(self) -> None:
-        """Release joints, bodies and world, which Panda3D does not free by itself."""
-        self._let_go()
+        """Release joints, bodies and world, which Panda3D does not free."""
+        self._release_joints()
         for geom in self._geoms.values():
             geom.destroy()
         for body in self._bodies:

@@ -15,13 +15,13 @@ from carom_adapters.pybullet.settings_code import write_code
 from carom_adapters.pybullet.world import PybulletWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: Bullet's points and normals of cylinders are a little off: a velocity along a row, by up to 2.4e-4 of the greatest
-#: (a cradle with gaps, at 240 steps a second).
+#: Bullet's points and normals of cylinders are a little off: velocities along a row differ by up to 2.4e-4 of the
+#: greatest (for a cradle with gaps, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
-    # 0.04 of each is shipped, which takes 3 of 10 rad/s in a second.
+    # The default of each is 0.04, which removes 3 of 10 rad/s in a second.
     return {"dt_s": dt_s, "linearDamping": 0.0, "angularDamping": 0.0}
 
 
@@ -29,23 +29,23 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
         "linearDamping": 0.0,
-        # A multibody, the default, clamps its speed at 100 m/s, and its spin at 100 rad/s, and ignores continuous
-        # detection. With maximal coordinates spin is not damped.
+        # A multibody, the default, clamps its speed at 100 m/s and its spin at 100 rad/s, and ignores continuous
+        # detection. Maximal coordinates do not damp spin.
         "useMaximalCoordinates": True,
-        # Bullet adds erp * depth / dt to the bounce (0.08 is shipped).
+        # Bullet adds erp * depth / dt to the bounce (0.08 is the default).
         "contactERP": 0.0,
-        # Contacts are solved where bodies overlap, rather than from 0.02 m away, and from the first overlap on.
+        # Contacts are solved if bodies overlap, from the first overlap on, and not already 0.02 m before.
         "contactProcessingThreshold": 0.0,
         "contactSlop": 0.0,
-        # Slower contacts than this are made inelastic (0.2 m/s is shipped).
+        # Slower contacts than this are made inelastic (0.2 m/s is the default).
         "restitutionVelocityThreshold": 0.0,
         # Shared contacts are solved in an order that does not depend on addresses.
         "deterministicOverlappingPairs": 1,
-        # All iterations are done, even if the residual is small; otherwise shared contacts lose energy.
+        # All iterations are done, even if the residual is small. Otherwise shared contacts lose energy.
         "solverResidualThreshold": 0.0,
         "numSolverIterations": 50,
-        # For a disc that starts so fast that it moves by more than its radius in one step, which without it may pass
-        # through another. Not for all discs: one that is only made fast by an impact is then swept into walls and
+        # A disc that starts so fast that it moves by more than its radius in one step may otherwise pass through
+        # another. Not all discs are swept: a disc that only an impact makes fast is then swept into walls and
         # neighbours that it already touches, and gains energy (eightfold in Galperin's billiard at 60 steps a second).
         # A swept sphere as large as the disc stops it before the two overlap, and the contact is then lost.
         "ccd_radius_fraction": 0.95,
@@ -57,7 +57,8 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 
 def _cylinder(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, of which Bullet keeps single points, off the middle: free to turn, they tip over.
+    # Cylinders touch along a line, but Bullet keeps only single points of it, off the middle. Cylinders that can turn
+    # tip over.
     return {**_tuned(dt_s), "shape": "cylinder", "turn": False}
 
 
@@ -89,8 +90,8 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "PyBullet's defaults: all as shipped (a clamp of 100 m/s and rad/s included), but undamped "
-            "and with the scene's restitution and friction.",
+            "PyBullet's defaults (with a clamp of 100 m/s and rad/s), but undamped and with the scene's restitution "
+            "and friction.",
             _default,
             capabilities=replace(
                 CAPABILITIES,
@@ -106,18 +107,18 @@ adapter = EngineAdapter(
                 "angularDamping": "undamped: a scene has no air",
             },
         ),
-        "tuned": tuned("overlaps alone are solved and never pushed apart, and fast discs are swept", _tuned),
-        # A swept disc is stopped inside the other by Bullet itself, which leaves no instant to be found.
+        "tuned": tuned("only overlaps are solved, and never pushed apart, and fast discs are swept", _tuned),
+        # Bullet itself stops a swept disc inside the other, which leaves no instant to find.
         "located": located("Bullet's own collision detection", _no_ccd, but=" without sweeping"),
         "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
         "cylinder": Profile(
-            "The tuned settings with cylinders for spheres, kept from tipping over by infinite moments of inertia "
-            "(Carom's own measurements).",
+            "The tuned settings with cylinders instead of spheres. Infinite moments of inertia keep the "
+            "cylinders from tipping over (Carom's own measurements).",
             _cylinder,
             CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
-            "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
+            "The tuned settings with cylinders instead of spheres. The cylinders can turn, so they tip over.",
             _cylinder_plain,
         ),
     },

@@ -14,7 +14,7 @@ from carom.engines.api import (
     require_supported,
 )
 
-#: Arguments of `setPhysicsEngineParameter`, by PyBullet's own names. ``contactBreakingThreshold`` is not among them: it
+#: Arguments of `setPhysicsEngineParameter`, by PyBullet's names. ``contactBreakingThreshold`` is not among them: it
 #: belongs to the process, and a world must not change the next one.
 WORLD_SETTINGS = (
     "numSolverIterations",
@@ -26,45 +26,45 @@ WORLD_SETTINGS = (
     "deterministicOverlappingPairs",
 )
 
-#: Arguments of `changeDynamics` for every body, by PyBullet's own names.
+#: Arguments of `changeDynamics` for every body, by PyBullet's names.
 BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold")
 
 #: Arguments of other functions: of `createMultiBody`; and `ccdSweptSphereRadius` over the disc's radius, 0 for none.
-#: ``shape`` is one of `SHAPES`, a cylinder as high as it is wide; a disc that may ``turn`` has its shape's
-#: moments of inertia, and otherwise infinite ones.
+#: ``shape`` is one of `SHAPES`; a cylinder is as high as it is wide. With ``turn`` a disc has its shape's moments of
+#: inertia, and otherwise infinite ones.
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
 SHAPES = ("sphere", "cylinder")
 
-#: Bullet's SIMD_EPSILON is 2.2e-16. It takes a step below that for none, a body with 1/mass below that for static, and
-#: gives discs that are closer than that a normal of its own.
+#: Bullet's SIMD_EPSILON is 2.2e-16. Bullet ignores a step below this constant, and treats a body with 1/mass below it
+#: as static. Bullet invents a normal for discs closer than this constant.
 SHORTEST_STEP_S = 1e-15
 LARGEST_MASS_KG = 1e15
 SMALLEST_RADIUS_M = 1e-15
 
-#: PyBullet takes a value below these for "not given", and says nothing.
+#: PyBullet silently treats a value below these as not given.
 LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {
     "numSolverIterations": 1,
     "dt_s": SHORTEST_STEP_S,
 }
 
-#: Below this a quotient of masses may leave the range of 64-bit floats.
+#: Below this, a quotient of masses may leave the range of 64-bit floats.
 SMALLEST_MASS_KG = 1e-100
 
-#: Bullet drops a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2, reaches
-#: 1e12 (`btCollisionWorld::updateSingleAabb`); the box is a contact margin larger than the body.
+#: Bullet removes a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2, reaches
+#: 1e12 (`btCollisionWorld::updateSingleAabb`). The box is larger than the body by a contact margin.
 LARGEST_RADIUS_M = 2.8e5
 
 #: A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
 LARGEST_COORDINATE_M = 1e17
 
-#: As shipped, a body is a multibody, which is clamped to the first of these speeds (its m_maxCoordinateVelocity), and
-#: contacts slower than the second are made inelastic (restitutionVelocityThreshold). Its spin has the same clamp.
+#: By default a body is a multibody. A multibody's speed is clamped to the first limit (m_maxCoordinateVelocity), and
+#: its spin has the same clamp. Contacts slower than the second are made inelastic (restitutionVelocityThreshold).
 SHIPPED_SPEED_CLAMP_M_S = 100.0
 SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 
-#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
-#: over its inertia: of discs 200 radii from the origin, 1e-8 of a spin here.
+#: A contact point is off the line of centres by the rounding of its coordinates. The push there turns a disc, inversely
+#: to its inertia: with this factor by 1e-8 of its spin, for discs 200 radii from the origin.
 LEAST_INERTIA_FACTOR = 1e-6
 
 #: MAX_FRICTION, to which the product of two bodies' coefficients is clamped (`btManifoldResult`).
@@ -109,11 +109,11 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
             for velocity in (leg.velocity for leg in body.drive.legs if body.driven):
                 if max(map(abs, velocity)) > SHIPPED_SPEED_CLAMP_M_S:
                     most = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
-                    raise AdapterError(f"PyBullet: {name}[{i}] is driven at {velocity}, and it clamps that to {most}")
+                    raise AdapterError(f"PyBullet: {name}[{i}] is driven at {velocity}, which Bullet clamps to {most}")
     if scene.wall_rolling_resistance and len(radii := {d.radius_m for d in scene.discs if not d.immovable}) > 1:
         raise AdapterError(
-            f"PyBullet: wall_rolling_resistance is a torque by radius, and a wall of Bullet's has one for all discs; "
-            f"there are radii from {min(radii):g} to {max(radii):g} m"
+            f"PyBullet: wall_rolling_resistance times a radius is a torque; Bullet's walls have one for all discs, "
+            f"but radii are {min(radii):g} to {max(radii):g} m"
         )
     for i, disc in enumerate(scene.discs):
         if disc.driven and disc.spin_rad_s and not disc.drive.stands:

@@ -16,7 +16,7 @@ CYLINDER_TIPS = 7 / 12
 
 
 def capsule_of(a: Point, b: Point) -> tuple[float, Point, list[float]]:
-    """Return the length, the middle and the quaternion of a capsule from a to b: Bullet builds it along z."""
+    """Return the length, the middle and the rotation of a capsule from a to b. Bullet builds capsules along z."""
     length = math.dist(a, b)
     x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
     half = math.sqrt(0.5)
@@ -24,23 +24,23 @@ def capsule_of(a: Point, b: Point) -> tuple[float, Point, list[float]]:
 
 
 def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
-    """Return the moments of inertia of a movable disc; None for one that nothing can turn, which keeps its shape's."""
+    """Return the moments of inertia of a movable disc; None if nothing can turn it, so that it keeps its shape's."""
     cylinder, free, turns = settings.get("shape") == "cylinder", bool(settings.get("turn", True)), scene.arrays.turns
     if free and not turns:
         return None
-    # 0 is how Bullet spells an infinite moment.
+    # For Bullet, 0 is an infinite moment.
     factor = disc.inertia_factor if turns and math.isfinite(disc.inertia_factor) else 0.0
-    # With 0 about the two other axes no impact turns a multibody; and a sphere has no use for it.
+    # With 0 about the two other axes no impact turns a multibody. A sphere does not need this.
     tips = CYLINDER_TIPS if cylinder else factor
     scale = disc.mass_kg * disc.radius_m**2
     return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
 
 
 def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
-    """Return the settings of every body, with a scene's damping instead of those of the settings.
+    """Return the settings of every body. A scene's damping replaces the damping in the settings.
 
-    With maximal coordinates Bullet's number is what a second takes of a speed. A multibody's is the rate c of
-    ``v' = -c v (1 + |v|)``, which is no linear damping.
+    With maximal coordinates Bullet's number is the fraction of a speed that is lost in a second. A multibody's number
+    is the rate c of ``v' = -c v (1 + |v|)``, which is not linear damping.
     """
     dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
     if scene.damping_per_s:
@@ -51,9 +51,9 @@ def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Sett
 
 
 def resistance_of(scene: Scene, disc_friction: float) -> float:
-    """Return the rolling friction of a wall, so that the torque on a disc is at most c R times the push.
+    """Return the rolling friction of a wall with which the torque on a disc is at most c R times the push.
 
-    Bullet takes each body's times the other's friction, in metres, and adds the two; discs have none.
+    Bullet multiplies each body's value, in metres, by the other's friction, and adds the two. Discs have none.
     """
     if not scene.wall_rolling_resistance:
         return 0.0
@@ -63,11 +63,11 @@ def resistance_of(scene: Scene, disc_friction: float) -> float:
 
 
 def structure_of(scene: Scene, settings: Mapping[str, Setting]) -> object:
-    """Return a scene without the start states of its movable discs; None for one that must be rebuilt.
+    """Return a scene without the start states of its movable discs; None if the scene must be rebuilt.
 
-    Bullet stores state that cannot be reset. With three bodies or more it keeps the order in which pairs came near, and
-    solves shared contacts in that order, which changes the last bits. It also keeps contact points of cylinders and
-    planes. After a run in which a disc rolled, a contact point slightly off its line turns it in the next run.
+    Bullet stores state that cannot be reset. With three bodies or more Bullet keeps the order in which pairs came near,
+    and solves shared contacts in that order, which changes the last bits. Bullet also keeps contact points of cylinders
+    and planes. After a run in which a disc rolled, a contact point slightly off its line turns it in the next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
     if len(scene.discs) > 2 or scene.walls or not plain:

@@ -11,7 +11,7 @@ from carom_adapters.shared.legs import Driven, first_velocity, legs_by_step, pyt
 from carom_adapters.shared.settings_code import arguments, comment, steps_of
 from carom_adapters.shared.walls import cut_chain, factored_walls, thickness_of
 
-#: Bullet takes each body's times the other's friction, in metres: discs have none.
+#: Bullet multiplies each body's value, in metres, by the other's friction. Discs have none.
 ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, metres\n"
 
 
@@ -25,7 +25,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     world = {"fixedTimeStep": dt_s} | {name: settings[name] for name in WORLD_SETTINGS if name in settings}
     dynamics = dynamics_of(scene, settings)
     lines = []
-    starts: list[Driven] = []  # in the order of the program's
+    starts: list[Driven] = []  # in the order of the program
     for disc in scene.discs:
         given: dict[str, object] = {}
         if disc.driven:
@@ -34,7 +34,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
             given = {"mass": disc.mass_kg, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
             if (moments := moments_of(scene, settings, disc)) is not None:
                 given["inertia"] = moments
-            if ccd_fraction > 0 and is_fast(disc, dt_s):  # moves by more than its radius in a step
+            if ccd_fraction > 0 and is_fast(disc, dt_s):  # the disc moves by more than its radius in a step
                 given["swept_radius"] = ccd_fraction * disc.radius_m
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
         starts += [disc] if disc.driven or not disc.immovable else []
@@ -43,9 +43,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         lines += made
         starts += [wall] * len(made) if wall.driven else []
     if turns and maximal:
-        lines.append(
-            "pybullet.stepSimulation()  # a changed inertia counts from the next step on: all are at rest in this one"
-        )
+        lines.append("pybullet.stepSimulation()  # applies the changed inertia; all bodies are at rest in this step")
     if scene.gravity_m_s2 != (0.0, 0.0):
         lines.append(f"pybullet.setGravity({scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0)")
     resists = scene.wall_rolling_resistance > 0.0

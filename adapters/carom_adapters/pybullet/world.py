@@ -1,4 +1,4 @@
-"""World of Bullet: builds a scene in a client of its own, takes steps, and reads states and contacts."""
+"""World of Bullet: builds a scene in its own client, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 
@@ -46,30 +46,30 @@ from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 
-#: Type of a body with maximal coordinates in `getDynamicsInfo` (its last but one value); 2 is a multibody.
+#: Type of a body with maximal coordinates in `getDynamicsInfo` (its last value but one). A multibody has 2.
 RIGID_BODY = 1
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
-#: The client of a closed world, by the parts that can't be reset. There is only one, because each takes 29 MB, which
-#: the system allocates more slowly than Bullet empties it.
+#: The client of a closed world, by the parts that can't be reset. Only one is kept, because each takes 29 MB, which the
+#: system allocates more slowly than Bullet empties a client.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
 class PybulletWorld:
-    """One PyBullet client of its own, in this process and without a window."""
+    """One PyBullet client, in this process and without a window."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
         self._asked = dict(settings) | dynamics_of(scene, settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
-        # Cylinders turn out of the plane; of a sphere that is deep in a box GJK's normals point out of it.
+        # Cylinders turn out of the plane. If a sphere is deep in a box, GJK's normals point out of the plane.
         turns_over = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
         self._leans = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
-        # A disc that the scene has at the clamp already was not slowed down to it.
+        # A disc that already has the clamp's speed in the scene was not slowed down to it.
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
@@ -78,19 +78,19 @@ class PybulletWorld:
         self._movable: list[int] = []
         self._number: dict[int, int] = {}
         self._driven: list[tuple[int, Driven]] = []
-        self._legs = Legs[tuple[int, float]]()  # of bodies with their spins
+        self._legs = Legs[tuple[int, float]]()  # bodies with their spins
         self._pieced = find_walls_in_pieces(scene)
         is_built = False
         if not _KEPT:
             self._client = self._bullet.connect(self._bullet.DIRECT)
             if self._client < 0:
-                raise AdapterError("PyBullet gave no client; are there worlds that were not closed?")
+                raise AdapterError("PyBullet returned no client; were all earlier worlds closed?")
         else:
             key, (self._client, discs, movable, number) = _KEPT.popitem()
             is_built = key is not None and key == self._key
             if is_built:
                 self._discs, self._movable, self._number = discs, movable, number
-                # Its step may have been cut.
+                # The step of a reused client may have been cut.
                 self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
             else:
                 self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument is flags
@@ -119,14 +119,14 @@ class PybulletWorld:
         bullet, client, asked = self._bullet, self._client, self._asked
         world = {name: asked[name] for name in WORLD_SETTINGS if name in asked}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
-        disc_restitution, disc_friction, of_walls = factored_walls(scene)  # 0.5 of friction is shipped
+        disc_restitution, disc_friction, of_walls = factored_walls(scene)  # the default friction is 0.5
         ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
         for i, disc in enumerate(scene.discs):
             kind = bullet.GEOM_CYLINDER if asked.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
             shape = bullet.createCollisionShape(
                 kind, radius=disc.radius_m, height=2 * disc.radius_m, physicsClientId=client
             )
-            mass = 0.0 if disc.immovable else disc.mass_kg  # 0 is how Bullet spells immovable
+            mass = 0.0 if disc.immovable else disc.mass_kg  # for Bullet, 0 is immovable
             body = self._add(shape, mass, disc.position_m, disc_restitution, disc_friction, driven=disc.driven)
             if disc.driven:
                 self._driven.append((body, disc))
@@ -177,7 +177,7 @@ class PybulletWorld:
             self._bullet.changeDynamics(
                 body,
                 -1,
-                mass=disc.mass_kg,  # which must be set again with it
+                mass=disc.mass_kg,  # must be set again together with the inertia
                 localInertiaDiagonal=moments,
                 physicsClientId=self._client,
             )
@@ -204,7 +204,7 @@ class PybulletWorld:
             physicsClientId=client,
         )
         dynamics = {name: asked[name] for name in BODY_SETTINGS if name in asked}
-        # -1 is the body's base, which is all there is of a body without links.
+        # -1 is the body's base. A body without links has nothing else.
         bullet.changeDynamics(
             body, -1, restitution=restitution, lateralFriction=friction, physicsClientId=client, **dynamics
         )
@@ -212,7 +212,7 @@ class PybulletWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings; the few that PyBullet reports are read back from it."""
+        """The settings. Settings that PyBullet reports are read back from it."""
         world = self._bullet.getPhysicsEngineParameters(self._client)
         body = self._bullet.getDynamicsInfo((self._movable or self._discs)[0], -1, self._client)
         return self._asked | {
@@ -223,7 +223,7 @@ class PybulletWorld:
         }
 
     def advance(self, steps: int) -> None:
-        """Call `stepSimulation` this many times; between steps driven bodies start their legs."""
+        """Call `stepSimulation` this many times. Between steps driven bodies start their legs."""
         step, client = self._bullet.stepSimulation, self._client
         for count in self._legs.step_counts(steps):
             for (body, spin), velocity in self._legs.start_due(self._clock.now_s):
@@ -249,12 +249,12 @@ class PybulletWorld:
         return Observation(position, now, contacts, self._warning(now, spin), spin)
 
     def _warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
-        # After an impact or a fall made a body too fast, it is too late to refuse. Bullet clamps x and y each on its
-        # own.
+        # When an impact or a fall has made a body too fast, it is too late to refuse the scene. Bullet clamps x and y
+        # separately.
         if self._asked.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
-        if np.count_nonzero(clamped):  # an `any` in a fifth of its time, after every step
+        if np.count_nonzero(clamped):  # takes a fifth of the time of `any`, after every step
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
                 f"disc {int(clamped.any(axis=1).argmax())} has reached that"
@@ -274,12 +274,12 @@ class PybulletWorld:
 
     def _contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
-        # Bullet solves the contacts that are closer than this; its own default is beyond any distance.
+        # Bullet solves the contacts that are closer than this. Bullet's default is beyond any distance.
         solved_below = float(self._asked.get("contactProcessingThreshold", math.inf))
         found = []
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
             body_a, body_b, normal_from_b_to_a, distance, force = point[1], point[2], point[7], point[8], point[9]
-            # A contact with a plane outlives its overlap, and keeps the force of the last step in which it was solved.
+            # A contact with a plane outlasts its overlap, and keeps the force of the last step in which it was solved.
             if force <= 0 or distance > solved_below:
                 continue
             normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s
@@ -298,13 +298,13 @@ class PybulletWorld:
         return float(nx * y - ny * x) * self._clock.dt_s
 
     def cut(self, dt_s: float) -> None:
-        """Take steps of another length from here on."""
+        """Set the length of the following steps."""
         self._clock.cut(dt_s)
         self._bullet.setPhysicsEngineParameter(fixedTimeStep=dt_s, physicsClientId=self._client)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that Bullet's collision detection finds to overlap where the bodies are now."""
-        self._contacts_of_step()  # the detection would overwrite them
+        """Return the pairs that overlap by Bullet's own collision detection, at the present positions."""
+        self._contacts_of_step()  # the detection would overwrite these contacts
         self._bullet.performCollisionDetection(self._client)
         found = set()
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
@@ -313,7 +313,7 @@ class PybulletWorld:
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins, which with these settings are all of a state."""
+        """Return positions, velocities and spins. With these settings nothing else belongs to a state."""
         bullet, client = self._bullet, self._client
         bodies = [
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))
@@ -322,7 +322,7 @@ class PybulletWorld:
         return (self._clock.now_s, bodies, self._legs.started)
 
     def restore(self, state: Any) -> None:
-        """Put positions, velocities and spins back."""
+        """Restore positions, velocities and spins."""
         bullet, client = self._bullet, self._client
         time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
@@ -331,7 +331,7 @@ class PybulletWorld:
             bullet.resetBaseVelocity(body, *velocity, client)
 
     def close(self) -> None:
-        """Keep the client for the next world, instead of the one kept before.
+        """Keep the client for the next world, instead of the client that was kept before.
 
         A client that is dropped without being disconnected keeps its memory until the process ends.
         """

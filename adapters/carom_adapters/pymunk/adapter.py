@@ -20,17 +20,18 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         # Simultaneous contacts are solved by iteration. A break of ten discs gains 2e-7 of its energy with pymunk's
         # default of 10 iterations, and 2e-14 with 20.
         "iterations": 20,
-        # Chipmunk pushes overlapping bodies apart, in addition to the bounce. This is the fraction of an overlap that
-        # is left after a second, so with 1 bodies are never pushed.
+        # Chipmunk pushes overlapping bodies apart, in addition to the bounce. The setting is the fraction of an overlap
+        # that is left after a second, so with 1 bodies are never pushed.
         "collision_bias": 1.0,
-        # A disc that slides over the joint of two segments catches on it, unless they know each other.
+        # A disc that slides over the joint of two segments catches on it, unless each segment has the other as its
+        # neighbour.
         NEIGHBORS: 1,
     }
 
 
 adapter = EngineAdapter(
     name="pymunk",
-    # 5.4.1 reports no contacts to the adapter, although it bounces; 5.7.0 does.
+    # Release 5.4.1 reports no contacts to the adapter, although bodies bounce; 5.7.0 does.
     engine=Engine(
         "pymunk",
         module="pymunk",
@@ -48,7 +49,7 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "pymunk's defaults: all as shipped (no damping), with the scene's restitution and friction.",
+            "pymunk's defaults (without damping), with the scene's restitution and friction.",
             _default,
             changed={"elasticity": OF_THE_SCENE, "friction": OF_THE_SCENE, "moment": NOT_TURNED},
         ),

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from carom.engines.api import Capabilities, ContactTimes, Scene, Setting, Stamp, require_sound, require_supported
 
-#: Attributes of `pymunk.Space`, by pymunk's own names. Those that a profile omits keep pymunk's defaults.
+#: Attributes of `pymunk.Space`, by pymunk's own names. Attributes that a profile omits keep pymunk's defaults.
 SPACE_SETTINGS = (
     "iterations",
     "damping",
@@ -43,7 +43,7 @@ CAPABILITIES = Capabilities(
     driven_walls=True,
     driven_discs=True,
     legs=True,
-    belts=True,  # half-planes only: `surface_velocity` is one vector, and the far side of an edge runs backwards
+    belts=True,  # half-planes only: `surface_velocity` is one vector, so the far side of an edge would run backwards
     gravity=True,
     damping=True,
     table_friction=True,

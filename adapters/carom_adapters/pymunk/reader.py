@@ -39,7 +39,7 @@ _ADMITTED = {
             "SimpleMotor",
         )
     ),
-    # Objects in the two oldest protocols, and containers without an opcode of their own there.
+    # Objects in the two oldest protocols, and containers for which these have no opcode.
     ("copyreg", "_reconstructor"),
     *(("builtins", name) for name in ("object", "tuple", "list", "dict", "set", "frozenset")),
 }
@@ -51,7 +51,7 @@ class _Unpickler(pickle.Unpickler):
         known = {"__builtin__": "builtins", "copy_reg": "copyreg"}.get(module, module)
         if (known, name) not in _ADMITTED:
             raise AdapterError(
-                f"the file asks for {module}.{name}, which is neither pymunk's nor a plain type: it is not read further"
+                f"the file contains {module}.{name}, which is neither a type of pymunk nor a plain type; reading stops"
             )
         return super().find_class(known, name)
 
@@ -70,14 +70,14 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     except AdapterError:
         raise
     except Exception as error:  # invalid bytes can cause any exception in the unpickler and in pymunk
-        raise AdapterError(f"it is no pickle of a pymunk.Space: {type(error).__name__}: {error}") from error
+        raise AdapterError(f"it is not a pickle of a pymunk.Space: {type(error).__name__}: {error}") from error
     if not isinstance(space, pymunk.Space):
-        raise AdapterError(f"it holds a {type(space).__name__}, where a pymunk.Space must be")
+        raise AdapterError(f"it contains a {type(space).__name__} instead of a pymunk.Space")
     return _Reading(space).scene(name, duration_s)
 
 
 class _Reading:
-    """Reads a space: first discs, since the side of a wall depends on their positions."""
+    """Reads a space. Discs are read first, since the side of a wall depends on their positions."""
 
     def __init__(self, space: pymunk.Space) -> None:
         self.space = space
@@ -123,7 +123,7 @@ class _Reading:
 
     def _read_circle(self, shape: pymunk.Circle, k: int) -> None:
         body = shape.body
-        assert body is not None  # noqa: S101 - `_stays` has looked
+        assert body is not None  # noqa: S101 - `_stays` has checked this
         place = tuple(body.local_to_world(shape.offset))
         if body.body_type != body.DYNAMIC:
             self.discs.append((shape, Disc(position_m=place, radius_m=shape.radius, mass_kg=math.inf)))
@@ -133,11 +133,11 @@ class _Reading:
             return
         factor = body.moment / (body.mass * shape.radius**2)
         if 1.0 < factor < math.inf:
-            self.dropped.append(f"of shape {k}, a Circle: its moment of inertia, {factor:g} m r^2, is cut to m r^2")
+            self.dropped.append(f"shape {k}, a Circle: its moment of inertia, {factor:g} m r^2, is reduced to m r^2")
             factor = 1.0
         spin = body.angular_velocity
         if math.isinf(factor) and spin != 0.0:
-            self.dropped.append(f"of shape {k}, a Circle: its spin, which an infinite moment of inertia would keep")
+            self.dropped.append(f"shape {k}, a Circle: its spin is ignored, since its moment of inertia is infinite")
             spin = 0.0
         disc = Disc(
             position_m=place,
@@ -151,19 +151,19 @@ class _Reading:
 
     def _read_wall(self, shape: pymunk.Shape, k: int) -> None:
         body, what = shape.body, f"shape {k}, a {type(shape).__name__}"
-        assert body is not None  # noqa: S101 - `_stays` has looked
+        assert body is not None  # noqa: S101 - `_stays` has checked this
         if body.body_type == body.DYNAMIC:
-            self.dropped.append(f"{what}: it moves, and scenes have no movable body but discs")
+            self.dropped.append(f"{what}: it moves, and only discs can move in scenes")
             return
         wall = wall_towards([disc for _, disc in self.discs], _faces(shape))
         if wall is None:
             self.dropped.append(f"{what}: a disc is inside it or behind each of its faces, and a wall is a half-plane")
             return
         self.walls.append((shape, wall))
-        self.dropped.append(f"of {what}: its ends; it is the face towards the discs, without end")
+        self.dropped.append(f"{what}: only its face towards the discs is kept, without its ends")
 
     def _coefficients(self, name: str, attribute: str, most: float) -> dict[str, float]:
-        """Return the coefficients of pairs of discs and of discs with walls: products, in pymunk."""
+        """Return the coefficients of pairs of discs and of discs with walls, which are products in pymunk."""
         of_discs = [float(getattr(shape, attribute)) for shape, _ in self.discs]
         of_walls = [float(getattr(shape, attribute)) for shape, _ in self.walls]
         pairs = [a * b for k, a in enumerate(of_discs) for b in of_discs[k + 1 :]]
@@ -179,11 +179,11 @@ class _Reading:
         if space.damping != 1.0:
             self.dropped.append(f"the damping of the space, {space.damping:g}")
         for k, (shape, _) in enumerate(self.discs):
-            self.dropped += [f"of disc {k}: {told}" for told in _own(shape)]
+            self.dropped += [f"disc {k}: {told}" for told in _unsupported_properties(shape)]
 
 
-def _own(shape: pymunk.Circle) -> Iterator[str]:
-    """Yield what else a disc has that a scene has no place for."""
+def _unsupported_properties(shape: pymunk.Circle) -> Iterator[str]:
+    """Yield properties of a disc that scenes do not support."""
     body, passing = shape.body, type(shape.filter)()
     if shape.filter != passing:
         yield f"its filter, {shape.filter}"

@@ -67,10 +67,10 @@ def _write_wall(
 
 
 def _write_table(scene: Scene) -> str:
-    """Return the lines that brake a disc by the table."""
+    """Return the lines that slow a disc down by the table."""
     if not scene.table_deceleration_m_s2:
         return ""
-    return f"""        # A table slows it down: a joint that holds it to its place no more strongly than that.
+    return f"""        # The table slows the disc down: a joint holds it back with a limited force.
         joint = pymunk.PivotJoint(space.static_body, body, position, (0.0, 0.0))
         joint.max_bias, joint.max_force = 0.0, {scene.table_deceleration_m_s2!r} * mass
         space.add(joint)
@@ -97,7 +97,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     ]
     set_up = assignments("space", settings, SPACE_SETTINGS)
     if scene.damping_per_s:
-        set_up += f"space.damping = {math.exp(-scene.damping_per_s)!r}  # what is kept of a speed in a second\n"
+        set_up += f"space.damping = {math.exp(-scene.damping_per_s)!r}  # the fraction of a speed left after a second\n"
     state = "*body.position, *body.velocity, body.angular_velocity"
     pieces = [[wall] * (1 if isinstance(shape, list | Post) else len(shape[0])) for wall, shape in walls]
     driven = [body for body in (*scene.discs, *(one for each in pieces for one in each)) if body.driven]

@@ -11,10 +11,10 @@ Point = tuple[float, float]
 
 
 def _half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
-    """Return the corners of a rectangle that acts on the discs of the scene like the half-plane.
+    """Return the corners of a rectangle that acts on the scene's discs like a half-plane.
 
     Chipmunk has no half-plane. Fast discs pass through a thin segment, and the normal of a thick segment depends on the
-    overlap. The face of a polygon has one normal, exact to rounding, and any depth.
+    overlap. The face of a polygon has one normal, exact to rounding, and a polygon can have any depth.
     """
     (px, py), (nx, ny) = wall.point_m, wall.normal
     along = (px - centre[0]) * ny - (py - centre[1]) * nx
@@ -87,7 +87,7 @@ def shapes_of_walls(scene: Scene, dt_s: float) -> list[WallShape]:
     if not farthest * 2.0**-52 < smallest:  # NaN fails this too
         raise AdapterError(
             f"pymunk: a disc may get {farthest:.3g} m far, and a wall of that length is rounded by more than the "
-            f"smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
+            f"smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
         )
     return shapes
 

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     import pymunk
     from pymunk import Vec2d
 
-    #: Normal of an arbiter, and its impulses along and across it, newton-seconds. The latter is None if no disc spins.
+    #: Normal of an arbiter, and its impulses along and across it, newton-seconds. The impulse across is None if no disc
+    #: spins.
     ArbiterImpulse = tuple[Vec2d, float, float | None]
 
 Pair = tuple[int, int]
@@ -131,7 +132,8 @@ class PymunkWorld:
     def observe(self) -> Observation:
         """Read the bodies and the arbiters of the last step. No callback is used, which would slow the step down.
 
-        Chipmunk moves the bodies and then tests for contacts, so those of step k (from 0) are at ``(k + 1) dt_s``.
+        Chipmunk moves the bodies and then tests for contacts, so the contacts of step k (from 0) are at ``(k + 1)
+        dt_s``.
         """
         impulses: dict[Pair, list[ArbiterImpulse]] = {}
         for body in self._movable:
@@ -144,7 +146,7 @@ class PymunkWorld:
         )
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
-        """Add the impulse of an arbiter. Its first body is the one whose arbiters are being read."""
+        """Add the impulse of an arbiter. The arbiter's first body is the one whose arbiters are being read."""
         normal = arbiter.normal
         total = -arbiter.total_impulse
         impulse = total.dot(normal)
@@ -206,7 +208,7 @@ class PymunkWorld:
         """Restore positions, velocities and spins."""
         time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
-        put = object.__setattr__  # pymunk's own only checks types, and doubles the time
+        put = object.__setattr__  # pymunk's version only checks types, and takes twice the time
         for body, position, velocity, spin in bodies:
             put(body, "position", position)
             put(body, "velocity", velocity)

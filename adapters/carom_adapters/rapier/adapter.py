@@ -11,34 +11,34 @@ from carom_adapters.rapier.settings_code import write_code
 from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
 from carom_adapters.shared.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: `normalized_prediction_distance` as shipped, times a `length_unit` of 1 m.
+#: Default of `normalized_prediction_distance`, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
 
-#: Rapier applies the bounce after bodies have moved with the velocities of an inelastic impact, so the path of an
+#: Rapier applies the bounce after bodies have moved with the velocities of an inelastic impact. So the path of an
 #: elastic pair turns in the middle of the step.
 TURNS_LATE = 0.5
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
-    # As shipped, a body at 8 cm/s is put to rest after half a second: that is damping.
+    # By default a body at 8 cm/s is put to rest after half a second, which is damping.
     return {"dt_s": dt_s, "can_sleep": False}
 
 
 def _tuned(dt_s: float) -> dict[str, Setting]:
     return {
         **_default(dt_s),
-        # As shipped, contacts are solved from 2 cm away on, along the line of centres there.
+        # By default contacts are solved at distances of up to 2 cm, along the line of centres there.
         "normalized_prediction_distance": 0.0,
-        # Bodies that overlap are not pushed apart.
+        # Overlapping bodies are not pushed apart.
         "contact_natural_frequency": 0.0,
         "static_contact_natural_frequency": 0.0,
-        # As shipped, faster bodies are slowed down to 400 m/s.
+        # By default faster bodies are slowed down to 400 m/s.
         "normalized_max_linear_velocity": CAPABILITIES.max_speed_m_s,
     }
 
 
 def _swept(dt_s: float) -> dict[str, Setting]:
-    # Farther than any body moves in a step; Rapier searches only as far as two bodies approach in one.
+    # Farther than any body moves in a step. Rapier searches only as far as two bodies approach in one step.
     return {**_tuned(dt_s), "soft_ccd_prediction": 1e3}
 
 
@@ -48,7 +48,7 @@ def _located(dt_s: float) -> dict[str, Setting]:
         # So a step depends only on positions and velocities, and can be undone.
         "contact_recycling": False,
         "warmstart_coefficient": 0.0,
-        # A power of two, so that it rounds nothing, and no more than the rounding of 32-bit floats.
+        # A power of two, so it rounds nothing. The part is no more than the rounding of 32-bit floats.
         "first_part": 2.0**-24,
     }
 
@@ -78,16 +78,16 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "Rapier's defaults: all as shipped (contacts are solved from 2 cm away on, speeds clamped to 400 "
-            "m/s), but awake and with the scene's restitution.",
+            "Rapier's defaults (contacts are solved from 2 cm away on, and speeds clamped to 400 m/s), but "
+            "bodies never sleep, with the scene's restitution.",
             _default,
-            # A contact that no step begins near is found in an overlap, as in `tuned`.
+            # A contact near which no step begins is found in an overlap, as in `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
             changed={
                 "restitution": OF_THE_SCENE,
                 "friction": OF_THE_SCENE,
-                "can_sleep": "awake, since sleeping is damping",
+                "can_sleep": "no sleeping, since sleeping is damping",
                 "enabled_rotations": NOT_TURNED,
                 "enabled_translations": "held in the plane",
             },
@@ -106,7 +106,7 @@ adapter = EngineAdapter(
         "located": located(
             "Rapier's own narrow phase",
             _located,
-            then=", and taken in two parts: bodies that touch bounce in the first and fly in the second",
+            then=", and taken in two parts: touching bodies bounce in the first part and move in the second",
         ),
     },
     world=_world,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from carom.engines.api import Capabilities, ContactTimes
 
-#: Attributes of `IntegrationParameters`, by Rapier's own names.
+#: Attributes of `IntegrationParameters`, by Rapier's names.
 PARAMETERS = (
     "length_unit",
     "num_solver_iterations",
@@ -14,17 +14,17 @@ PARAMETERS = (
     "warmstart_coefficient",
 )
 
-#: Frequencies (Hz) at which overlaps are pushed apart: of contacts between moving bodies, and of those with fixed ones.
+#: Frequencies (Hz) at which overlaps are pushed apart: for contacts between moving bodies, and with fixed bodies.
 SOFTNESSES = {
     "contact_natural_frequency": "contact_softness",
     "static_contact_natural_frequency": "static_contact_softness",
 }
 
-#: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are of every disc, by Rapier's own names. ``first_part`` is the
-#: part of a step that is taken first, as a step of its own: see the profile `located`.
+#: ``can_sleep`` and ``soft_ccd_prediction`` (metres) belong to every disc, by Rapier's names. ``first_part`` is the
+#: fraction of a step that is taken first, as a separate step: see the profile `located`.
 OTHER_SETTINGS = (*SOFTNESSES, "can_sleep", "soft_ccd_prediction", "first_part")
 
-#: Beyond these Rapier divides by zero, or makes no sense of them; the square of a step stays inside 32-bit floats.
+#: Beyond these limits Rapier divides by zero or fails otherwise. The square of a step stays within 32-bit floats.
 LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {
     "num_solver_iterations": 1,
     "length_unit": 2.0**-126,
@@ -32,10 +32,10 @@ LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {
 }
 MOST = {"dt_s": 1e12}
 
-#: `normalized_max_linear_velocity` as shipped: a faster body is slowed down to that, in silence.
+#: Default of `normalized_max_linear_velocity`. A faster body is silently slowed down to it.
 SHIPPED_SPEED_M_S = 400.0
 
-#: Powers of ten between which squares, and impulses, stay inside 32-bit floats (1e-38 to 1e38).
+#: Powers of ten between which squares and impulses stay within 32-bit floats (1e-38 to 1e38).
 LARGEST_SPEED_M_S = 1e9
 LARGEST_COORDINATE_M = 1e9
 SMALLEST_RADIUS_M = 1e-6

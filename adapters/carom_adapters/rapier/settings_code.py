@@ -15,12 +15,12 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     """Return a program that builds the same world as `RapierWorld`.
 
     Raises:
-        AdapterError: The scene or a setting is outside what Rapier can do, or the steps are taken in two parts.
+        AdapterError: Rapier does not support the scene or a setting, or the steps are taken in two parts.
     """
     require_sound("Rapier", scene, settings, (*PARAMETERS, *OTHER_SETTINGS), LEAST, MOST)
     require_supported("Rapier", scene, CAPABILITIES, float(settings["dt_s"]))
     if "first_part" in settings:
-        raise AdapterError("Rapier: steps that are taken in two parts (first_part) are Carom's, and can't be pasted")
+        raise AdapterError("Rapier: Carom takes these steps in two parts (first_part), which code for Rapier can't do")
     lines = []
     driven: list[Driven] = [disc for disc in scene.discs if disc.driven]
     for disc in scene.discs:
@@ -89,7 +89,7 @@ discs = [world.rigid_bodies[handle] for handle in handles]
 
 
 def _shapes_of(scene: Scene, wall: Wall | Chain | Ring) -> list[str]:
-    """Return the calls that make the colliders of a wall."""
+    """Return the calls that create the colliders of a wall."""
     if isinstance(wall, Wall):
         return [f"halfspace({(*wall.normal, 0.0)!r}).translation({(*wall.point_m, 0.0)!r})"]
     radius = thickness_of(scene, wall)

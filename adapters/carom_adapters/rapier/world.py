@@ -42,7 +42,7 @@ class RapierWorld:
         self._rapier: Any = rapier3d
         self._scene, self._asked = scene, dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
-        self._legs = Legs[int]()  # of bodies by their numbers in `_all`
+        self._legs = Legs[int]()  # bodies by their numbers in `_all`
         for body, of in enumerate((*scene.discs, *scene.walls)):
             self._legs.add(body, of)
         discs = [(disc.position_m, first_velocity(disc)) for disc in scene.discs]
@@ -50,7 +50,7 @@ class RapierWorld:
         self._build([*discs, *walls])
 
     def _build(self, states: Any) -> None:
-        """Make a world of these positions and velocities, of discs and then walls."""
+        """Build a world with these positions and velocities of discs, then walls."""
         self._world, handles, self._number = self._world_of(states)
         self._all = [self._world.rigid_bodies[handle] for handle in handles]
         self._bodies = self._all[: len(self._scene.discs)]
@@ -71,7 +71,7 @@ class RapierWorld:
         handles, number = [], {}
         of_discs, of_walls = states[: len(scene.discs)], states[len(scene.discs) :]
         for i, (disc, (position, velocity)) in enumerate(zip(scene.discs, of_discs, strict=True)):
-            body = self._held(disc.driven) if disc.immovable else rapier.RigidBody.dynamic()
+            body = self._create_held_body(disc.driven) if disc.immovable else rapier.RigidBody.dynamic()
             body = body.translation((*position, 0.0)).linvel((*velocity, 0.0))
             body = body.can_sleep(bool(asked["can_sleep"])).enabled_rotations((False, False, False))
             body = body.enabled_translations((True, True, False))
@@ -81,12 +81,14 @@ class RapierWorld:
             handles.append(world.add_body(body))
             collider = world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])
             number[collider] = i
-        # By default two coefficients are averaged, and another rule has priority. Discs use one rule among themselves,
-        # and a wall has the rule by which its own coefficient counts, whichever is larger.
+        # By default two coefficients are averaged, and another rule has priority. Discs use one rule among themselves.
+        # A wall has the rule by which its own coefficient counts, whichever is larger.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
             position, velocity = of_walls[k]
-            body = world.add_body(self._held(wall.driven).translation((*position, 0.0)).linvel((*velocity, 0.0)))
+            body = world.add_body(
+                self._create_held_body(wall.driven).translation((*position, 0.0)).linvel((*velocity, 0.0))
+            )
             handles.append(body)
             wins = rule.MIN if material.restitution < scene.restitution else rule.MAX
             for shape in self._shapes_of(wall):
@@ -94,8 +96,8 @@ class RapierWorld:
                 number[world.add_collider(made, body)] = wall_body(k)
         return world, handles, number
 
-    def _held(self, driven: bool) -> Any:
-        """Return a body that no impact moves: it is at rest or driven."""
+    def _create_held_body(self, driven: bool) -> Any:
+        """Return a body that no impact moves, at rest or driven."""
         return self._rapier.RigidBody.kinematic_velocity_based() if driven else self._rapier.RigidBody.fixed()
 
     def _shapes_of(self, wall: Wall | Chain | Ring) -> list[Any]:
@@ -110,13 +112,13 @@ class RapierWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings; all but the adapter's own `first_part` are read back from Rapier, also what is as shipped."""
+        """The settings, including Rapier's defaults. All except the adapter's own `first_part` are read back."""
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._step_s()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
         read |= {name: getattr(parameters, of).natural_frequency for name, of in SOFTNESSES.items()}
         body = self._bodies[0]
-        # A body that can't sleep has a negative threshold of sleep.
+        # A body that can't sleep has a negative sleep threshold.
         read["can_sleep"] = body.activation.linear_threshold >= 0
         read["soft_ccd_prediction"] = body.soft_ccd_prediction
         return self._asked | read
@@ -125,7 +127,7 @@ class RapierWorld:
         return float(self._world.integration_parameters.dt)
 
     def advance(self, steps: int) -> None:
-        """Take steps; between them driven bodies start their legs."""
+        """Take steps. Between steps driven bodies start their legs."""
         step = self._world.step
         for count in self._legs.step_counts(steps):
             self._begin_legs()
@@ -152,34 +154,35 @@ class RapierWorld:
         for pair in self._world.narrow_phase.contact_pairs():
             for manifold in pair.manifolds:
                 impulse = sum(point.impulse for point in manifold.points)
-                if impulse <= 0:  # Rapier keeps contacts that push nothing
+                if impulse <= 0:  # Rapier keeps contacts without effect
                     continue
                 nx, ny, _ = manifold.data.normal.to_tuple()
-                length = math.hypot(nx, ny)  # a unit vector to 32 bits only
+                length = math.hypot(nx, ny)  # a unit vector only to 32 bits
                 a, b = self._number[pair.collider1], self._number[pair.collider2]
                 found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
         return list(sum_contacts(found, find_walls_in_pieces(self._scene)))
 
     def _warning(self, velocity: Any) -> str:
-        # After an impact made a body too fast, it is too late to refuse.
+        # When an impact has made a body too fast, it is too late to refuse the scene.
         parameters = self._world.integration_parameters
         limit = parameters.normalized_max_linear_velocity * parameters.length_unit
         if (fastest := float(np.hypot(*velocity.T).max())) > limit * (1 - 4 * ROUNDING):
-            return f"Rapier moves a body at {limit:g} m/s at most, and slowed one down to {fastest:g} m/s"
+            return f"Rapier limits the speed of a body to {limit:g} m/s, and limited one to {fastest:g} m/s"
         if not self._world.quarantine.is_empty():
             return "Rapier disabled a body: its state was not finite"
         return ""
 
     def close(self) -> None:
-        """Release the world; the last reference frees its memory."""
+        """Release the world. The last reference to the world frees its memory."""
         del self._all, self._bodies, self._number, self._world
 
 
 class RapierCuttableWorld(RapierWorld):
-    """A world whose steps can be cut and undone; each has two parts, of which the first is short.
+    """A world whose steps can be cut and undone. Each step has two parts, of which the first is short.
 
     Bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and then get
-    their bounce. So they get their bounce in a step too short to move them, and move through the step with it.
+    their bounce. Here the first part is too short to move them, so they bounce in it, and move with the bounce in the
+    second.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -206,11 +209,11 @@ class RapierCuttableWorld(RapierWorld):
         return self._solved
 
     def cut(self, dt_s: float) -> None:
-        """Take steps of another length from here on."""
+        """Set the length of the following steps."""
         self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that Rapier's narrow phase finds to overlap, in a world of its own."""
+        """Return the pairs that overlap by Rapier's narrow phase, in a separate world."""
         world, _, number = self._world_of(self._states())
         world.detect_collisions()
         found = set()
@@ -223,11 +226,11 @@ class RapierCuttableWorld(RapierWorld):
         return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._all]
 
     def save(self) -> object:
-        """Return positions and velocities, which with these settings are all of a state."""
+        """Return positions and velocities. With these settings nothing else belongs to a state."""
         return (self._clock.now_s, self._legs.started, self._states(), self._solved)
 
     def restore(self, state: Any) -> None:
-        """Make a new world of the positions and velocities, because a used one keeps data of contacts."""
+        """Build a new world with these positions and velocities, because a used world keeps data of contacts."""
         time_s, self._legs.started, states, self._solved = state
         self._clock.restart(time_s)
         self._build(states)

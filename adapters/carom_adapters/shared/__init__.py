@@ -1,1 +1,1 @@
-"""Modules that the adapters of several engines share."""
+"""Modules shared by the adapters of several engines."""

@@ -18,12 +18,13 @@ if TYPE_CHECKING:
 
 Settings = Mapping[str, Setting]
 
-#: Reason in `Profile.changed` of a `default` profile, which lists all settings that differ from the engine's defaults.
+#: Reason in `Profile.changed` of a `default` profile. Such a profile lists all settings that differ from the engine's
+#: defaults.
 OF_THE_SCENE = "the scene's"
-#: Reason for a disc that is kept from turning. The friction of such a circle is 0, so that nothing could turn it.
-NOT_TURNED = "kept from turning where nothing spins or rubs, which alters roundings alone"
+#: Reason for a disc that is kept from turning. The friction of such a disc is 0, so nothing could turn it.
+NOT_TURNED = "kept from turning if nothing spins or rubs, which changes roundings only"
 
-#: Declared accuracy of a method without an error of its own.
+#: Declared accuracy of a method whose only errors are those of PIT.
 SOUND = Accuracy()
 
 
@@ -34,10 +35,11 @@ class EngineAdapter:
     Attributes:
         name: Name for ``--engine``.
         engine: The engine.
-        capabilities: Its capabilities.
+        capabilities: Capabilities of the engine.
         knobs: Settings that may be searched, with their ranges, by name.
-        profiles: Its profiles, by name.
-        world: Builds a world from a scene and settings. It raises AdapterError if the engine does not support them.
+        profiles: Profiles by name.
+        world: Builds a world from a scene and settings. The function raises AdapterError if the engine does not support
+            the scene or settings.
         code: Writes the same world as code of the engine (`carom.engines.api.CodedAdapter`); None if not supported.
         read: Reads a file of the engine as a scene (`carom.engines.api.ReadingAdapter`); None if not supported.
     """
@@ -72,7 +74,7 @@ def positions_and_velocities(
 
 
 def tuned(means: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND) -> Profile:
-    """Return the profile `tuned`; `means` describes the effect of its settings."""
+    """Return the profile `tuned`. `means` describes the effect of its settings."""
     said = f"The most exact fixed-step settings known, from Carom's own measurements: {means}."
     return Profile(said, settings, accuracy)
 
@@ -80,6 +82,6 @@ def tuned(means: str, settings: Callable[[float], Settings], accuracy: Accuracy 
 def located(
     finder: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND, but: str = "", then: str = ""
 ) -> Profile:
-    """Return the profile `located`; `but` describes its difference from `tuned`, and `then` the use of its steps."""
-    said = f"The tuned settings{but}, each step cut at the instant from which on {finder} finds an overlap"
+    """Return the profile `located`. `but` describes its difference from `tuned`, and `then` the use of its steps."""
+    said = f"The tuned settings{but}, with each step cut at the instant at which {finder} begins to find an overlap"
     return Profile(f"{said} (Carom's own bisection){then}.", settings, accuracy, located=True)

@@ -17,7 +17,7 @@ Body = TypeVar("Body")
 Vector = tuple[float, float]
 
 #: A leg that begins at a step boundary applies to the next step. This tolerance covers 2^13 roundings of 2^-53 each: of
-#: the instant, the step, and each sum of times, one for each piece of a cut step.
+#: the instant, of the step, and of each sum of times, one for each piece of a cut step.
 _REACHED = 1.0 + 2.0**-40
 
 
@@ -35,7 +35,7 @@ class Legs(Generic[Body]):
         self.started = 0
 
     def add(self, body: Body, of: Driven) -> None:
-        """Add the legs of a driven disc or wall, with the body of the engine that represents it."""
+        """Add the legs of a driven disc or wall, with the engine's body that represents it."""
         self._changes += [(leg.begin_s, body, leg.velocity) for leg in of.drive.legs[1:]]
         self._changes.sort(key=lambda one: one[0])
 
@@ -93,7 +93,7 @@ def python_end(
     if not has_legs(scene):
         return end
     loop = (
-        f"legs = {legs!r}  # which of them is given which velocity before which step\n"
+        f"legs = {legs!r}  # by step: index of a driven body, and its new velocity\n"
         "for number in range(steps):\n"
         "    for k, velocity in legs.get(number, ()):\n"
         f"        {set_velocity}\n"

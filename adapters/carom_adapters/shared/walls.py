@@ -37,7 +37,7 @@ def thickness_of(scene: Scene, wall: Chain | Ring) -> float:
 
 
 def factored_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
-    """Return restitution and friction of every disc and of each wall, for engines that multiply those of a pair.
+    """Return restitution and friction of every disc and of each wall, for engines that multiply coefficients.
 
     Friction is 0 in a scene in which nothing turns.
     """
@@ -56,7 +56,7 @@ def find_walls_in_pieces(scene: Scene) -> frozenset[int]:
 
 
 def sum_contacts(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Contact, ...]:
-    """Replace the contacts of a disc with several pieces of one of these walls at one time by their sum.
+    """If a disc touches several pieces of one of these walls at one time, replace the contacts by their sum.
 
     Contacts whose impulses cancel have no direction, and are returned unchanged.
     """

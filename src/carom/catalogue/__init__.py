@@ -1,4 +1,4 @@
-"""The catalogue: scenes with known answers that no code of Carom's made."""
+"""The catalogue: scenes with known answers, none of which Carom's code has computed."""
 
 from carom.catalogue.bug_report import Complaint, Symptom
 from carom.catalogue.catalogue import all_scenes, catalogue, find_scenes, scene_named

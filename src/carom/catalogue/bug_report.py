@@ -1,4 +1,4 @@
-"""Complaints: scenes that reproduce what users of collision engines reported, each with its thread."""
+"""Complaints: scenes that reproduce bug reports by users of collision engines, each with its thread."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ class Complaint(CatalogueScene):
 
     Attributes:
         thread: Address of the thread.
-        reported: Summary of the thread's report.
+        reported: Summary of the report in the thread.
         symptom: Symptom to find in a trace.
-        at_least: Least error that counts as the reported one, relative to the scene's speed or energy. The default is a
-            per cent, which people notice.
-        made: Which parts of the scene are the thread's, and which were chosen here.
+        at_least: Least error that counts as the reported one, relative to the scene's speed or energy. The default of
+            one per cent is noticeable.
+        made: Which parts of the scene are from the thread, and which were chosen here.
         package: Name of the engine or package, if it differs from the repository's.
     """
 
@@ -72,17 +72,17 @@ class Complaint(CatalogueScene):
 
     @property
     def about(self) -> str:
-        """Engine or package of the thread, by its own name."""
+        """Name of the engine or package in the thread."""
         repository = self.thread.split("/")[4]
         return self.package or _PACKAGES.get(repository, repository)
 
     @property
     def engine(self) -> str:
-        """Name of Carom's adapter of that engine; empty where there is none."""
+        """Name of Carom's adapter of that engine; empty if there is none."""
         return _ADAPTERS.get(self.about, "")
 
 
-#: Decorator, like `listed`, that turns a builder into a complaint with fields by keyword.
+#: Decorator like `listed` that turns a builder into a complaint. Keywords set its fields.
 complained = partial(listed, "issues", kind=Complaint)
 
 #: Decorators of the most frequent symptoms.

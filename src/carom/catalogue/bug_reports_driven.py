@@ -1,4 +1,4 @@
-"""Complaints about bodies that are driven: gone through, left as if they stood, or pressing others through walls."""
+"""Complaints about driven bodies: others pass through them, treat them as at rest, or are pressed through walls."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along t
 def _at_a_mallet(
     velocity: complex, drive: complex, normal: complex, *, time_s: float, restitution: float = 1.0
 ) -> Staged:
-    """Stage a puck that meets a mallet; `normal` leads from puck to mallet when they meet."""
+    """Stage a puck that meets a mallet. `normal` points from puck to mallet when they meet."""
     radius, mallet_radius = 0.0625, 0.125
     puck, mallet = -velocity * time_s, (radius + mallet_radius) * normal - drive * time_s
     discs = [disc(puck, velocity, radius), disc(mallet, drive, mallet_radius, math.inf, driven=True)]
@@ -29,28 +29,28 @@ def _at_a_mallet(
 
 @misses(
     thread="https://github.com/NITDgpOS/AirHockey/issues/30",
-    reported="A puck often passes a paddle where both move; and what it leaves at lacks the velocity of the paddle.",
-    made="The thread has no scene: both come head-on, by more than their reach in a frame; all sizes are ours.",
+    reported="A puck often passes a paddle if both move. A puck that bounces does not get the velocity of the paddle.",
+    made="The thread has no scene. Puck and mallet meet head-on, between two frames; all sizes are chosen here.",
 )
 def _airhockey_30() -> Staged:
-    """Puck and mallet come at one another, and go past each other between two frames."""
+    """A puck and a mallet approach each other so fast that they pass each other between two frames."""
     return _at_a_mallet(-8 + 0j, 12 + 0j, -1 + 0j, time_s=0.255)
 
 
 @complained(
     thread="https://github.com/NITDgpOS/AirHockey/issues/56",
-    reported="A puck that a paddle strikes with its side or its back does not change its velocity; head-on it does.",
-    made="The sides are the thread's: the mallet overtakes the puck, and strikes it aslant; all sizes are ours.",
+    reported="A paddle that strikes a puck with its side or back does not change the puck's velocity; head-on it does.",
+    made="The side is from the thread: the mallet overtakes the puck obliquely. All sizes are chosen here.",
 )
 def _airhockey_56() -> Staged:
-    """A mallet overtakes a slow puck, and strikes it from behind, aslant."""
+    """A mallet overtakes a slow puck, and strikes it from behind, obliquely."""
     return _at_a_mallet(0.25 + 0.125j, 1.5 + 0j, -0.8 - 0.6j, time_s=0.405)
 
 
 @misses(
     thread="https://github.com/liabru/matter-js/issues/672",
-    reported="A ball of constant speed, without gravity, now and then passes between a paddle and the flippers on it.",
-    made="The thread has no scene: paddle and flipper are two edges that meet and move together; all sizes are ours.",
+    reported="A ball of constant speed, without gravity, sometimes passes between a paddle and the flippers on it.",
+    made="The thread has no scene. Paddle and flipper are two edges that move together; all sizes are chosen here.",
 )
 def _matter_js_672() -> Staged:
     """A ball strikes a moving paddle near the joint of paddle and flipper."""
@@ -67,42 +67,42 @@ def _matter_js_672() -> Staged:
 @complained(
     symptom=Symptom.ESCAPES,
     thread="https://github.com/viblo/pymunk/issues/137",
-    reported="Balls that bounce in a movable box of four segments dive into its walls, and get through them.",
-    made="The box of four edges is the thread's; it moves straight on, with one ball in it, and all sizes are ours.",
+    reported="Balls that bounce in a movable box of four segments enter its walls, and get through them.",
+    made="The box of four edges is from the thread. The box moves straight, with one ball; sizes are chosen here.",
 )
 def _pymunk_137() -> Staged:
-    """A ball bounces in a box that moves; seen from there, in a box at rest."""
-    source = "Galileo: as in the box at rest, whose path is unfolded to a straight line"
+    """A ball bounces in a moving box; relative to the box, it bounces in a box at rest."""
+    source = "Galileo: relative to the box it is at rest, and the path unfolds to a straight line"
     return in_a_room(0.6875 + 0.4375j, 4.71875 + 3.6328125j, 0.125, 2.0, 1.5, 3.0, drive=-2.5 + 1.25j, source=source)
 
 
 @complained(
     thread="https://github.com/erincatto/box2d/issues/117",
-    reported="A box that is dropped on a moving platform sticks to it until it turns, and has its old velocity then.",
-    made="A ball for the box: it comes down on a rough platform that moves along itself, and bounces; sizes are ours.",
+    reported="A box dropped on a moving platform sticks to it for a while, and then has its old velocity.",
+    made="A ball replaces the box. The ball bounces on a rough platform that moves sideways; sizes are chosen here.",
 )
 def _box2d_117() -> Staged:
-    """A ball comes down on a platform that moves along itself, slips all the while, and is taken along by friction."""
+    """A ball falls on a platform that moves sideways: it slips all the time, and friction drags it along."""
     return _on_a_platform(6.0, 0.25)
 
 
 @complained(
     thread="https://github.com/erincatto/box2d/issues/130",
-    reported="A body that falls on a platform which goes down gains speed without bound, instead of falling with it.",
-    made="Fall and platform are the thread's; the body is a ball that bounces by half, and all sizes are ours.",
+    reported="A body that falls on a descending platform gains speed without bound, instead of falling with it.",
+    made="Fall and platform are from the thread. The body is a ball of restitution 1/2; all sizes are chosen here.",
 )
 def _box2d_130() -> Staged:
-    """A ball falls on a platform that goes down at a constant speed, and bounces there, ever lower."""
+    """A ball falls on a platform that descends at a constant speed, and bounces lower and lower."""
     return on_a_lift(-1.5)
 
 
 @misses(
     thread="https://github.com/freezy/VisualPinball.Engine/issues/322",
     reported="The time of impact is computed with colliders at rest; it should also be computed with moving ones.",
-    made="The thread has no scene: a pinball meets a post that moves across its way; all sizes are ours.",
+    made="The thread has no scene. A pinball meets a post that moves across its path; all sizes are chosen here.",
 )
 def _visualpinball_322() -> Staged:
-    """A ball and a moving post meet obliquely, at more than their reach in a frame."""
+    """A ball and a moving post meet obliquely, and pass each other's radius within a frame."""
     drive, velocity, radius, post, time = 3 + 12j, 4 - 9j, 0.125, 0.0625, 0.255
     normal = complex(-0.28, 0.96)  # from the post to the ball
     start = (radius + post) * normal - velocity * time
@@ -114,9 +114,9 @@ def _visualpinball_322() -> Staged:
 @misses(
     package="Flutter's pinball",
     thread="https://github.com/flutter/pinball/issues/470",
-    reported="A flipper now and then goes through a ball that has some momentum, instead of hitting it.",
-    made="The flipper is an edge that moves straight, at the speed that its rotation has at the impact; sizes are "
-    "ours.",
+    reported="A flipper sometimes passes through a ball that has some momentum, instead of hitting it.",
+    made="The flipper is an edge that moves straight, at the speed that its rotation has at the impact. Sizes are "
+    "chosen here.",
 )
 def _pinball_470() -> Staged:
     """A flipper at full speed meets a ball that falls towards it."""
@@ -132,11 +132,11 @@ def _pinball_470() -> Staged:
 
 @complained(
     thread="https://github.com/xietanu/pico8-pinball/issues/6",
-    reported="A slow ball is launched off a flipper feebly, and at odd angles near the flipper's end.",
-    made="The flipper is an edge that moves straight, and hits the ball with its end; all sizes are ours.",
+    reported="A slow ball is launched off a flipper too weakly, and at odd angles near the flipper's end.",
+    made="The flipper is an edge that moves straight, and hits the ball with its end; all sizes are chosen here.",
 )
 def _pico8_pinball_6() -> Staged:
-    """The end of a flipper on its way up hits a ball that hardly moves."""
+    """The end of a rising flipper hits a ball that hardly moves."""
     drive, velocity, radius, time, restitution = 3j, 0.0625 + 0j, 0.25, 0.305, 0.9
     normal, tip = complex(0.28, 0.96), -drive * time  # from the flipper's end to the ball
     flipper = edges(tip - 1, tip, velocity_m_s=vector(drive))
@@ -151,7 +151,7 @@ def _pico8_pinball_6() -> Staged:
     symptom=Symptom.ESCAPES,
     thread="https://github.com/Calinou/escape-space/issues/1",
     reported="A ball can be pushed through a wall by the paddle.",
-    made="The thread has no numbers: the paddle strikes a ball at rest before a thin wall; all sizes are ours.",
+    made="The thread has no numbers. The paddle strikes a ball at rest near a thin wall; all sizes are chosen here.",
 )
 def _escape_space_1() -> Staged:
     """A paddle strikes a ball at rest, which then meets a thin wall at twice the paddle's speed."""
@@ -167,11 +167,11 @@ def _escape_space_1() -> Staged:
 @complained(
     symptom=Symptom.ESCAPES,
     thread="https://github.com/dulvui/ball2box/issues/21",
-    reported="A ball that is pressed between a wall and a moving box is gone.",
-    made="The box leaves the ball a seventh of a metre of room, and goes back; all sizes are ours.",
+    reported="A ball that is pressed between a wall and a moving box disappears.",
+    made="The box leaves the ball a seventh of a metre of room, and then recedes; all sizes are chosen here.",
 )
 def _ball2box_21() -> Staged:
-    """A box presses a ball against a wall, to a seventh of a metre of room, and lets go of it."""
+    """A box presses a ball against a wall until a seventh of a metre of room is left, and then recedes."""
     legs = [(Fraction(0), Fraction(-3, 4)), (Fraction(29, 16), Fraction(3))]
     return before_a_paddle(
         Fraction(-2), Fraction(2), legs, Fraction(35, 16), f"{_LAW}; the times by rational recurrence"
@@ -181,8 +181,8 @@ def _ball2box_21() -> Staged:
 @complained(
     package="Isaac Lab",
     thread="https://github.com/isaac-sim/IsaacLab/issues/2890",
-    reported="A ball should leave a robot's hand as a coefficient of restitution says, and no way to that is found.",
-    made="The restitution of 0.8 is the thread's; the hand is a disc that moves straight, and all sizes are ours.",
+    reported="A user finds no way to let a ball leave a robot's hand according to a coefficient of restitution.",
+    made="The restitution of 0.8 is from the thread. The hand is a disc on a straight path; sizes are chosen here.",
 )
 def _isaaclab_2890() -> Staged:
     """A hand swings at a ball, and meets it off centre with a restitution of 0.8."""
@@ -192,23 +192,23 @@ def _isaaclab_2890() -> Staged:
 @complained(
     package="s&box minigolf",
     thread="https://github.com/sboxgame/minigolf/issues/4",
-    reported="A platform that moves does not take a ball with it.",
-    made="The ball comes down on a rough platform that moves along itself, and grips it; all sizes are ours.",
+    reported="A moving platform does not carry a ball along.",
+    made="The ball falls on a rough platform that moves sideways, and sticks to it; all sizes are chosen here.",
 )
 def _minigolf_4() -> Staged:
-    """A ball comes down on a platform that moves along itself, and grips it: friction takes all of the slip."""
+    """A ball falls on a platform that moves sideways, and friction removes all of the slip."""
     return _on_a_platform(1.5, 1.0)
 
 
 def _on_a_platform(drive: float, friction: float) -> Staged:
-    """Stage a ball that comes straight down on a rough platform, which moves to the right along itself."""
+    """Stage a ball that falls straight down on a rough platform, which moves to the right."""
     radius, down, time, k = 0.25, 2.0, 0.5, 0.5
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(drive, 0.0))
     ball = disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
     scene = scene_of([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
-    # What ends the slip, of which 1/(1 + 1/k) goes into the velocity, or what the friction allows.
+    # Friction ends the slip, of which 1/(1 + 1/k) goes into the velocity, or it is too weak for that.
     change = min(drive / (1.0 + 1.0 / k), friction * 2.0 * down)
     after, spin = complex(change, down), change / k / radius
-    source = "Coulomb: friction ends the slip, which is the platform's speed, or is f times the push along the normal"
+    source = "Coulomb: friction ends the slip (the platform's speed), or it is f times the impulse along the normal"
     end = complex(0.0, radius) + after * time, after
     return answered(scene, [impact(time, 0, -1, after, None, spin)], source, final=[end], spins=(spin,))

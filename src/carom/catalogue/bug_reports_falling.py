@@ -1,4 +1,4 @@
-"""Complaints about falling and bouncing: a ball dropped on a floor, again and again. These scenes need gravity."""
+"""Complaints about falling and bouncing: a ball is dropped on a floor. These scenes need gravity."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from carom.catalogue.closed_forms import answered, disc, impact, scene_of
 from carom.catalogue.entry import Staged
 from carom.catalogue.walled import FLOOR
 
-_OURS = "The thread gives no other sizes; the rest are ours."
+_OURS = "The thread gives no other sizes; the rest is chosen here."
 
 
 def _dropped(
@@ -22,7 +22,7 @@ def _dropped(
     rate_hz: float = 60.0,
     spin_rad_s: float = 0.0,
 ) -> Staged:
-    """Stage a ball that is dropped from rest on a floor, `height_m` below its lowest point."""
+    """Stage a ball that is dropped from rest, with its lowest point `height_m` above a floor."""
     scene = scene_of(
         discs=[disc(complex(0, radius_m + height_m), 0j, radius_m, spin_rad_s=spin_rad_s)],
         walls=[FLOOR],
@@ -40,7 +40,7 @@ def _dropped(
         since, time = time, time + 2 * speed / gravity_m_s2
     left = duration_s - since
     source = (
-        "Free fall: the floor is met at gt, left at e times that, and each flight takes 2v/g, e times the one before"
+        "Free fall: the ball arrives at gt, leaves at e times that, and each flight takes 2v/g, e times the last one"
     )
     height, rising = radius_m + speed * left - gravity_m_s2 * left**2 / 2, speed - gravity_m_s2 * left
     return answered(scene, impacts, source, final=[(complex(0, height), complex(0, rising))])
@@ -48,9 +48,9 @@ def _dropped(
 
 @loses_energy(
     thread="https://github.com/bulletphysics/bullet3/issues/1530",
-    reported="Dropped from small heights an ideal ball keeps its energy; from 10 m it loses some with every "
-    "bounce until it bounces to some 4.5 m.",
-    made=f"The height is the thread's. {_OURS}",
+    reported="Dropped from small heights an ideal ball keeps its energy. Dropped from 10 m it loses energy at every "
+    "bounce, until it bounces to some 4.5 m.",
+    made=f"The height is from the thread. {_OURS}",
 )
 def _bullet3_1530() -> Staged:
     """An elastic ball is dropped from 10 m."""
@@ -69,20 +69,20 @@ def _rapier_97() -> Staged:
 
 @loses_energy(
     thread="https://github.com/dimforge/rapier/issues/974",
-    reported="In a beta a ball rebounds to 1 % of the drop whatever its restitution, instead of the square of it.",
+    reported="In a beta a ball always rebounds to 1 % of the drop, instead of the square of its restitution.",
     at_least=0.25,
-    made="Height and restitution are the thread's; the run ends at the first apex, where the thread measures.",
+    made="Height and restitution are from the thread. The run ends at the first apex, where the thread measures.",
 )
 def _rapier_974() -> Staged:
     """A ball of restitution .8 is dropped from 2 m."""
-    # To the first apex: sqrt(2 h / g) down and e times that up.
+    # The first apex is at sqrt(2 h / g) down and e times that up.
     down = math.sqrt(4.0 / 9.81)
     return _dropped(height_m=2.0, restitution=0.8, duration_s=down + 0.8 * down)
 
 
 @gains_energy(
     thread="https://github.com/erincatto/box2d/issues/76",
-    reported="In the test of varying restitution the last ball, of restitution 1, jumps higher than before.",
+    reported="In the test of varying restitution the last ball, with restitution 1, jumps higher than before.",
     made=f"The thread names the test; {_OURS[0].lower()}{_OURS[1:]}",
 )
 def _box2d_76() -> Staged:
@@ -102,7 +102,7 @@ def _box2d_167() -> Staged:
 
 @gains_energy(
     thread="https://github.com/jrouwe/JoltPhysics/issues/1286",
-    reported="With restitution 1 and no damping every bounce goes higher than the one before.",
+    reported="With restitution 1 and no damping, every bounce goes higher than the one before.",
     made=_OURS,
 )
 def _jolt_1286() -> Staged:
@@ -112,8 +112,8 @@ def _jolt_1286() -> Staged:
 
 @loses_energy(
     thread="https://github.com/avianphysics/avian/issues/594",
-    reported="The bounces of a ball of restitution 1 decay quickly: contacts found ahead of time absorb the impact.",
-    made=f"Gravity and the 120 steps a second are the thread's. {_OURS}",
+    reported="The bounces of a ball of restitution 1 decay quickly: contacts that are found early absorb the impact.",
+    made=f"Gravity and the 120 steps per second are from the thread. {_OURS}",
 )
 def _avian_594() -> Staged:
     """An elastic ball bounces under ten times the usual gravity."""
@@ -122,18 +122,18 @@ def _avian_594() -> Staged:
 
 @loses_energy(
     thread="https://github.com/avianphysics/avian/issues/200",
-    reported="Without friction and with restitution 1 a ball bounces for ever; one that spins bounces lower each time.",
-    made=f"Dropped, spinning, without friction, as in a comment of the thread. {_OURS}",
+    reported="Without friction and with restitution 1 a ball bounces for ever, but a spinning ball bounces ever lower.",
+    made=f"The ball spins, and is dropped without friction, as in a comment of the thread. {_OURS}",
 )
 def _avian_200() -> Staged:
-    """An elastic ball that spins is dropped on a smooth floor: a spin that rubs on nothing changes nothing."""
+    """An elastic ball that spins is dropped on a smooth floor: without friction its spin has no effect."""
     return _dropped(height_m=1.0, duration_s=5.0, spin_rad_s=10.0)
 
 
 @loses_energy(
     thread="https://github.com/liabru/matter-js/issues/256",
-    reported="With restitution 1 and no friction of any kind energy is lost at each bounce, and balls stick to walls.",
-    made="Ball, ground and fall are those of a page in the thread, 100 pixels to a metre; the pull is the engine's.",
+    reported="With restitution 1 and without any friction each bounce loses energy, and balls stick to walls.",
+    made="Ball, ground and fall are from a page in the thread, at 100 pixels a metre. Gravity is the engine's.",
 )
 def _matter_256() -> Staged:
     """A ball of 80 cm falls 3 m to the ground, without friction and with restitution 1."""
@@ -143,27 +143,27 @@ def _matter_256() -> Staged:
 @gains_energy(
     thread="https://github.com/piqnt/planck.js/issues/223",
     reported="A small ball of restitution 1 bounces higher and higher.",
-    made="Radius, pull, step and the height of the fall are those of the script in the thread.",
+    made="Radius, gravity, step and height of the fall are from the script in the thread.",
 )
 def _planck_223() -> Staged:
-    """A ball of 6.6 cm falls two metres and a half on a box."""
+    """A ball of 6.6 cm falls 2.5 m on a box."""
     height = 6.133333333333334 - 0.266 - (3.3333333333333335 + 0.066)
     return _dropped(height_m=height, radius_m=0.066, gravity_m_s2=9.0, duration_s=10.0)
 
 
 @never_bounces(
     thread="https://github.com/NVIDIAGameWorks/PhysX/issues/351",
-    reported="The last bounces of a ball are missing: below a threshold, 2 m/s as shipped, it does not bounce at all.",
-    made=f"The restitution is the mean of the thread's 1 and 1/2. {_OURS}",
+    reported="A ball's last bounces are missing: below a threshold, 2 m/s by default, it does not bounce at all.",
+    made=f"The restitution is the mean of 1 and 1/2, those in the thread. {_OURS}",
 )
 def _physx_351() -> Staged:
-    """A ball bounces five times on the ground, three times of these at less than 2 m/s."""
+    """A ball bounces five times on the ground, three of them at less than 2 m/s."""
     return _dropped(height_m=0.5, restitution=0.75, radius_m=0.25, duration_s=1.75)
 
 
 @complained(
     thread="https://github.com/godot-jolt/godot-jolt/issues/374",
-    reported="The smaller a ball, the stranger it bounces: small ones gain height or do not bounce.",
+    reported="The smaller a ball is, the stranger it bounces: small balls gain height or do not bounce.",
     made=_OURS,
 )
 def _godot_jolt_374() -> Staged:
@@ -174,18 +174,18 @@ def _godot_jolt_374() -> Staged:
 @gains_energy(
     thread="https://github.com/chandlerprall/Physijs/issues/195",
     reported="A ball of restitution 1 bounces higher than it fell.",
-    made="Radius and height are the thread's; the pull is ours.",
+    made="Radius and height are from the thread; gravity is chosen here.",
 )
 def _physijs_195() -> Staged:
-    """A ball with a radius of 3 m, whose centre is 30 m above the ground, is dropped."""
+    """A ball with a radius of 3 m is dropped, with its centre 30 m above the ground."""
     return _dropped(height_m=27.0, radius_m=3.0, duration_s=15.0)
 
 
 @loses_energy(
     package="physicshub",
     thread="https://github.com/physicshub/physicshub.github.io/pull/303",
-    reported="Balls lost energy on each bounce even with restitution 1: the pull was set to zero before the bounce "
-    "could take account of it.",
+    reported="Balls lost energy at each bounce even with restitution 1: gravity was set to zero before the bounce "
+    "could account for it.",
     made=_OURS,
 )
 def _physicshub_303() -> Staged:
@@ -195,7 +195,7 @@ def _physicshub_303() -> Staged:
 
 @never_bounces(
     thread="https://github.com/viblo/pymunk/issues/11",
-    reported="An elasticity changed nothing: all impacts were inelastic until a number of elastic iterations was set.",
+    reported="Elasticity had no effect: all impacts were inelastic until a number of elastic iterations was set.",
     made=_OURS,
 )
 def _pymunk_11() -> Staged:

@@ -1,4 +1,4 @@
-"""Complaints about impacts of discs: tunnelling, restitution that is lost, contact that was there at the start."""
+"""Complaints about impacts of discs: tunnelling, lost restitution, and contact at the start."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carom.catalogue.entry import KnownAnswer, Staged
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, head-on"
 
-_CONVENTION = "Touching discs share one instant; impacts are taken one pair at a time, the limit of vanishing gaps"
+_CONVENTION = "Touching discs collide at one instant; impacts are applied one pair at a time, as for vanishing gaps"
 
 
 def _head_on(
@@ -37,12 +37,12 @@ def _head_on(
 
 @misses(
     thread="https://github.com/google-deepmind/mujoco/issues/441",
-    reported="Balls in a cup slip through its wall when the cup moves quickly; the advice given is a thicker "
-    "cup or a smaller step.",
-    made="The cup's wall is an immovable disc of 1 cm; the step is MuJoCo's default; sizes and speed are ours.",
+    reported="Balls in a cup pass through its wall when the cup moves quickly; the advice is a thicker cup or a "
+    "smaller step.",
+    made="The cup's wall is an immovable disc of 1 cm; the step is MuJoCo's default. Sizes and speed are chosen here.",
 )
 def _mujoco_441() -> Staged:
-    """A small ball moves towards a thin wall at four times its own size a step."""
+    """A small ball moves towards a thin wall, at four times its own size per step."""
     return _head_on(
         speeds=(60.0, 0.0), radius_m=(0.02, 0.01), gap_m=0.97, mass_kg=(1.0, math.inf), duration_s=0.03, rate_hz=500.0
     )
@@ -50,8 +50,8 @@ def _mujoco_441() -> Staged:
 
 @complained(
     thread="https://github.com/google-deepmind/mujoco/issues/2080",
-    reported="There is no coefficient of restitution to set; the answer points to the contact's spring and damper.",
-    made="The thread has no scene; all sizes are ours.",
+    reported="No coefficient of restitution can be set; the answer points to the contact's spring and damper.",
+    made="The thread has no scene; all sizes are chosen here.",
 )
 def _mujoco_2080() -> Staged:
     """Two discs meet with restitution 1/2."""
@@ -60,9 +60,9 @@ def _mujoco_2080() -> Staged:
 
 @misses(
     thread="https://github.com/bulletphysics/bullet3/issues/2228",
-    reported="A body pushed by an impulse of 500 passes a wall 10 units away at 60 steps a second, continuous "
-    "detection switched on.",
-    made="Impulse, distance and rate are the thread's; capsule and box are discs here.",
+    reported="A body pushed by an impulse of 500 passes a wall 10 units away at 60 steps a second, with continuous "
+    "detection.",
+    made="Impulse, distance and rate are from the thread; discs replace capsule and box.",
 )
 def _bullet3_2228() -> Staged:
     """A disc at 500 m/s meets an immovable one."""
@@ -73,7 +73,7 @@ def _bullet3_2228() -> Staged:
 @misses(
     thread="https://github.com/dimforge/rapier/issues/984",
     reported="Two fast bodies, both with continuous detection, pass through each other.",
-    made="The thread shows a picture without numbers; all sizes are ours.",
+    made="The thread shows a picture without numbers; all sizes are chosen here.",
 )
 def _rapier_984() -> Staged:
     """Two small discs meet at 180 m/s."""
@@ -82,9 +82,9 @@ def _rapier_984() -> Staged:
 
 @never_bounces(
     thread="https://github.com/jrouwe/JoltPhysics/issues/1403",
-    reported="With restitution 1, a sphere and one at rest stick together at half the speed instead of "
+    reported="With restitution 1, a moving sphere and one at rest stick together at half the speed instead of "
     "exchanging velocities.",
-    made="Speeds are the thread's; radius and gap are ours.",
+    made="Speeds are from the thread; radius and gap are chosen here.",
 )
 def _jolt_1403() -> Staged:
     """A disc at 1 m/s meets an equal one at rest."""
@@ -93,8 +93,8 @@ def _jolt_1403() -> Staged:
 
 @never_bounces(
     thread="https://github.com/DanielChappuis/reactphysics3d/issues/96",
-    reported="With bounciness 1, spheres collide inelastically at 1 m/s: a velocity threshold of 1 m/s.",
-    made="Positions, radii, masses and speeds are the thread's.",
+    reported="With bounciness 1, spheres collide inelastically at 1 m/s because of a velocity threshold of 1 m/s.",
+    made="Positions, radii, masses and speeds are from the thread.",
 )
 def _reactphysics3d_96() -> Staged:
     """A disc at exactly 1 m/s meets an equal one at rest."""
@@ -106,10 +106,10 @@ def _reactphysics3d_96() -> Staged:
     thread="https://github.com/JuliaDynamics/HardSphereDynamics.jl/issues/8",
     reported="The impact law divides infinity by infinity for a ball of infinite mass.",
     symptom=Symptom.NOT_FINITE,
-    made="The thread has the formula alone; all sizes are ours.",
+    made="The thread has only the formula; all sizes are chosen here.",
 )
 def _hardspheredynamics_8() -> Staged:
-    """A disc meets one of infinite mass."""
+    """A disc meets a disc of infinite mass."""
     return _head_on(speeds=(1.5, 0.0), radius_m=(0.2, 0.3), gap_m=0.4, mass_kg=(1.0, math.inf), duration_s=1.0)
 
 
@@ -119,11 +119,11 @@ def _hardspheredynamics_8() -> Staged:
     reported="Three spheres in line lose about half their kinetic energy when two contacts are solved in one step "
     "instead of one after the other.",
     at_least=0.25,
-    made="Three equal spheres and 2 m/s are the thread's; the radius is a power of two here, so that they "
+    made="Three equal spheres and 2 m/s are from the thread. The radius is a power of two here, so that they "
     "touch exactly.",
 )
 def _newton_3233() -> Staged:
-    """A disc strikes the first of two that touch, at a contact threshold."""
+    """A disc strikes the first of two touching discs."""
     return struck_row([0.5, 0.0], _CONVENTION, radius_m=0.0625, speed=2.0, duration_s=0.5, frame_rate_hz=240.0)
 
 
@@ -132,32 +132,32 @@ def _newton_3233() -> Staged:
     reported="Nearly touching and overlapping balls, and a Newton's cradle of them, were resolved wrongly "
     "before this change.",
     at_least=0.1,
-    made="The cradle is the thread's; gaps and speed are ours.",
+    made="The cradle is from the thread; gaps and speed are chosen here.",
 )
 def _pooltool_257() -> Staged:
-    """A row of four discs, a nanometre apart, is struck at its end."""
+    """A row of four discs, a nanometre apart, is struck at one end."""
     return struck_row([0.3] + [2.0**-30] * 3, radius_m=0.03125, speed=1.5, duration_s=0.5, frame_rate_hz=240.0)
 
 
 @complained(
     thread="https://github.com/erincatto/box2d/pull/1094",
-    reported="Restitution is worked out from the approach velocity of the step before.",
-    made="The thread has code alone; this scene makes that velocity out of date within a step.",
+    reported="Restitution is computed from the approach velocity of the step before.",
+    made="The thread has only code. In this scene the approach velocity changes within a step.",
 )
 def _box2d_1094() -> Staged:
-    """A disc is struck and strikes the next one within one step."""
+    """A disc is struck, and strikes the next one within the same step."""
     return struck_row([0.613, 0.02], radius_m=0.25, speed=3.0, duration_s=0.5, frame_rate_hz=60.0)
 
 
 @complained(
     thread="https://github.com/ekiefl/pooltool/pull/354",
-    reported="Where the equation for the instant loses degrees, tangent balls that do not close gave a "
+    reported="If the equation for the instant loses degrees, touching balls that do not approach get a "
     "collision at once.",
     symptom=Symptom.INVENTS,
-    made="Both cases are the thread's; sizes are ours.",
+    made="Both cases are from the thread; sizes are chosen here.",
 )
 def _pooltool_354() -> Staged:
-    """Two pairs of touching discs, one moving along together, one apart: no impact."""
+    """Two pairs of discs touch: one pair moves together, the other moves apart, and there is no impact."""
     radius = 0.25
     scene = scene_of(
         discs=[
@@ -173,13 +173,13 @@ def _pooltool_354() -> Staged:
 
 @complained(
     thread="https://github.com/adm78/visualchemeng-js/issues/10",
-    reported="Particles that overlap at the start make events in the past; time runs backwards and particles "
+    reported="Particles that overlap at the start cause events in the past; time runs backwards and particles "
     "leave the box.",
     symptom=Symptom.ESCAPES,
-    made="Carom refuses a start that overlaps; this is the deepest overlap that it takes, that of rounding.",
+    made="Carom refuses overlaps at the start, except for rounding. The overlap is the deepest that Carom accepts.",
 )
 def _visualchemeng_10() -> Staged:
-    """Two discs begin in contact, overlapping by one rounding, and approach."""
+    """Two discs begin in contact, overlap by one rounding error, and approach each other."""
     # In floats .3 - .1 is a little less than .2: the two overlap by one rounding.
     scene = scene_of(
         discs=[disc(0.1 + 0j, 1 + 0j, 0.1), disc(0.3 + 0j, -1 + 0j, 0.1), disc(0.3 + 0.5j, 0 + 0j, 0.1)],
@@ -191,12 +191,12 @@ def _visualchemeng_10() -> Staged:
 
 @complained(
     thread="https://github.com/dynamomd/DynamO/issues/57",
-    reported="An event-driven run of inelastic spheres does not go on after inelastic collapse.",
+    reported="An event-driven run of inelastic spheres does not continue after inelastic collapse.",
     symptom=Symptom.NEVER_ENDS,
-    made="The thread has no scene; this is the least one that collapses.",
+    made="The thread has no scene; this is the smallest one that collapses.",
 )
 def _dynamo_57() -> Staged:
-    """Three discs in line with restitution 1/16: impacts without end in finite time."""
+    """Three discs in a line with restitution 1/16 have infinitely many impacts in a finite time."""
     radius = 0.25
     scene = scene_of(
         discs=[disc(-0.75 + 0j, 1 + 0j, radius), disc(0j, 0j, radius), disc(0.75 + 0j, -1 + 0j, radius)],
@@ -204,19 +204,18 @@ def _dynamo_57() -> Staged:
         duration_s=2.0,
     )
     source = (
-        "Three equal discs in line collide without end below 7 - 4 sqrt(3) and stay together, with their centre of "
-        "mass "
-        "at rest (S. McNamara and W. R. Young, Phys. Fluids A 4, 496, 1992)"
+        "Below a restitution of 7 - 4 sqrt(3), three equal discs in a line collide infinitely often and stay "
+        "together, with their centre of mass at rest (S. McNamara and W. R. Young, Phys. Fluids A 4, 496, 1992)"
     )
-    convention = "The two outer discs arrive at one instant; the limit, all at rest, does not depend on the order"
+    convention = "The outer discs arrive at one instant. In the limit all discs are at rest, whatever the order"
     return Staged(scene, KnownAnswer(source, final_velocity_m_s=((0.0, 0.0),) * 3, convention=convention))
 
 
 @complained(
     thread="https://github.com/liabru/matter-js/issues/361",
-    reported="Even with restitution 1 a slow circle does not pass all of its momentum on: both go on the same way.",
+    reported="Even with restitution 1 a slow circle does not pass on all of its momentum: both circles move on.",
     at_least=0.1,
-    made="The thread has no scene; all sizes are ours.",
+    made="The thread has no scene; all sizes are chosen here.",
 )
 def _matter_361() -> Staged:
     """A slow disc strikes an equal one at rest, head-on."""
@@ -226,17 +225,17 @@ def _matter_361() -> Staged:
 @loses_energy(
     thread="https://github.com/schteppe/cannon.js/issues/359",
     reported="Colliding spheres lose energy although their contact has restitution 1 and no friction.",
-    made="The thread gives neither places nor speeds; all sizes are ours.",
+    made="The thread gives neither positions nor speeds; all sizes are chosen here.",
 )
 def _cannon_359() -> Staged:
-    """Two balls fly at each other off centre, without friction, and lose nothing."""
+    """Two balls fly at each other off centre, without friction, and lose no energy."""
     return meeting((3 + 0j, -2 + 0.5j), (0.5, 0.5), offset=0.4, time_s=0.51, duration_s=1.25)
 
 
 @never_bounces(
     thread="https://github.com/viblo/pymunk/issues/13",
-    reported="No elastic collisions: they need a number of elastic iterations, which could not be set from Python.",
-    made="The thread has no scene; all sizes are ours.",
+    reported="Collisions are never elastic: the number of elastic iterations could not be set from Python.",
+    made="The thread has no scene; all sizes are chosen here.",
 )
 def _pymunk_13() -> Staged:
     """A light and a heavy disc meet head-on, elastically."""
@@ -246,8 +245,8 @@ def _pymunk_13() -> Staged:
 @never_bounces(
     package="Defold",
     thread="https://github.com/defold/defold/issues/3775",
-    reported="A body that is no faster than 1 m/s sticks to what it meets, and both move on as one.",
-    made="Speeds up to 1 m/s are the thread's; the sizes are ours.",
+    reported="A body that moves at 1 m/s or less sticks to the body that it meets, and both move on as one.",
+    made="Speeds up to 1 m/s are from the thread; the sizes are chosen here.",
 )
 def _defold_3775() -> Staged:
     """A disc at 0.9 m/s meets one at rest."""
@@ -256,8 +255,8 @@ def _defold_3775() -> Staged:
 
 @never_bounces(
     thread="https://github.com/newton-physics/newton/issues/1131",
-    reported="One of the solvers had no restitution at all for rigid bodies that collide; it is asked for.",
-    made="The thread has no scene; all sizes are ours.",
+    reported="One of the solvers had no restitution for rigid bodies that collide; the thread requests it.",
+    made="The thread has no scene; all sizes are chosen here.",
 )
 def _newton_1131() -> Staged:
     """Two balls meet head-on with restitution 1/2."""
@@ -266,20 +265,20 @@ def _newton_1131() -> Staged:
 
 @complained(
     thread="https://github.com/newton-physics/newton/pull/4103",
-    reported="Restitution read velocities of the wrong instant; impacts with restitution 0 rebounded, and bodies that "
-    "were separating were held.",
+    reported="Restitution used velocities of the wrong instant: impacts with restitution 0 rebounded, and separating "
+    "bodies were held.",
     at_least=0.1,
-    made="The thread has no scene; all sizes are ours.",
+    made="The thread has no scene; all sizes are chosen here.",
 )
 def _newton_4103() -> Staged:
-    """A ball runs into one that moves away more slowly, with restitution 0: both go on at one speed."""
+    """A ball runs into a slower one with restitution 0, and both move on at one speed."""
     return _head_on(speeds=(3.0, 1.0), radius_m=(0.1, 0.1), gap_m=1.01, restitution=0.0, duration_s=1.0)
 
 
 @misses(
     thread="https://github.com/Terri00/vrc8ball/issues/52",
-    reported="A ball that is hit hard passes through the one it was aimed at, and on the break balls merge.",
-    made="Balls are of the usual size; speed and distance are ours.",
+    reported="A ball that is hit hard passes through the ball that it was aimed at, and balls merge at the break.",
+    made="Balls have the usual size; speed and distance are chosen here.",
 )
 def _vrc8ball_52() -> Staged:
     """A cue ball at 10 m/s meets a ball a metre away."""
@@ -288,11 +287,11 @@ def _vrc8ball_52() -> Staged:
 
 @complained(
     thread="https://github.com/Terri00/vrc8ball/issues/85",
-    reported="Hit at high speed and off centre, the object ball is missed, or goes as if it had been hit nearer to the "
+    reported="A ball that is hit at high speed and off centre is missed, or leaves as if it had been hit nearer to the "
     "centre, or on the other side.",
     at_least=0.1,
-    made="Balls are of the usual size; speed and offset are ours.",
+    made="Balls have the usual size; speed and offset are chosen here.",
 )
 def _vrc8ball_85() -> Staged:
-    """A fast cue ball strikes an object ball at nine tenths of the contact distance off centre."""
+    """A fast cue ball strikes an object ball, off centre by nine tenths of the contact distance."""
     return meeting((8 + 0j, 0j), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)

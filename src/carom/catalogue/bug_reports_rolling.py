@@ -1,4 +1,4 @@
-"""Complaints about friction: spin at impacts, and what rolls, slides or should rest, never stops, creeps."""
+"""Complaints about friction: spin at impacts, and bodies that never stop, or creep where they should rest."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from carom.model.scene import Disc
 from carom.model.trace import Vector
 
 _SPHERE = 0.4
-_LAW = "Coulomb's law with a rolling resistance of c P R: v' = -c g/(1 + k) where it rolls, until it stops"
-_OURS = "Sizes, speeds and the coefficient of rolling resistance are ours."
+_LAW = "Coulomb's law with a rolling resistance of c P R: a rolling disc has v' = -c g/(1 + k) until it stops"
+_OURS = "Sizes, speeds and the coefficient of rolling resistance are chosen here."
 
 _never_rests = partial(complained, symptom=Symptom.NEVER_RESTS)
 
-#: When the impacts on which friction acts are, seconds.
+#: Times of the impacts on which friction acts, seconds.
 _HIT_S = 0.25
 
 
 @complained(
     package="MBSim",
     thread="https://github.com/mbsim-env/mbsim/issues/49",
-    reported="A ball with friction bounces without taking up a spin, and begins to roll only when all bouncing is "
-    "over; a ball that spins bounces without being driven aside.",
+    reported="A ball with friction bounces without starting to spin, and begins to roll only after all bounces; a "
+    "spinning ball bounces without moving sideways.",
     at_least=0.1,
-    made="The thread has a slope and gravity; here it is one bounce on a level floor. All sizes are ours.",
+    made="The thread has a slope and gravity. Here the ball bounces once on a level floor; all sizes are chosen here.",
 )
 def _mbsim_49() -> Staged:
     """A disc that does not spin bounces on a rough floor, and leaves rolling."""
@@ -44,30 +44,30 @@ def _mbsim_49() -> Staged:
     after = (along / (1 + k), restitution * down)
     spin = -after[0] / radius
     hit = KnownImpact(_HIT_S, 0, -1, after, spin_first_after=spin)
-    source = "Cross, Am. J. Phys. 70 (2002) 1093: what grips leaves rolling, at v/(1 + k)"
+    source = "Cross, Am. J. Phys. 70 (2002) 1093: a disc that grips leaves rolling, at v/(1 + k)"
     return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), final_spin_rad_s=(spin,)))
 
 
 @complained(
     package="tailuge/billiards",
     thread="https://github.com/tailuge/billiards/pull/298",
-    reported="The object ball of a cut shot was thrown too little, by a stray factor of .3, and the limit up to which "
-    "balls hold each other was wrong: it is a seventh of the slip.",
-    made="Balls have the moment of inertia of spheres, as there; cut, speed and friction are ours.",
+    reported="The object ball of a cut shot was thrown too little, by an extra factor of .3. The limit up to which "
+    "balls hold each other was also wrong: it is a seventh of the slip.",
+    made="Balls have the moment of inertia of spheres, as in the thread; cut, speed and friction are chosen here.",
 )
 def _tailuge_298() -> Staged:
-    """A cut shot in which the balls hold each other: the object ball leaves off the line of centres."""
+    """A cut shot in which friction holds the balls together: the object ball leaves off the line of centres."""
     radius, speed, k, (nx, ny) = 0.028575, 2.0, 0.4, (0.8, 0.6)
     discs = [
         Disc(position_m=(-speed * _HIT_S, 0.0), velocity_m_s=(speed, 0.0), radius_m=radius, inertia_factor=k),
         Disc(position_m=(2 * radius * nx, 2 * radius * ny), radius_m=radius, inertia_factor=k),
     ]
     scene = scene_of(discs=discs, friction=0.5, duration_s=2 * _HIT_S)
-    normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # of the slip, -speed ny, a seventh
+    normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # a seventh of the slip, -speed ny
     struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
     hit = KnownImpact(_HIT_S, 0, 1, *after, spin, spin)
-    source = "Alciatore, billiards TP A.14: the tangent of the throw is a seventh of that of the cut, with e = 1"
+    source = "Alciatore, billiards TP A.14: for e = 1 the tangent of the throw is a seventh of the cut's"
     return Staged(scene, KnownAnswer(source, (hit,), 1, after, final_spin_rad_s=(spin, spin)))
 
 
@@ -87,7 +87,7 @@ def _on_a_floor(
 ) -> Staged:
     """Stage a disc on the line y = 0 with a known position, speed and rim speed at the end.
 
-    By default it is at rest there. The direction of gravity makes a slope; `fall` is its tangent.
+    By default it is at rest at the end. The direction of gravity makes a slope; `fall` is its tangent.
     """
     long = math.hypot(1.0, fall)
     scene = scene_of(
@@ -111,7 +111,7 @@ def _ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: float = 
 
 
 def _rolls_out(along: float, resists: float, friction: float) -> Staged:
-    """Stage a ball that rolls on a level floor until it stops, and rests for as long again."""
+    """Stage a ball that rolls on a level floor until it stops, and then rests for the same time."""
     slower = resists * 9.81 / (1.0 + _SPHERE)
     way, lasts = along**2 / (2.0 * slower), 2.0 * along / slower
     return _on_a_floor(_LAW, _ball(along, rolls=True), way, lasts, friction=friction, resists=resists)
@@ -119,25 +119,25 @@ def _rolls_out(along: float, resists: float, friction: float) -> Staged:
 
 @_never_rests(
     thread="https://github.com/schteppe/cannon.js/issues/256",
-    reported="A sphere never comes to rest, with a friction of 1 of its own and of the floor's.",
-    made=f"The friction is the thread's. {_OURS}",
+    reported="A sphere never comes to rest on a floor, with a friction of 1 for both.",
+    made=f"The friction is from the thread. {_OURS}",
 )
 def _cannon_256() -> Staged:
-    """A sphere rolls on a rough floor, which resists it, and stops."""
+    """A sphere rolls on a rough floor with rolling resistance, and stops."""
     return _rolls_out(2.0, 0.05, 1.0)
 
 
 @_never_rests(
     thread="https://github.com/schteppe/cannon.js/issues/293",
-    reported="A ball that rolls down a slope does not stop over time, whatever the damping.",
-    made=f"A slope of 1 in 10. {_OURS}",
+    reported="A ball that rolls down a slope does not stop, whatever the damping.",
+    made=f"The slope is 1 in 10. {_OURS}",
 )
 def _cannon_293() -> Staged:
-    """A sphere rolls down a slope that is less steep than what resists it, and stops on it."""
+    """A sphere rolls down a slope that is less steep than its rolling resistance, and stops on it."""
     along, resists, fall, g = 1.0, 0.2, 0.1, 9.81
     slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
     return _on_a_floor(
-        "The same on a slope: v' = (g sin - c g cos)/(1 + k), and held where tan is at most c",
+        "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c",
         _ball(along, rolls=True),
         along**2 / (2.0 * slower),
         2.0 * along / slower,
@@ -150,10 +150,10 @@ def _cannon_293() -> Staged:
 @_never_rests(
     thread="https://github.com/schteppe/cannon.js/issues/345",
     reported="A ball tossed on a plane like a golf ball never slows down, with friction .8 and gravity 9.82.",
-    made=f"Friction and gravity are the thread's; the toss ends on the ground. {_OURS}",
+    made=f"Friction and gravity are from the thread; the toss ends on the ground. {_OURS}",
 )
 def _cannon_345() -> Staged:
-    """A sphere that is thrown along the ground slides, rolls and stops."""
+    """A sphere that is thrown along the ground slides, then rolls, then stops."""
     along, friction, resists, g = 3.0, 0.8, 0.1, 9.82
     slid = along / (g * (friction + (friction - resists) / _SPHERE))
     rolled, slower = along - friction * g * slid, resists * g / (1.0 + _SPHERE)
@@ -170,13 +170,13 @@ def _cannon_345() -> Staged:
 
 @_never_rests(
     thread="https://github.com/dimforge/nphysics/issues/204",
-    reported="Without rolling friction balls do not stop after a while, nor are they held on a slope.",
-    made=f"A slope of 1 in 20, below the coefficient. {_OURS}",
+    reported="Without rolling friction balls neither stop after a while nor stay at rest on a slope.",
+    made=f"The slope is 1 in 20, below the coefficient. {_OURS}",
 )
 def _nphysics_204() -> Staged:
-    """A sphere that is let go on a slope is held."""
+    """A sphere that is released on a slope stays at rest."""
     return _on_a_floor(
-        "Held where tan is at most the friction and the rolling resistance",
+        "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance",
         _ball(0.0, rolls=True),
         0.0,
         5.0,
@@ -192,43 +192,43 @@ def _nphysics_204() -> Staged:
     made=_OURS,
 )
 def _reactphysics3d_13() -> Staged:
-    """A sphere rolls on a floor that resists it a little, and stops after 5 s."""
+    """A sphere rolls on a floor with a small rolling resistance, and stops after 5 s."""
     return _rolls_out(5.0 * 0.02 * 9.81 / (1.0 + _SPHERE), 0.02, 0.3)
 
 
 @_never_rests(
     thread="https://github.com/chandlerprall/Physijs/issues/274",
-    reported="A sphere with a friction of 10000, on a ground with the same, still rolls.",
-    made=f"The friction is the thread's. {_OURS}",
+    reported="A sphere still rolls although it and the ground have a friction of 10000.",
+    made=f"The friction is from the thread. {_OURS}",
 )
 def _physijs_274() -> Staged:
-    """However rough, a floor stops only what it resists to roll."""
+    """A floor stops a rolling sphere only by rolling resistance, however rough the floor is."""
     return _rolls_out(1.0, 0.03, 1e4)
 
 
 @_never_rests(
     package="Visual Pinball Engine",
     thread="https://github.com/freezy/VisualPinball.Engine/pull/571",
-    reported="Balls lacked rolling resistance; the added one must keep them rolling, reduce their speed, and never "
-    "reverse it.",
+    reported="Balls lacked rolling resistance. The new resistance must keep them rolling, reduce their speed, and "
+    "never reverse it.",
     made=_OURS,
 )
 def _visualpinball_engine_571() -> Staged:
-    """A steel ball rolls out and comes to rest."""
+    """A steel ball rolls until it comes to rest."""
     return _rolls_out(0.5, 0.01, 0.2)
 
 
 @complained(
     thread="https://github.com/erincatto/box2d/pull/617",
-    reported="A ball of radius 1 with restitution 3/4 does not stop on a static floor; it rolls without sliding, and "
+    reported="A ball of radius 1 with restitution 3/4 does not stop on a static floor: it rolls without sliding, and "
     "friction gives no rolling resistance.",
-    made="Radius and gravity are those of the issue that it reproduces, 604; here the ball rolls from the start.",
+    made="Radius and gravity are from issue 604, which the thread reproduces; here the ball rolls from the start.",
 )
 def _box2d_617() -> Staged:
-    """A disc that rolls without rolling resistance rolls on for ever."""
+    """A disc without rolling resistance rolls on for ever."""
     along, lasts = 3.0, 10.0
     return _on_a_floor(
-        "Without slip friction does nothing",
+        "Without slip, friction has no effect",
         _ball(along, rolls=True, radius_m=1.0, inertia=0.5),
         along * lasts,
         lasts,
@@ -241,15 +241,15 @@ def _box2d_617() -> Staged:
 
 @complained(
     thread="https://github.com/ekiefl/pooltool/issues/39",
-    reported="With the default coefficient of sliding friction of .2 the ball slides very far, every time.",
-    made="Speed and friction are the thread's, the radius is that of a pool ball; cushions are left out.",
+    reported="With the default sliding friction of .2 the ball always slides very far.",
+    made="Speed and friction are from the thread, the radius is that of a pool ball; cushions are left out.",
 )
 def _pooltool_39() -> Staged:
-    """A pool ball struck in its middle at 5 m/s slides for 2v/(7 f g), .73 s, and 3 m: as far as that takes."""
+    """A pool ball struck in its middle at 5 m/s slides for .73 s, which is 2v/(7 f g), and for 3 m."""
     along, friction, g, lasts = 5.0, 0.2, 9.81, 1.0
     slid = 2.0 * along / (7.0 * friction * g)
     return _on_a_floor(
-        "A sphere that slides rolls at 5/7 of its speed after 2v/(7 f g)",
+        "A sliding sphere begins to roll after 2v/(7 f g), at 5/7 of its speed",
         _ball(along, rolls=False, radius_m=0.028575),
         12.0 * along**2 / (49.0 * friction * g) + 5.0 / 7.0 * along * (lasts - slid),
         lasts,
@@ -261,12 +261,12 @@ def _pooltool_39() -> Staged:
 
 @complained(
     thread="https://github.com/google/brax/issues/58",
-    reported="A ball that rolls on a plane sometimes spins in place, and does not pass its momentum on to one that it "
-    "runs into.",
-    made="Spheres replace the thread's capsules. Sizes, speed and friction are ours.",
+    reported="A ball that rolls on a plane sometimes spins in place, and does not pass on its momentum to a ball that "
+    "it hits.",
+    made="Spheres replace the thread's capsules. Sizes, speed and friction are chosen here.",
 )
 def _brax_58() -> Staged:
-    """A sphere rolls into an equal one: it stops, spins in place, follows at 2/7, and the other rolls at 5/7."""
+    """A rolling sphere hits an equal one: it spins in place and follows at 2/7 of its speed, the other rolls at 5/7."""
     along, gap, friction, g, lasts, radius = 3.0, 1.5, 0.2, 9.81, 2.0, 0.5
     met, changed = gap / along, 2.0 * along / 7.0
     slid = changed / (friction * g)
@@ -282,8 +282,8 @@ def _brax_58() -> Staged:
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
     source = (
-        "Equal elastic spheres swap velocities and keep their spins; angular momentum about the floor is kept: of v "
-        "2/7 is left to the one that has the spin, 5/7 to the other"
+        "Equal elastic spheres exchange velocities and keep their spins; angular momentum about the floor is "
+        "conserved: 2/7 of v is left to the spinning sphere, 5/7 to the other"
     )
     hit = impact(met, 0, 1, 0j, complex(along), -along / radius, 0.0)
     final = [(complex(way, radius), complex(speed)) for way, speed in zip(ways, rolling, strict=True)]
@@ -294,12 +294,12 @@ def _brax_58() -> Staged:
 @_never_rests(
     thread="https://github.com/google/brax/issues/151",
     reported="A ball that lies on a fixed ground, with elasticity 1, begins to bounce, higher and higher.",
-    made="Radius, gravity, elasticity, steps and their number are the thread's; a disc replaces the capsule.",
+    made="Radius, gravity, elasticity, steps and their number are from the thread; a disc replaces the capsule.",
 )
 def _brax_151() -> Staged:
     """An elastic ball that lies on the ground stays there."""
     staged = _on_a_floor(
-        "Nothing happens to what does not move",
+        "A body at rest stays at rest",
         disc(complex(0.0, 0.1), 0j, 0.1),
         0.0,
         3.0,
@@ -311,46 +311,48 @@ def _brax_151() -> Staged:
 
 @complained(
     thread="https://github.com/bulletphysics/bullet3/issues/2117",
-    reported="A pool ball that rolls under rolling friction always goes along a curve, though its spin is at right "
-    "angles to its way; the friction acted on each axis by itself (mended by pull request 2138).",
-    made="Seen from above, the ball is a disc that its table slows down: rolling resistance takes 5/7 c g of its speed "
-    f"a second. {_OURS}",
+    reported="A pool ball that rolls with rolling friction moves along a curve, although its spin is at right angles "
+    "to its path: friction acted on each axis separately (fixed by pull request 2138).",
+    made="Seen from above, the ball is a disc that its table slows down: rolling resistance removes 5/7 c g of its "
+    f"speed a second. {_OURS}",
 )
 def _bullet3_2117() -> Staged:
-    """A ball that rolls at a slant to both axes keeps to its line until it stops."""
+    """A ball that rolls at an angle to both axes keeps its direction until it stops."""
     resists, g, speed, lasts = 0.02, 9.81, 0.5, 2.5
     slower = resists * g / (1.0 + _SPHERE)
     left, way = speed - slower * lasts, speed * lasts - slower * lasts**2 / 2.0
     scene = scene_of(discs=[disc(0j, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts)
-    source = "v' = -c g/(1 + k) along the way: friction of what rolls has no other direction"
+    source = "v' = -c g/(1 + k) against the motion: the friction of a rolling ball has no other direction"
     return Staged(scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * way, 0.6 * way),)))
 
 
 @_never_rests(
     thread="https://github.com/liabru/matter-js/issues/613",
     reported="A box slides very slowly down a slope on which static friction should hold it.",
-    made="A disc that does not turn replaces the box; slope and friction are ours.",
+    made="A disc that does not turn replaces the box; slope and friction are chosen here.",
     at_least=1e-4,
 )
 def _matter_613() -> Staged:
-    """A block on a slope below its angle of friction stays where it is."""
+    """A block on a slope below its angle of friction stays at rest."""
     block = _ball(0.0, rolls=True, inertia=math.inf)
-    return _on_a_floor("Coulomb: held where tan is at most f", block, 0.0, 5.0, fall=0.25, friction=0.5)
+    return _on_a_floor(
+        "Coulomb: a block stays at rest if the slope's tangent is at most f", block, 0.0, 5.0, fall=0.25, friction=0.5
+    )
 
 
 def _bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
-    """Stage a ball that is dropped, bounces infinitely often in finite time, and rests for some time more."""
+    """Stage a ball that is dropped, bounces infinitely often in finite time, and then rests for some time."""
     ball = disc(complex(0.0, 0.5 + height_m), 0j, 0.5)
     rests_s = math.sqrt(2.0 * height_m / 9.81) * (1.0 + restitution) / (1.0 - restitution)
-    source = "Geometric series: of a fall that takes t, bounces by e end after t (1 + e)/(1 - e)"
+    source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
     return _on_a_floor(source, ball, 0.0, rests_s + more_s, restitution=restitution)
 
 
 @_never_rests(
     thread="https://github.com/dimforge/rapier/pull/114",
-    reported="A threshold of speed ends the bounces of a ball with restitution .9 at once; without one they go over "
-    "into rest.",
-    made="The restitution is the thread's; the height is ours.",
+    reported="A threshold of speed ends the bounces of a ball with restitution .9 at once; without a threshold, they "
+    "fade into rest.",
+    made="The restitution is from the thread; the height is chosen here.",
 )
 def _rapier_114() -> Staged:
     """A ball with restitution .9 is dropped from 1 m, and rests after 8.6 s."""
@@ -359,10 +361,10 @@ def _rapier_114() -> Staged:
 
 @complained(
     thread="https://github.com/dynamomd/DynamO/issues/13",
-    reported="An event-driven run of spheres that drop on a base stops while some still fly, and counts no events.",
+    reported="An event-driven run of spheres that fall on a base stops while some still fly, and counts no events.",
     symptom=Symptom.NEVER_ENDS,
-    made="One sphere that drops on a floor is the least of it; height and restitution are ours.",
+    made="The scene has only one sphere that falls on a floor; height and restitution are chosen here.",
 )
 def _dynamo_13() -> Staged:
-    """An inelastic ball is dropped: infinitely many impacts until it rests, and the run goes on."""
+    """An inelastic ball is dropped: it has infinitely many impacts until it rests, and the run goes on."""
     return _bounces_out(2.0, 0.5, 3.0)

@@ -1,7 +1,7 @@
-"""Complaints about seams: floors and walls made of pieces, in which a ball bumps, stops, or bounces off at an angle.
+"""Complaints about seams: on floors and walls made of pieces, a ball bumps, stops, or bounces off at an angle.
 
-A floor in pieces is one floor: its scene is one edge with `pieces`, into which an engine cuts it. A ball that rolls has
-no impacts, so here it comes down on the floor slowly, near a seam.
+A floor in pieces acts like one floor. The scene has one edge with `pieces`, into which an engine cuts the edge. A
+rolling ball has no impacts, so here the ball comes down on the floor slowly, near a seam.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from carom.catalogue.entry import Staged
 from carom.catalogue.walled import edges
 from carom.model.scene import Chain
 
-_LAW = "Newton's law: the part of the velocity along the normal is turned round; a floor in pieces is a floor"
-_GLANCED = "The ball of the thread rolls, without impacts; here it comes down slowly, near a seam."
+_LAW = "Newton's law: the velocity along the normal is reversed; a floor in pieces acts like one floor"
+_GLANCED = "In the thread the ball rolls, without impacts; here it comes down slowly, near a seam."
 
 
 def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1 + 0j) -> Staged:
-    """Stage a disc that meets a wall once, half a second from the start, its contact `at` metres along it.
+    """Stage a disc that meets a wall once, half a second after the start, `at` metres along the wall.
 
-    The wall is a floor of height 0 that has been turned about the origin, like all else.
+    The wall is a floor at height 0. Floor and disc are rotated about the origin by `turn`.
     """
     time = 0.5
     start = at + 1j * radius - velocity * time
@@ -31,7 +31,7 @@ def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, tur
 
 
 def _channel(start: complex, velocity: complex, radius: float, width: float, length: float, pieces: int) -> Staged:
-    """Stage a disc that goes to and fro between two walls in pieces, from one end of which to the other it comes."""
+    """Stage a disc that bounces between two walls in pieces, while it moves from one end to the other."""
     walls = [edges(-length / 2, length / 2, pieces=pieces)]
     walls.append(edges(complex(-length / 2, width), complex(length / 2, width), pieces=pieces))
     time, way = (start.imag - radius) / -velocity.imag, (width - 2 * radius) / abs(velocity.imag)
@@ -45,27 +45,27 @@ def _channel(start: complex, velocity: complex, radius: float, width: float, len
 @complained(
     thread="https://github.com/jrouwe/JoltPhysics/issues/717",
     reported="A sphere of radius 0.1 that moves at 5 m/s over two touching cubes bounces up at the edge between them.",
-    made=f"Cubes, radius and speed are the thread's. {_GLANCED}",
+    made=f"Cubes, radius and speed are from the thread. {_GLANCED}",
 )
 def _jolt_717() -> Staged:
-    """A ball comes down at the seam of two cubes, side by side."""
+    """A ball comes down at the seam between two cubes."""
     return _down(5 - 0.25j, 0.1, edges(-2, 2, pieces=2), at=-0.0625)
 
 
 @complained(
     thread="https://github.com/jrouwe/JoltPhysics/issues/1155",
-    reported="Spheres jump where they cross an internal edge of the ground, with the settings against it too.",
-    made="All sizes are ours; the ball meets a floor and a ceiling in pieces, six times.",
+    reported="Spheres jump when they cross an internal edge of the ground, even with the settings against it.",
+    made="All sizes are chosen here; the ball meets a floor and a ceiling in pieces, six times.",
 )
 def _jolt_1155() -> Staged:
-    """A ball goes along a channel whose two sides are in pieces."""
+    """A ball moves along a channel whose two sides are in pieces."""
     return _channel(-4 + 0.8j, 4 - 3j, 0.25, 1.5, 12.0, 12)
 
 
 @complained(
     thread="https://github.com/dimforge/rapier/issues/95",
-    reported="Balls on a ramp of few large triangles follow the internal edges instead of the slope.",
-    made=f"The ramp has three pieces, as in the thread; slope and sizes are ours. {_GLANCED}",
+    reported="Balls on a ramp of a few large triangles follow the internal edges instead of the slope.",
+    made=f"The ramp has three pieces, as in the thread; slope and sizes are chosen here. {_GLANCED}",
 )
 def _rapier_95() -> Staged:
     """A ball comes down on a ramp of three pieces, next to a seam."""
@@ -76,7 +76,7 @@ def _rapier_95() -> Staged:
 @complained(
     thread="https://github.com/dimforge/rapier/issues/404",
     reported="Ball colliders roll at odd angles, and along the internal edges of a triangle mesh.",
-    made=f"All sizes are ours. {_GLANCED}",
+    made=f"All sizes are chosen here. {_GLANCED}",
 )
 def _rapier_404() -> Staged:
     """A ball comes down on a slope of many pieces, straight above a seam."""
@@ -87,27 +87,27 @@ def _rapier_404() -> Staged:
 @complained(
     thread="https://github.com/godotengine/godot/issues/76610",
     reported="A ball that comes straight down near the junction of two square tiles leaves with a sideways velocity.",
-    made="All sizes are ours; without gravity.",
+    made="All sizes are chosen here; there is no gravity.",
 )
 def _godot_76610() -> Staged:
-    """A ball comes straight down, a tenth of its radius next to the seam of two tiles."""
+    """A ball comes straight down near the seam of two tiles, a tenth of its radius away from it."""
     return _down(-6j, 0.4, edges(-1, 1, pieces=2), at=0.04)
 
 
 @complained(
     thread="https://github.com/godotengine/godot/issues/15707",
     reported="Balls that bounce straight up and down on two tiles drift to the side and then fly off.",
-    made="All sizes are ours; a ceiling instead of gravity turns the ball round.",
+    made="All sizes are chosen here; a ceiling, instead of gravity, sends the ball back.",
 )
 def _godot_15707() -> Staged:
-    """A ball goes straight up and down between two walls, near the seams of both."""
+    """A ball moves straight up and down between two walls, near the seams of both."""
     return _channel(0.03125 + 1j, -3j, 0.25, 2.0, 2.0, 2)
 
 
 @complained(
     thread="https://github.com/godotengine/godot/issues/65204",
-    reported="A ball on a floor of tiles bounces at random, and may stop dead where it lands.",
-    made="Restitution and all sizes are ours.",
+    reported="A ball on a floor of tiles bounces irregularly, and may stop dead where it lands.",
+    made="Restitution and all sizes are chosen here.",
 )
 def _godot_65204() -> Staged:
     """A ball falls on a floor of tiles and bounces, under gravity."""
@@ -130,27 +130,27 @@ def _godot_65204() -> Staged:
 @complained(
     thread="https://github.com/godotengine/godot/issues/66778",
     reported="A golf ball that rolls over a flat surface of several shapes bumps or snags at the seams.",
-    made=f"All sizes are ours. {_GLANCED}",
+    made=f"All sizes are chosen here. {_GLANCED}",
 )
 def _godot_66778() -> Staged:
-    """A ball comes down on a floor of six pieces at a hundredth of its speed, next to a seam."""
+    """A ball comes down on a floor of six pieces next to a seam, slowly: at a hundredth of its speed."""
     return _down(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), at=-0.03125)
 
 
 @complained(
     thread="https://github.com/godotengine/godot/issues/69655",
-    reported="A sphere jumps now and then at the edges of the boxes of a metre that its floor is made of.",
-    made=f"The boxes are the thread's; radius and speed are ours. {_GLANCED}",
+    reported="A sphere sometimes jumps at the edges of the one-metre boxes that form its floor.",
+    made=f"The boxes are from the thread; radius and speed are chosen here. {_GLANCED}",
 )
 def _godot_69655() -> Staged:
-    """A fast ball comes down on a floor of boxes of a metre."""
+    """A fast ball comes down on a floor of one-metre boxes."""
     return _down(10 - 1j, 0.5, edges(-8, 8, pieces=16), at=0.125)
 
 
 @complained(
     thread="https://github.com/godotengine/godot/issues/34025",
-    reported="A ball that hits a wall of tiles where two of them meet bounces as at a corner, though that is filled.",
-    made="All sizes are ours.",
+    reported="A ball that hits a wall of tiles where two of them meet bounces as if there were a corner.",
+    made="All sizes are chosen here.",
 )
 def _godot_34025() -> Staged:
     """A ball meets an upright wall of four tiles, exactly at a seam."""
@@ -160,7 +160,7 @@ def _godot_34025() -> Staged:
 @complained(
     thread="https://github.com/schteppe/cannon.js/issues/304",
     reported="A sphere that falls on a board where two faces meet bounces off in a wrong direction.",
-    made="All sizes are ours; without gravity.",
+    made="All sizes are chosen here; there is no gravity.",
 )
 def _cannon_304() -> Staged:
     """A ball comes down on a board exactly where two pieces meet."""
@@ -169,8 +169,8 @@ def _cannon_304() -> Staged:
 
 @complained(
     thread="https://github.com/DanielChappuis/reactphysics3d/issues/266",
-    reported="On a floor of cuboid tiles of one height a sphere hitches or jumps from tile to tile.",
-    made=f"All sizes are ours. {_GLANCED}",
+    reported="On a floor of cuboid tiles of one height a sphere hesitates or jumps from tile to tile.",
+    made=f"All sizes are chosen here. {_GLANCED}",
 )
 def _reactphysics3d_266() -> Staged:
     """A ball comes down on a floor of eight tiles, just before a seam."""
@@ -181,7 +181,7 @@ def _reactphysics3d_266() -> Staged:
     package="Newton Dynamics",
     thread="https://github.com/MADEAPPS/newton-dynamics/issues/178",
     reported="A ball that rolls over adjacent coplanar tiles often bumps where two of them meet.",
-    made=f"All sizes are ours. {_GLANCED}",
+    made=f"All sizes are chosen here. {_GLANCED}",
 )
 def _newton_dynamics_178() -> Staged:
     """A ball comes down on a floor of five tiles, just behind a seam."""

@@ -11,7 +11,7 @@ from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.walled import bounces_in_a_box, box_walls
 from carom.model.scene import Wall
 
-_MIRROR = "Each wall turns round the part of the velocity across it, times its restitution"
+_MIRROR = "Each wall reverses the velocity across it, times its restitution"
 
 
 def _wall_on_the_right(
@@ -32,17 +32,17 @@ def _wall_on_the_right(
 def _in_a_box(
     *, start: complex, velocity: complex, radius: float, width: float, height: float, duration: float
 ) -> Staged:
-    """Stage a disc in an elastic box, `start` in its lower left corner's frame."""
+    """Stage a disc in an elastic box. `start` is relative to the box's lower left corner."""
     scene = scene_of(discs=[disc(start, velocity, radius)], walls=box_walls(width, height), duration_s=duration)
     inner = start - complex(radius, radius)
     impacts = bounces_in_a_box(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
-    return answered(scene, impacts, "Unfolding: one straight line through a lattice of boxes")
+    return answered(scene, impacts, "Unfolding: the path is one straight line through a lattice of boxes")
 
 
 @never_bounces(
     thread="https://github.com/bulletphysics/bullet3/issues/3094",
-    reported="With restitution 1 a ball sticks to a wall instead of bouncing; the maintainer names predictive "
-    "contacts, and settings that cure it.",
+    reported="With restitution 1 a ball sticks to a wall instead of bouncing. The maintainer names predictive "
+    "contacts as the cause, and settings that cure it.",
     made="Ball, wall, speed and step are those of the script in the thread.",
 )
 def _bullet3_3094() -> Staged:
@@ -52,8 +52,8 @@ def _bullet3_3094() -> Staged:
 
 @never_bounces(
     thread="https://github.com/bulletphysics/bullet3/issues/4341",
-    reported="With steps of 0.2 ms a convex hull does not bounce, though it does at the standard step and as a box.",
-    made="The step is the thread's; a hull is no disc, so the shape is not reproduced, and there is no fall.",
+    reported="With steps of 0.2 ms a convex hull does not bounce; with the standard step, or as a box, it does.",
+    made="The step is from the thread. A disc replaces the hull, and it does not fall.",
 )
 def _bullet3_4341() -> Staged:
     """A disc bounces off a wall of restitution 1/2 in steps of 0.2 ms."""
@@ -62,9 +62,9 @@ def _bullet3_4341() -> Staged:
 
 @never_bounces(
     thread="https://github.com/erincatto/box2d/pull/654",
-    reported="Impacts slower than a velocity threshold, 1 m/s as shipped, were inelastic whatever the "
-    "restitution; this change lets users set it.",
-    made="The thread has no scene; all sizes are ours.",
+    reported="Impacts slower than a velocity threshold, 1 m/s by default, were inelastic whatever the "
+    "restitution; this change lets users set the threshold.",
+    made="The thread has no scene; all sizes are chosen here.",
 )
 def _box2d_654() -> Staged:
     """A disc meets a wall at half a metre a second, elastically."""
@@ -73,9 +73,9 @@ def _box2d_654() -> Staged:
 
 @never_bounces(
     thread="https://github.com/dimforge/rapier/issues/919",
-    reported="With a larger prediction distance balls stop bouncing almost at once: contacts found ahead of "
-    "time skip the restitution.",
-    made="The thread drops balls; here one flies at a wall, without gravity. All sizes are ours.",
+    reported="With a larger prediction distance balls stop bouncing almost at once: contacts that are found early "
+    "skip the restitution.",
+    made="The thread drops balls; here one flies at a wall, without gravity. All sizes are chosen here.",
 )
 def _rapier_919() -> Staged:
     """A ball bounces off a wall of restitution .7."""
@@ -84,35 +84,35 @@ def _rapier_919() -> Staged:
 
 @loses_energy(
     thread="https://github.com/dimforge/rapier/issues/615",
-    reported="A perfectly elastic ball without gravity loses velocity with every bounce; friction, on by "
-    "default, was the cause.",
-    made="The thread has no sizes; all are ours.",
+    reported="A perfectly elastic ball without gravity loses velocity at every bounce. The cause was friction, which "
+    "is on by default.",
+    made="The thread has no sizes; all are chosen here.",
 )
 def _rapier_615() -> Staged:
-    """An elastic ball in a box, without gravity."""
+    """An elastic ball bounces in a box, without gravity."""
     return _in_a_box(start=0.7 + 0.6j, velocity=4.1 + 2.3j, radius=0.2, width=3.0, height=2.0, duration=5.0)
 
 
 @complained(
     thread="https://github.com/ekiefl/pooltool/issues/217",
-    reported="A ball meets two cushions at nearly one instant, only one is processed, and the ball leaves the table.",
+    reported="A ball meets two cushions at nearly one instant; only one impact is processed, and the ball leaves.",
     symptom=Symptom.ESCAPES,
-    made="Table, place, direction and speed are the thread's; the ball has pooltool's radius and no friction.",
+    made="Table, position, direction and speed are from the thread; the ball has pooltool's radius and no friction.",
 )
 def _pooltool_217() -> Staged:
-    """A ball goes straight into a corner: two walls at one instant."""
+    """A ball moves straight into a corner, and meets two walls at one instant."""
     radius, side, part = 0.028575, 4.5, math.sqrt(2.0)
     scene = scene_of(discs=[disc(1 + 1j, complex(part, part), radius)], walls=box_walls(side, side), duration_s=3.5)
     time = (side - radius - 1) / part
     impacts = [impact(time, 0, -4, complex(part, -part)), impact(time, 0, -2, complex(-part, -part))]
-    return answered(scene, impacts, f"{_MIRROR}; at a right angle neither changes the other")
+    return answered(scene, impacts, f"{_MIRROR}; at a right angle neither impact changes the other")
 
 
 @complained(
     thread="https://github.com/ekiefl/pooltool/issues/217",
-    reported="A ball placed against a cushion and shot towards it goes through, too.",
+    reported="A ball that is placed against a cushion and shot towards it also passes through.",
     symptom=Symptom.ESCAPES,
-    made="The case is the thread's; the radius is a power of two, so that ball and cushion touch exactly.",
+    made="The case is from the thread; the radius is a power of two, so that ball and cushion touch exactly.",
 )
 def _pooltool_217_touching() -> Staged:
     """A ball that touches a cushion is shot towards it."""
@@ -129,12 +129,11 @@ def _pooltool_217_touching() -> Staged:
     package="Nimble Physics",
     thread="https://github.com/keenon/nimblephysics/issues/143",
     reported="Two balls and a wall, restitution 1, no gravity: the velocities after the impacts are wrong.",
-    made="Radius, wall, step and restitution are the thread's; places and speeds, which lay in the part that "
-    "could not be read, are ours.",
+    made="Radius, wall, step and restitution are from the thread. The thread's positions and speeds could not be "
+    "read, so they are chosen here.",
 )
 def _nimble_143() -> Staged:
-    """A ball bounces off a wall and meets the one that follows it."""
-    # A ball goes to the wall, comes back and meets the one that follows it.
+    """A ball bounces off a wall, and meets the ball that follows it."""
     radius, wall, first, second, v1, v2 = 0.1, 1.1, 0.5, 0.0, 1.0, 0.5
     scene = scene_of(
         discs=[disc(complex(first, 0), complex(v1, 0), radius), disc(complex(second, 0), complex(v2, 0), radius)],
@@ -145,7 +144,7 @@ def _nimble_143() -> Staged:
     at_wall = (wall - radius - first) / v1
     met = at_wall + (wall - radius - (second + v2 * at_wall) - 2 * radius) / (v1 + v2)
     impacts = [impact(at_wall, 0, -1, complex(-v1, 0)), impact(met, 0, 1, complex(v2, 0), complex(-v1, 0))]
-    # Turned round, the first goes to the wall once more.
+    # After this impact the first ball goes to the wall once more.
     where = wall - radius - v1 * (met - at_wall)
     again = met + (wall - radius - where) / v2
     impacts.append(impact(again, 0, -1, complex(-v2, 0)))
@@ -155,12 +154,12 @@ def _nimble_143() -> Staged:
 
 @misses(
     thread="https://github.com/ekiefl/pooltool/issues/154",
-    reported="In a break the cue ball goes through another ball: the collision is missed.",
-    made="Speed and direction are the thread's; the rack's places, drawn at random there, are regular here, "
-    "and there is neither friction nor a cushion.",
+    reported="In a break the cue ball passes through another ball: the collision is missed.",
+    made="Speed and direction are from the thread. The thread's rack has random positions, this one regular ones; "
+    "friction and cushions are left out.",
 )
 def _pooltool_154() -> Staged:
-    """A cue ball breaks a loosely racked triangle of fifteen."""
+    """A cue ball breaks a loosely racked triangle of fifteen balls."""
     radius, gap, speed, angle = 0.028575, 1e-3, 3.262213, math.radians(81.83468)
     pitch = 2 * radius + gap
     apex = 0.5 + 1.5j
@@ -184,45 +183,45 @@ def _pooltool_154() -> Staged:
     normal = unit(complex(*scene.discs[struck_number].position_m) - start - velocity * time)
     after = after_impact(1.0, velocity, 1.0, 0j, normal)
     known = KnownImpact(time, 0, struck_number, (after[0].real, after[0].imag), (after[1].real, after[1].imag))
-    source = "The first impact by the quadratic of the straight path; thereafter the energy stays, and nothing overlaps"
+    source = "The first impact by the quadratic of the straight path; after it energy is kept, and nothing overlaps"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
 
 
 @loses_energy(
     thread="https://github.com/liabru/matter-js/issues/626",
     reported="One particle in a container, with restitution 1 and no friction, becomes slower at each wall.",
-    made="The thread has no sizes; all are ours.",
+    made="The thread has no sizes; all are chosen here.",
 )
 def _matter_626() -> Staged:
-    """A particle in a box that loses nothing."""
+    """A particle bounces in a box without losing energy."""
     return _in_a_box(start=1.3 + 0.9j, velocity=2.3 + 1.7j, radius=0.1, width=4.0, height=3.0, duration=10.0)
 
 
 @never_bounces(
     thread="https://github.com/piqnt/planck.js/issues/217",
-    reported="A ball of full restitution that moves slowly and diagonally, as in pong, does not bounce off walls, and "
-    "sticks to them.",
-    made="The thread gives no numbers; all are ours, below Planck's threshold of 1 m/s.",
+    reported="A ball of restitution 1 that moves slowly and diagonally, as in Pong, sticks to walls instead of "
+    "bouncing off.",
+    made="The thread gives no numbers; all are chosen here, below Planck's threshold of 1 m/s.",
 )
 def _planck_217() -> Staged:
-    """A ball goes slowly and diagonally through a box."""
+    """A ball moves slowly and diagonally through a box."""
     return _in_a_box(start=0.9 + 0.7j, velocity=0.6 + 0.45j, radius=0.125, width=2.0, height=1.5, duration=8.0)
 
 
 @never_bounces(
     thread="https://github.com/4ian/GDevelop/issues/1219",
     reported="Slow balls stop bouncing off walls and glide along them.",
-    made="The thread gives no numbers; all are ours.",
+    made="The thread gives no numbers; all are chosen here.",
 )
 def _gdevelop_1219() -> Staged:
-    """A ball approaches a wall at 0.4 m/s, and moves along it at 0.7 m/s."""
+    """A ball approaches a wall at 0.4 m/s while it moves along the wall at 0.7 m/s."""
     return _wall_on_the_right(radius_m=0.25, velocity=0.4 + 0.7j, gap_m=0.31, duration_s=2.0, rate_hz=60.0)
 
 
 @never_bounces(
     thread="https://github.com/Scirra/Construct-bugs/issues/3900",
-    reported="At 50 pixels a second and below a ball does not bounce any more; at 51 it does.",
-    made="The speed is the thread's, at the engine's 50 pixels to a metre; the sizes are ours.",
+    reported="At 50 pixels a second or less a ball no longer bounces; at 51 it does.",
+    made="The speed is from the thread, at the engine's 50 pixels a metre; the sizes are chosen here.",
 )
 def _construct_3900() -> Staged:
     """A ball approaches a wall at 1 m/s."""
@@ -231,13 +230,13 @@ def _construct_3900() -> Staged:
 
 @complained(
     thread="https://github.com/bulletphysics/bullet3/issues/2483",
-    reported="A fast ball passes through a wall; with continuous detection it bounces, and loses a part of its speed, "
-    "which depends on where it began.",
+    reported="A fast ball passes through a wall. With continuous detection it bounces, but loses a part of its speed "
+    "that depends on where it began.",
     at_least=0.1,
-    made="The thread gives restitution 1 and no pull; speed and sizes are ours.",
+    made="The thread gives restitution 1 and no gravity; speed and sizes are chosen here.",
 )
 def _bullet3_2483() -> Staged:
-    """A ball meets a wall at many times its size a step, elastically."""
+    """A ball meets a wall elastically, at many times its size per step."""
     return _wall_on_the_right(radius_m=0.1, velocity=100 + 0j, gap_m=5.13, duration_s=0.1, rate_hz=60.0)
 
 
@@ -245,10 +244,10 @@ def _bullet3_2483() -> Staged:
     thread="https://github.com/dyn4j/dyn4j/issues/87",
     reported="A billiard ball between two walls gets stuck in one of them.",
     symptom=Symptom.ESCAPES,
-    made="Ball, walls, place and speed are the thread's, and the restitution of the ball; the second ball is left out.",
+    made="Ball, walls, position, speed and the ball's restitution are from the thread; the second ball is left out.",
 )
 def _dyn4j_87() -> Staged:
-    """A billiard ball goes to and fro between two walls, and loses a tenth of its speed at each."""
+    """A billiard ball bounces between two walls, and loses a tenth of its speed at each."""
     radius, speed, left, right, restitution = 0.028575, 2.0, -0.4, 1.9, 0.9
     place, time, impacts, duration = -0.3, 0.0, list[KnownImpact](), 4.0
     while (time := time + ((right - radius - place) if speed > 0 else (place - left - radius)) / abs(speed)) < duration:
@@ -259,13 +258,13 @@ def _dyn4j_87() -> Staged:
     scene = scene_of(
         discs=[disc(-0.3 + 0j, 2 + 0j, radius)], walls=walls, wall_restitution=restitution, duration_s=duration
     )
-    return answered(scene, impacts, f"{_MIRROR}: the ways between them over speeds that fall by a factor")
+    return answered(scene, impacts, f"{_MIRROR}: the walls' distance over a speed that falls by a factor")
 
 
 @never_bounces(
     thread="https://github.com/tainicom/Aether.Physics2D/issues/106",
-    reported="A cue ball of restitution 1 does not bounce off what it meets.",
-    made="Mass and restitution are the thread's; the sizes are ours.",
+    reported="A cue ball of restitution 1 does not bounce off anything.",
+    made="Mass and restitution are from the thread; the sizes are chosen here.",
 )
 def _aether_106() -> Staged:
     """A cue ball meets a cushion at an angle."""
@@ -275,9 +274,9 @@ def _aether_106() -> Staged:
 @complained(
     thread="https://github.com/schteppe/p2.js/issues/156",
     reported="A pool ball that meets a cushion at 45 degrees leaves at 40, and after a few bounces moves straight to "
-    "and fro; without friction and turning it was right.",
+    "and fro. Without friction and rotation it was right.",
     at_least=0.05,
-    made="The angle is the thread's; the sizes are ours, and there is no friction.",
+    made="The angle is from the thread; the sizes are chosen here, and there is no friction.",
 )
 def _p2_156() -> Staged:
     """A ball meets a cushion at 45 degrees."""
@@ -287,11 +286,11 @@ def _p2_156() -> Staged:
 @loses_energy(
     package="GAMA",
     thread="https://github.com/gama-platform/gama/issues/556",
-    reported="With restitution 1 everywhere balls lose speed, most where one meets a wall and a ball almost at once.",
-    made="The thread has no numbers; all are ours.",
+    reported="With restitution 1 everywhere balls lose speed, most if a ball meets a wall and a ball almost at once.",
+    made="The thread has no numbers; all are chosen here.",
 )
 def _gama_556() -> Staged:
-    """A ball bounces off a wall, and a hair later meets the one that follows it."""
+    """A ball bounces off a wall, and almost immediately meets the ball that follows it."""
     radius, wall, gap, slit, speed = 0.25, 2.0, 0.5, 0.01, 2.0
     first = wall - radius - gap
     second = first - 2 * radius - slit
@@ -301,8 +300,8 @@ def _gama_556() -> Staged:
         duration_s=0.75,
     )
     at_wall = gap / speed
-    met = at_wall + slit / (2 * speed)  # they close at twice the speed
-    back = met + slit / (2 * speed)  # the first goes back by half of the slit
+    met = at_wall + slit / (2 * speed)  # the balls approach at twice the speed
+    back = met + slit / (2 * speed)  # the first returns by half of the slit
     impacts = [
         impact(at_wall, 0, -1, complex(-speed, 0)),
         impact(met, 0, 1, complex(speed, 0), complex(-speed, 0)),

@@ -34,7 +34,7 @@ from carom.model.scene import Scene
 
 _TAG_PREFIX = "tag:"
 
-#: Modules whose scenes run by default, and those that run only when named, in the order of reports.
+#: Modules whose scenes run by default, then modules whose scenes run only when named, in the order of reports.
 _SUITE = (paper, two_discs, walled, collinear, many_discs, gravity)
 _ON_REQUEST = (
     *(
@@ -52,7 +52,7 @@ _ON_REQUEST = (
 
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
-    """Return the catalogue's own suite by full name, in the order in which reports list it: what runs by default."""
+    """Return the catalogue's suite by full name, in the order of reports. The suite runs by default."""
     return MappingProxyType({entry.name: entry for module in _SUITE for entry in _entries(module)})
 
 
@@ -64,7 +64,7 @@ def all_scenes() -> Mapping[str, CatalogueScene]:
 
 
 def _entries(module: ModuleType) -> Iterator[CatalogueScene]:
-    """Yield the scenes of a module in the order of their definition, in which reports list them."""
+    """Yield the scenes of a module in the order of their definition, which reports use."""
     return (entry for entry in vars(module).values() if isinstance(entry, CatalogueScene))
 
 
@@ -88,11 +88,11 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
 
 
 def scene_named(name: str) -> Scene:
-    """Return the scene of a full name.
+    """Return the scene with a full name.
 
     Raises:
-        UnknownNameError: There is none; the message names the nearest one, or the scenes that a group or pattern
-            matches.
+        UnknownNameError: There is no such scene; the message names the nearest one, or the scenes that a group or
+            pattern matches.
     """
     if (entry := all_scenes().get(name)) is not None:
         return entry.scene
@@ -102,7 +102,7 @@ def scene_named(name: str) -> Scene:
 
 def _matches(entry: CatalogueScene, pattern: str) -> bool:
     if entry.name not in catalogue() and not pattern.startswith(entry.group):
-        return False  # a tag, or a pattern for anything, means the suite
+        return False  # tags and patterns for all groups select from the suite only
     if pattern.startswith(_TAG_PREFIX):
         return pattern.removeprefix(_TAG_PREFIX) in entry.tags
     return fnmatchcase(entry.name, pattern) or entry.group == pattern
@@ -110,9 +110,9 @@ def _matches(entry: CatalogueScene, pattern: str) -> bool:
 
 def _hint(pattern: str) -> str:
     entries = all_scenes().values()
-    # A bare name, without its group, is near to its own full name whatever the lengths of the groups.
+    # Names are also compared without their groups, since the length of a group would hide the likeness.
     named = {candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])}
     named |= {group: group for group in {entry.group for entry in entries}}
     named |= {f"{_TAG_PREFIX}{tag}": f"{_TAG_PREFIX}{tag}" for tag in Tag}
-    near = difflib.get_close_matches(pattern, named, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(pattern, named, n=1, cutoff=0.6)
     return f"did you mean {named[near[0]]!r}?" if near else "`carom scenes` lists them"

@@ -1,9 +1,9 @@
-"""The closed forms from which known answers are computed.
+"""Closed forms from which known answers are computed.
 
-Vectors of the plane are complex numbers here: ``a * b`` turns, ``abs(a)`` is a length. Nothing in this module, or in
-those that use it, comes from Carom's physics or solvers: an answer computed by the code under test would prove nothing.
-Most scenes are written backwards from their impacts (the normal and the instant are chosen, the start follows by going
-back along straight lines), so that no equation has to be solved for the time of impact at all.
+Vectors of the plane are complex numbers here: ``a * b`` rotates, ``abs(a)`` is a length. This module, and those that
+use it, contain no physics and no solvers of Carom: an answer computed by the tested code would prove nothing. Most
+scenes are written backwards from their impacts: normal and instant are chosen, and the start follows by going back
+along straight lines. So no equation has to be solved for the time of impact.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ def unit(a: complex) -> complex:
 
 
 def disc(position: complex, velocity: complex, radius_m: float, mass_kg: float = 1.0, **fields: Any) -> Disc:
-    """Return a disc; metres, metres a second, kilograms."""
+    """Return a disc. Units are metres, metres a second and kilograms."""
     place, speed = vector(position), vector(velocity)
     return Disc(position_m=place, velocity_m_s=speed, radius_m=radius_m, mass_kg=mass_kg, **fields)
 
 
 def scene_of(discs: list[Disc], **fields: Any) -> Scene:
-    """Return a scene, to which the catalogue will give its name."""
+    """Return a scene. The catalogue adds the name."""
     return Scene(name="unnamed", discs=discs, **fields)
 
 
@@ -52,18 +52,18 @@ def impact(
     second_after: complex | None = None,
     *spins_after: float,
 ) -> KnownImpact:
-    """Return a known impact; a wall has no velocity after it."""
+    """Return a known impact. A wall has no velocity after it."""
     velocity_second = None if second_after is None else vector(second_after)
     return KnownImpact(time_s, first, second, vector(first_after), velocity_second, *spins_after)
 
 
 def normal_of_offset(approach: complex, offset: float) -> complex:
-    """Return the normal, from first to second, of an impact at a given offset.
+    """Return the normal, from first to second disc, of an impact at a given offset.
 
     Args:
         approach: Velocity of the first relative to the second.
-        offset: Impact parameter in contact distances, -1 to 1: the sine of the angle from the approach to the normal;
-            above 0 the second is to the left.
+        offset: Impact parameter in contact distances, -1 to 1: the sine of the angle from the approach to the normal.
+            Above 0 the second disc is to the left.
     """
     return unit(approach) * complex(math.sqrt(1.0 - offset * offset), offset)
 
@@ -73,13 +73,13 @@ def after_impact(
 ) -> tuple[complex, complex]:
     """Return both velocities after an impact.
 
-    In the frame of the centre of mass the normal part of each velocity turns into -e times itself.
+    In the frame of the centre of mass the normal component of each velocity is multiplied by -e.
 
     Args:
-        m1: Mass of the first, kilograms.
-        v1: Its velocity before.
-        m2: Mass of the second; infinity is immovable.
-        v2: Its velocity before.
+        m1: Mass of the first disc, kilograms.
+        v1: Velocity of the first disc before.
+        m2: Mass of the second disc; infinity is immovable.
+        v2: Velocity of the second disc before.
         normal: Unit vector from first to second.
         restitution: Coefficient of restitution e.
     """
@@ -90,7 +90,7 @@ def after_impact(
 
 
 def after_wall(velocity: complex, normal: complex, restitution: float = 1.0) -> complex:
-    """Return the velocity after a wall: the part along the wall stays, that along the normal turns to -e times it."""
+    """Return the velocity after a wall: the part along the wall stays, that along the normal is multiplied by -e."""
     along = 1j * normal
     return dot(velocity, along) * along - restitution * dot(velocity, normal) * normal
 
@@ -119,7 +119,7 @@ class WedgeImpact(NamedTuple):
 
     Attributes:
         time_s: Seconds from the start.
-        upper: Whether the side is the upper one, at the wedge's angle, or the lower one, at angle 0.
+        upper: Whether the side is the upper one, at the wedge's angle. The lower side is at angle 0.
         velocity: Velocity of the point after it.
     """
 
@@ -137,8 +137,8 @@ def wedge_impacts(start: complex, velocity: complex, angle: float) -> list[Wedge
     even n, and mirrored into ``conj(velocity) exp(i (n + 1) angle)`` for odd n.
 
     Args:
-        start: Start, of an argument between 0 and `angle`; the apex is 0.
-        velocity: Velocity; it passes the apex anticlockwise, so that the upper side is hit first.
+        start: Start, with an argument between 0 and `angle`; the apex is 0.
+        velocity: Velocity. The path passes the apex anticlockwise, so that the upper side is hit first.
         angle: Angle of the wedge, below pi.
     """
     impacts = []
@@ -162,7 +162,7 @@ def struck_row(
     duration_s: float,
     frame_rate_hz: float = 60.0,
 ) -> Staged:
-    """Stage a striker and as many equal discs at rest as there are gaps; `gaps_m` begins with the striker's."""
+    """Stage a striker and a row of equal discs at rest. `gaps_m` are the gaps of neighbours, from the striker's on."""
     position, time = 0.0, 0.0
     discs = [disc(0j, complex(speed, 0), radius_m)]
     impacts = []
@@ -172,7 +172,7 @@ def struck_row(
         discs.append(disc(complex(position, 0), 0j, radius_m))
         impacts.append(impact(time, k, k + 1, 0j, complex(speed, 0)))
     scene = scene_of(discs=discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
-    source = "Equal masses exchange velocities: the velocity runs along the row, a gap after a gap"
+    source = "Equal masses exchange velocities: the velocity passes along the row, gap by gap"
     return answered(scene, impacts, source, convention)
 
 
@@ -184,16 +184,16 @@ def answered(
     final: Sequence[tuple[complex, complex]] | None = None,
     spins: tuple[float, ...] | None = None,
 ) -> Staged:
-    """Return a scene with its answer where every impact is known.
+    """Return a scene with its answer, for scenes in which every impact is known.
 
     Args:
         scene: The scene.
-        impacts: All its impacts.
+        impacts: All impacts of the scene.
         source: Source of the answer.
-        convention: Why it is not unique, if it is not.
-        final: Position and velocity of each disc at the end; None where all motion between impacts is in straight
-            lines, and follows.
-        spins: Spin of each disc at the end, where known.
+        convention: Why the answer is not unique; empty if it is.
+        final: Position and velocity of each disc at the end; None if all motion between impacts is in straight lines,
+            from which they follow.
+        spins: Spin of each disc at the end, if known.
     """
     ends = zip(*(_in_straight_lines(scene, impacts) if final is None else final), strict=True)
     position, velocity = (tuple(map(vector, values)) for values in ends)

@@ -1,4 +1,4 @@
-"""Classics on one line: what happens there follows from unfolding, or from exchanging velocities."""
+"""Classics on one line, whose answers follow from unfolding or from exchanging velocities."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from carom.model.scene import Wall
 @listed("classics")
 def _sorting() -> Staged:
     """Five equal discs on a line, each faster than the next: ten impacts sort their velocities."""
-    # Equal masses exchange velocities, as if each velocity were a ghost that walks on through the discs. Ghosts live on
-    # the line from which the diameters have been taken out.
+    # Equal masses exchange velocities, as if each velocity were a ghost that walks on through the discs. Ghosts move on
+    # the line from which all diameters are removed.
     radius = 0.1
     ghost = [0.0, 0.45, 1.5, 1.85, 3.1]
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
@@ -35,7 +35,7 @@ def _sorting() -> Staged:
     impacts = []
     for time, a, b in crossings:
         here = ghost[a] + velocity[a] * time
-        # As many ghosts are further left as discs are, so that number names the left disc of the two that meet.
+        # The number of ghosts further left is the number of the left disc of the two that meet.
         left = sum(ghost[k] + velocity[k] * time < here for k in range(n) if k not in (a, b))
         impacts.append(impact(time, left, left + 1, complex(velocity[b], 0), complex(velocity[a], 0)))
     source = (
@@ -50,7 +50,7 @@ def _galperin_100() -> Staged:
     """A mass of 100 drives a mass of 1 against a wall: 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
     radius_light, radius_heavy = 0.1, 0.3
-    # Gaps to the wall, with every radius and diameter between taken out.
+    # Gaps to the wall, with every radius and diameter between removed.
     gap_light, gap_heavy = 0.5, 1.2
     scene = scene_of(
         discs=[
@@ -60,8 +60,8 @@ def _galperin_100() -> Staged:
         walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
         duration_s=2.0,
     )
-    # In coordinates scaled by the root of the mass the pair is one point between the wall's line, at angle 0, and the
-    # line on which the discs touch.
+    # In coordinates scaled by the root of the mass the pair is one point. The point moves between the wall's line, at
+    # angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
     bounces = wedge_impacts(
         complex(root_heavy * gap_heavy, root_light * gap_light),
@@ -89,14 +89,14 @@ def _three_in_line() -> Staged:
     pair, everything = m0 + m1, m0 + m1 + m2
     angle = math.acos(math.sqrt(m0 * m2 / ((m0 + m1) * (m1 + m2))))
     most = math.ceil(math.pi / angle)
-    # The path must cross the rays at `most` angles, so its final direction is beyond the last ray. It must also turn by
-    # less than half a turn from the start, which is within the first wedge. Start and direction are the middles of what
-    # these leave open.
+    # The path must cross the rays at `most` angles, so its final direction is beyond the last ray. The path must also
+    # turn by less than half a turn from the start, which is within the first wedge. Start and direction are the middles
+    # of the ranges that remain.
     direction = (most * angle + math.pi + angle) / 2
     start_argument = (direction - math.pi + angle) / 2
     start, velocity = cmath.rect(1.2, start_argument), cmath.rect(1.5, direction)
-    # Jacobi coordinates: the imaginary part is the gap of the first two, the real part that of the third from their
-    # centre of mass, each times the root of its reduced mass.
+    # Jacobi coordinates: the imaginary part is the gap of the first two discs, the real part the distance of the third
+    # from their centre of mass. Both are multiplied by the root of their reduced masses.
     root_pair, root_third = math.sqrt(m0 * m1 / pair), math.sqrt(pair * m2 / everything)
 
     def on_the_line(z: complex) -> tuple[complex, complex, complex]:
@@ -124,7 +124,7 @@ def _three_in_line() -> Staged:
 
 @listed("classics", Tag.UNSTABLE)
 def _between_fixed() -> Staged:
-    """A disc bounces to and fro between two immovable ones, on their axis: an unstable periodic orbit."""
+    """A disc bounces between two immovable discs, along their axis: an unstable periodic orbit."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
     reach = half_distance - radius - fixed
     scene = scene_of(
@@ -141,15 +141,13 @@ def _between_fixed() -> Staged:
         impacts.append(
             impact(time, 1, 2, complex(-speed, 0), 0j) if n % 2 == 0 else impact(time, 0, 1, 0j, complex(speed, 0))
         )
-    source = (
-        "On the axis every impact turns the velocity round: impacts at equal intervals (an unstable periodic orbit)"
-    )
+    source = "On the axis every impact reverses the velocity: impacts at equal intervals (an unstable periodic orbit)"
     return answered(scene, impacts, source)
 
 
 @listed("classics")
 def _cradle_gaps() -> Staged:
-    """Newton's cradle with gaps: the velocity runs from disc to disc."""
+    """Newton's cradle with gaps: the velocity passes from disc to disc."""
     return struck_row([0.83, 0.17, 0.31, 0.23], radius_m=0.125, speed=2.0, duration_s=1.5)
 
 
@@ -158,7 +156,7 @@ def _cradle_touching() -> Staged:
     """Newton's cradle with touching discs: four impacts at one instant."""
     # Powers of two: the row touches exactly, and all four impacts share one instant to the bit.
     convention = (
-        "Four impacts share one instant, and momentum and energy alone allow more outcomes than one; impacts are taken "
-        "one pair at a time, which is the limit of vanishing gaps: only the last disc leaves"
+        "Four impacts share one instant, and momentum and energy alone allow more than one outcome; impacts are "
+        "applied one pair at a time, which is the limit of vanishing gaps: only the last disc leaves"
     )
     return struck_row([0.84375, 0.0, 0.0, 0.0], convention, radius_m=0.125, speed=2.0, duration_s=1.25)

@@ -1,7 +1,7 @@
 """The group `contact`: scenes of discs that slide, roll, rest or slow down, with answers in closed form.
 
-With damping, ``v' = -c v``, a disc has the velocity ``v exp(-c t)`` after the way ``v s``, where s is ``(1 - exp(-c t))
-/ c``. So each answer is computed with constant velocities in s, and ``t = -ln(1 - c s) / c``; see
+With damping, ``v' = -c v``, a disc has the velocity ``v exp(-c t)`` after the distance ``v s``, where s is
+``(1 - exp(-c t)) / c``. So each answer is computed with constant velocities in s, and ``t = -ln(1 - c s) / c``; see
 `docs/theory/damping.md`. Sliding, rolling and resting follow Coulomb's law; see `docs/theory/contact.md`. The group
 runs only when it is named.
 """
@@ -20,7 +20,7 @@ from carom.model.trace import Vector, wall_body
 #: Part of the motion along one axis: its start, the position then, and the velocity.
 _Leg = tuple[float, float, float]
 
-_LAW = "Linear damping: a velocity falls as exp(-c t), after the way v (1 - exp(-c t))/c"
+_LAW = "Linear damping: a velocity falls as exp(-c t), and the distance is v (1 - exp(-c t))/c"
 
 
 def _clock_s(undamped_s: float, damping_per_s: float) -> float:
@@ -33,12 +33,12 @@ def _undamped_s(clock_s: float, damping_per_s: float) -> float:
 
 @listed("contact")
 def _damped_box() -> Staged:
-    """A damped disc goes round in a box with walls that lose a fifth of its speed."""
+    """A damped disc bounces around in a box whose walls remove a fifth of its speed."""
     radius, side, restitution, damping, duration = 0.5, 5.0, 0.8, 0.4, 3.0
     place, velocity = (1.0, 2.0), (6.0, -4.0)
     faces = (((0.0, 0.0), (1.0, 0.0)), ((side, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, side), (0.0, -1.0)))
     end = _undamped_s(duration, damping)
-    # The two axes are independent; the legs are without damping:
+    # The two axes are independent. These are the legs without damping:
     legs: tuple[list[_Leg], list[_Leg]] = ([(0.0, place[0], velocity[0])], [(0.0, place[1], velocity[1])])
     hits = []
     for axis, own in enumerate(legs):
@@ -52,7 +52,7 @@ def _damped_box() -> Staged:
             hits.append((since, wall_body(2 * axis + wall)))
 
     def moving(when: float) -> tuple[complex, complex]:
-        """Return place and velocity just after an undamped time, the velocity as the damped disc has it."""
+        """Return position and velocity of the damped disc just after an undamped time."""
         now = [max(leg for leg in own if leg[0] <= when) for own in legs]
         kept = 1.0 - damping * when
         (x, u), (y, v) = ((start + speed * (when - since), speed * kept) for since, start, speed in now)
@@ -71,7 +71,7 @@ def _damped_box() -> Staged:
 
 @listed("contact")
 def _damped_stop() -> Staged:
-    """A wall is exactly as far away as a damped disc gets in infinite time, so the disc never meets it."""
+    """A damped disc never meets a wall that is exactly as far away as the disc gets in infinite time."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
     scene = scene_of(
         [disc(0j, complex(speed), radius)],
@@ -85,7 +85,7 @@ def _damped_stop() -> Staged:
 
 @listed("contact")
 def _damped_pair() -> Staged:
-    """A damped disc catches up with a heavier one, which its impact drives on."""
+    """A damped disc catches up with a heavier one, and the impact pushes the heavier one on."""
     fast, slow, mass, restitution, damping, duration = 4.0, 1.0, 3.0, 0.5, 0.8, 1.5
     gap, radius = 1.5, 0.5
     when, end = gap / (fast - slow), _undamped_s(duration, damping)
@@ -112,12 +112,12 @@ def _damped_pair() -> Staged:
 
 @listed("contact")
 def _damped_slide() -> Staged:
-    """A damped disc that spins slides through its impact on a floor; its spin falls as its velocity does."""
+    """A damped disc that spins slides through its impact on a floor; its spin decays like its velocity."""
     (u, v), spin, friction, restitution, damping, duration = (3.0, -2.0), 4.0, 0.1, 0.5, 0.5, 1.2
     height = 1.6  # of a disc of radius 1 and inertia factor 1/2
     when, end = (height - 1.0) / -v, _undamped_s(duration, damping)
     pushed = (1.0 + restitution) * -v
-    # The floor's friction on a rim that moves to the right: to the left on the centre, and against the spin.
+    # The rim moves to the right, so the floor's friction acts to the left on the centre, and against the spin.
     u_after, v_after, spin_after = u - friction * pushed, -restitution * v, spin - 2.0 * friction * pushed
     kept, left = 1.0 - damping * when, math.exp(-damping * duration)
     scene = scene_of(
@@ -135,13 +135,13 @@ def _damped_slide() -> Staged:
     return answered(scene, [hit], source, final=final, spins=(spin_after * left,))
 
 
-# On a wall that gravity presses a disc to -----------------------------------------------------------------------------
+# Discs that gravity presses on a wall --------------------------------------------------------------------------------
 
 _RADIUS_M, _G = 0.5, 10.0
 _ROLLING = (
     "Rolling resistance, up to c P R against the spin: u' = -c g/(1 + k); Ai et al., Powder Technol. 206 (2011) 269, A"
 )
-_COULOMB = "Coulomb's law: while it slips, friction is f P; a disc rolls if f P (1 + 1/k) is enough to hold its slip"
+_COULOMB = "Coulomb's law: while a disc slips, friction is f P; it rolls if f P (1 + 1/k) is enough to hold its slip"
 
 
 def _on_a_wall(
@@ -158,19 +158,19 @@ def _on_a_wall(
     inertia: float = 0.5,
     **laws: Any,
 ) -> Staged:
-    """Stage a disc on a wall through the origin that falls off to the right.
+    """Stage a disc on a wall through the origin that slopes down to the right.
 
     Args:
         source: Source of the answer.
         answer: Position along the wall, speed and rim speed at the end: metres, metres a second.
         duration_s: Duration of the scene.
-        fall: Tangent of the angle of the wall: one of a right triangle with sides in whole numbers.
+        fall: Tangent of the wall's angle, which is one of a right triangle with integer sides.
         along: Speed along the wall at the start.
-        rim: Speed of its rim, counterclockwise.
+        rim: Speed of the disc's rim, counterclockwise.
         into: Speed into the wall at the start.
         up: Height at the start, metres.
-        count: Its impacts.
-        inertia: Its inertia factor.
+        count: Number of impacts.
+        inertia: Inertia factor of the disc.
         laws: Restitution and friction of the wall; by default the restitution is 0.
     """
     nx, ny = fall / math.hypot(1.0, fall), 1.0 / math.hypot(1.0, fall)
@@ -195,23 +195,23 @@ def _on_a_wall(
 
 @listed("contact")
 def _drop() -> Staged:
-    """A ball that is dropped and thrown bounces without end until 3/sqrt(5) s, and slides on from there."""
-    source = "Geometric series: of a fall that takes t, bounces by e end after t (1 + e)/(1 - e)"
+    """A ball that is dropped and thrown bounces infinitely often until 3/sqrt(5) s, and then slides."""
+    source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
     return _on_a_wall(source, (4.0, 1.0, 0.0), 4.0, along=1.0, up=1.0, count=None, wall_restitution=0.5)
 
 
 @listed("contact")
 def _bounce_to_roll() -> Staged:
-    """A disc bounces without end, is gripped at its fourth bounce, and rolls from 1/5 s on."""
-    source = "Geometric series of the hops, sliding ones and held ones: docs/theory/contact.md"
+    """A disc bounces infinitely often, is gripped at its fourth bounce, and rolls after 1/5 s."""
+    source = "Geometric series of the hops, sliding and held: docs/theory/contact.md"
     answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
     return _on_a_wall(source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25)
 
 
 @listed("contact")
 def _lands_sliding() -> Staged:
-    """A disc lands after infinitely many sliding bounces with slip left, slides, and rolls from 19/10 s on."""
-    source = "Geometric series of the hops, all of them sliding: docs/theory/contact.md"
+    """A disc lands with slip left after infinitely many sliding bounces, slides, and rolls after 19/10 s."""
+    source = "Geometric series of the hops, which all slide: docs/theory/contact.md"
     slides = 57 / 10 * 17 / 10 - 17 / 10 * 17 / 10 / 2
     answer = (29 / 25 + slides + 4.0, 4.0, -4.0)
     return _on_a_wall(source, answer, 2.9, along=6.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.1)
@@ -219,7 +219,7 @@ def _lands_sliding() -> Staged:
 
 @listed("contact")
 def _between_thresholds() -> Staged:
-    """On a slope that holds a rolling disc, but no bouncing one: it lands sliding, and rolls from 3/8 s on."""
+    """A slope holds a rolling disc but not a bouncing one: the disc lands sliding, and rolls after 3/8 s."""
     source = "Bounces hold a slip on slopes up to f (1 + 1/k)(1 + e)/2 = .675, contact up to f (1 + 1/k) = .9"
     rolled, lasts = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
     answer = (rolled + 2 * lasts + 4 * lasts**2 / 2, 2.0 + 4 * lasts, -2.0 - 4 * lasts)
@@ -229,38 +229,38 @@ def _between_thresholds() -> Staged:
 
 @listed("contact")
 def _slide_to_roll() -> Staged:
-    """A disc that slides at first rolls from 1/2 s on, at two thirds of its speed."""
+    """A disc that slides at first rolls after 1/2 s, at two thirds of its speed."""
     return _on_a_wall(_COULOMB, (17 / 4, 2.0, -2.0), 2.0, along=3.0, wall_friction=0.2)
 
 
 @listed("contact")
 def _sphere_slides_to_roll() -> Staged:
-    """A sphere that slides at first keeps five sevenths of its speed, as a billiard ball does."""
+    """A sphere that slides at first keeps five sevenths of its speed, like a billiard ball."""
     answer = (3 * 3 / 7 - 9 / 49 + 15 / 7 * (2 - 3 / 7), 15 / 7, -15 / 7)
     return _on_a_wall(_COULOMB, answer, 2.0, along=3.0, inertia=0.4, wall_friction=0.2)
 
 
 @listed("contact")
 def _comes_back() -> Staged:
-    """A hoop's trick: with enough backspin a disc turns round after 1/4 m, and rolls back from 1 s on."""
+    """With enough backspin a disc turns back after 1/4 m, and rolls back after 1 s."""
     return _on_a_wall(_COULOMB, (-1.0, -1.0, 1.0), 2.0, along=1.0, rim=5.0, wall_friction=0.2)
 
 
 @listed("contact")
 def _incline_rolls() -> Staged:
-    """A disc is let go on a slope and rolls: two thirds of what gravity gives along it."""
+    """A disc is released on a slope and rolls, at two thirds of gravity's acceleration along the slope."""
     return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.3)
 
 
 @listed("contact")
 def _incline_slips() -> Staged:
-    """On the same slope with less friction the disc slips from the start, and ever faster."""
+    """On a slope with too little friction for rolling, a disc slips from the start, faster and faster."""
     return _on_a_wall(_COULOMB, (11 / 5, 22 / 5, -16 / 5), 1.0, fall=0.75, wall_friction=0.2)
 
 
 @listed("contact")
 def _incline_edge() -> Staged:
-    """On the same slope with just as much friction as rolling takes, slipping and rolling are one."""
+    """On a slope with just enough friction for rolling, slipping and rolling are the same."""
     return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.25)
 
 
@@ -272,7 +272,7 @@ def _stops() -> Staged:
 
 @listed("contact")
 def _holds() -> Staged:
-    """On a slope below its angle of friction a disc that does not turn stays where it is."""
+    """A disc that does not turn stays at rest on a slope below its angle of friction."""
     return _on_a_wall(_COULOMB, (0.0, 0.0, 0.0), 5.0, fall=0.75, inertia=math.inf, wall_friction=0.8)
 
 
@@ -285,52 +285,52 @@ def _rolling_resistance() -> Staged:
 
 @listed("contact")
 def _rolling_resistance_holds() -> Staged:
-    """On a slope whose tangent is below the coefficient of rolling resistance a disc does not begin to roll."""
+    """A disc does not begin to roll on a slope whose tangent is below the coefficient of rolling resistance."""
     return _on_a_wall(_ROLLING, (0.0, 0.0, 0.0), 5.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.76)
 
 
 @listed("contact")
 def _rolling_resistance_on_a_slope() -> Staged:
-    """On a slope that rolling resistance does not hold a disc rolls more slowly: by c P less, over 1 + k."""
+    """A disc rolls down a slope, and rolling resistance reduces its acceleration by c P/(1 + k)."""
     source = f"{_ROLLING}: u' = (g sin - c g cos)/(1 + k)"
     return _on_a_wall(source, (1.2, 2.4, -2.4), 1.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.3)
 
 
 @listed("contact")
 def _block() -> Staged:
-    """With more rolling resistance than friction a disc slides without turning, and stops as a block does."""
+    """With more rolling resistance than friction a disc slides without turning, and stops like a block."""
     laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 0.4}
     return _on_a_wall(_ROLLING, (1.5, 0.0, 0.0), 5.0, along=3.0, **laws)
 
 
 @listed("contact")
 def _lands_rolling() -> Staged:
-    """A disc that comes down rolling loses c times what it is pressed by, over 1 + k: so it lands, and so it stops."""
+    """A disc lands rolling, and rolling resistance slows it at each bounce and afterwards, until it stops."""
     e, w, c, k = 0.5, 1.0, 0.06, 0.5
     begun, taken = 2.0, c * (1 + e) * w / (1 - e) / (1 + k)
     ways = [2.0 / _G * w * e**n * (begun - taken * (1 - e**n)) for n in range(1, 70)]
     landed = begun - taken
     way = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
-    source = "Geometric series of the hops; from there on v^2 (1 + k)/(2 c g): docs/theory/contact.md"
+    source = "Geometric series of the hops; then it stops after v^2 (1 + k)/(2 c g): docs/theory/contact.md"
     laws: dict[str, Any] = {"wall_restitution": e, "wall_friction": 0.3, "wall_rolling_resistance": c}
     return _on_a_wall(source, (way, 0.0, 0.0), 6.0, along=begun, rim=-begun, into=w, count=None, **laws)
 
 
 @listed("contact")
 def _struck() -> Staged:
-    """A disc that rolls strikes an equal one at rest: it stops and follows, as a billiard ball does."""
+    """A rolling disc strikes an equal one at rest: it stops, and then follows, like a billiard ball."""
     discs = [disc(0.5j, 3 + 0j, 0.5, spin_rad_s=-6.0), disc(2 + 0.5j, 0j, 0.5)]
     scene = scene_of(
         discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), wall_friction=0.2, wall_restitution=0.0, duration_s=3.0
     )
-    source = f"{_COULOMB}; the impact swaps the velocities and keeps the spins"
+    source = f"{_COULOMB}; the impact exchanges the velocities and keeps the spins"
     final = [(41 / 12 + 0.5j, 1 + 0j), (91 / 12 + 0.5j, 2 + 0j)]
     return answered(scene, [impact(1 / 3, 0, 1, 0j, 3 + 0j, -6.0, 0.0)], source, final=final, spins=(-2.0, -4.0))
 
 
 @listed("contact")
 def _edge() -> Staged:
-    """A disc rolls over the end of an edge at 3 m/s, and flies off at once: its weight bends its path too little."""
+    """A disc rolls over the end of an edge at 3 m/s, and flies off: gravity can't bend its path around the end."""
     speed, end, duration = 3.0, 1.0, 1.0
     flown = duration - end / speed
     scene = scene_of(
@@ -341,14 +341,14 @@ def _edge() -> Staged:
         wall_restitution=0.0,
         duration_s=duration,
     )
-    source = "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is so wide"
+    source = "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is as wide"
     end_state = complex(speed * duration, _RADIUS_M - _G * flown * flown / 2), complex(speed, -_G * flown)
     return answered(scene, [], source, final=[end_state], spins=(-6.0,))
 
 
 @listed("contact")
 def _pressed() -> Staged:
-    """A disc falls onto one that lies on the floor: whether it leaves depends on the order of impacts."""
+    """A disc falls onto one that lies on the floor; whether it leaves depends on the order of impacts."""
     scene = scene_of(
         discs=[disc(0.5j, 0j, 0.5), disc(1.7j, 0j, 0.5)],
         walls=[FLOOR],
@@ -361,8 +361,8 @@ def _pressed() -> Staged:
         "Newton's law of restitution, one impact after the other",
         (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0))),
         convention=(
-            "One after the other each round leaves a quarter of 2 m/s, and both end at rest; all at once, as engines "
-            "solve them, the upper disc leaves at 1 m/s. Impacts are taken one after the other"
+            "One after the other, each round leaves a quarter of 2 m/s, and both end at rest. All at once, as engines "
+            "solve them, the upper disc leaves at 1 m/s. Here impacts are applied one after the other"
         ),
     )
     return Staged(scene, known)
@@ -385,9 +385,9 @@ def _in_a_corner(
 
 @listed("contact")
 def _corner() -> Staged:
-    """A disc that spins between floor and wall, driven into the corner, stays there: which contact is not solved."""
+    """A disc that spins in the corner of floor and wall stays there: contact in a corner is not solved."""
     source = (
-        "Irodov, Problems in General Physics: f (1 + f)/(1 + f^2) g/(k R) slows the spin down, to 0 after 17/10 s and "
+        "Irodov, Problems in General Physics: f (1 + f)/(1 + f^2) g/(k R) slows the spin, to 0 after 17/10 s and "
         "17 rad, while the centre stays"
     )
     return _in_a_corner(20.0, source, 0.5, 0.0, None, 3.0)
@@ -395,7 +395,7 @@ def _corner() -> Staged:
 
 @listed("contact")
 def _out_of_a_corner() -> Staged:
-    """Turning the other way it drives itself out of the corner, and rolls from 4/3 s on."""
+    """A disc in a corner spins so that it drives itself out of the corner, and rolls after 4/3 s."""
     slides, speed = 4 / 3, 10 / 3
     way = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
     return _in_a_corner(-20.0, _COULOMB, way, speed, -2.0 * speed, 3.0)
@@ -413,8 +413,8 @@ def _table_stop() -> Staged:
 
 @listed("contact")
 def _table_pair() -> Staged:
-    """A disc slides 3/2 m to an equal one at rest and passes its velocity on; the other stops after 1/2 m."""
+    """A disc slides 3/2 m to an equal one at rest and passes its velocity on; the other disc stops after 1/2 m."""
     discs = [disc(0j, 2 + 0j, 0.25), disc(2 + 0j, 0j, 0.25)]
     scene = scene_of(discs, table_deceleration_m_s2=1.0, duration_s=3.0)
-    source = "Galileo: of v^2 each way s takes 2 a s; equal elastic discs swap velocities"
+    source = "Galileo: each distance s reduces v^2 by 2 a s; equal elastic discs exchange velocities"
     return answered(scene, [impact(1.0, 0, 1, 0j, 1 + 0j)], source, final=[(1.5 + 0j, 0j), (2.5 + 0j, 0j)])

@@ -1,7 +1,7 @@
 """The group `driven`: paddles, pistons, mallets and moving boxes, each scene with its answer in closed form.
 
-In the frame of a driven body an impact is one on a body at rest. So every answer is that of a wall, or of an immovable
-disc, in that frame; `docs/theory/walls.md` derives it. The group runs only when it is named.
+In the frame of a driven body an impact is one on a body at rest. So every answer is that of a wall or an immovable disc
+in that frame; `docs/theory/walls.md` derives it. The group runs only when it is named.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def _after(velocity: complex, drive: complex, normal: complex, restitution: floa
 
 @listed("driven")
 def _paddle() -> Staged:
-    """A disc comes at 2 m/s to a wall that comes at 1 m/s, and goes back at 4 m/s."""
+    """A disc at 2 m/s meets a wall that approaches at 1 m/s, and returns at 4 m/s."""
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(1.0, 0.0))
     scene = scene_of([disc(3.5625 + 0j, -2 + 0j, 0.5)], walls=[wall], duration_s=2.0)
     return answered(scene, [impact(3.0625 / 3, 0, -1, 4 + 0j)], f"{_LAW}: 2 V - v")
@@ -35,7 +35,7 @@ def _racket() -> Staged:
     """A tilted racket without thickness strikes an approaching disc; a fifth of their closing speed is lost."""
     drive, velocity, radius, restitution, time = 3 + 1j, -4 + 0.5j, 0.125, 0.8, 0.51
     normal = 0.8 + 0.6j  # so the direction of the racket is (-0.6, 0.8)
-    foot = 0.25j  # of the disc on the racket, when they meet
+    foot = 0.25j  # the disc's foot on the racket, when they meet
     start = foot + radius * normal - velocity * time
     ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
     racket = edges(*ends, velocity_m_s=vector(drive))
@@ -45,7 +45,7 @@ def _racket() -> Staged:
 
 @listed("driven")
 def _swatter() -> Staged:
-    """A swatter without thickness meets a disc at rest at 50 m/s: it must not pass through."""
+    """A swatter without thickness meets a disc at rest at 50 m/s, and must not pass through it."""
     radius, speed = 0.125, 50.0
     swatter = edges(-10 - 1j, -10 + 1j, velocity_m_s=(speed, 0.0))
     scene = scene_of([disc(0.25j, 0j, radius)], walls=[swatter], duration_s=0.5)
@@ -55,7 +55,7 @@ def _swatter() -> Staged:
 
 @listed("driven")
 def _tip_of_a_racket() -> Staged:
-    """A disc that comes sideways meets the tip of a racket that is on its way up."""
+    """A disc that moves sideways meets the tip of a rising racket."""
     drive, velocity, radius, time = 2j, -3 + 0j, 0.25, 0.51
     normal = complex(0.8, 0.6)  # from the tip to the disc's centre
     tip = -drive * time  # at the origin when they meet
@@ -67,7 +67,7 @@ def _tip_of_a_racket() -> Staged:
 
 @listed("driven")
 def _mallet() -> Staged:
-    """A mallet meets a puck off centre, and goes on as if nothing had been there."""
+    """A mallet meets a puck off centre, and moves on unchanged."""
     drive, velocity, radius, time = -1 + 1j, 0.5 - 1j, 0.5, 0.8125
     normal = complex(0.6, -0.8)  # from puck to mallet
     puck = -velocity * time
@@ -75,19 +75,19 @@ def _mallet() -> Staged:
     discs = [disc(puck, velocity, radius), disc(mallet, drive, radius, math.inf, driven=True)]
     scene = scene_of(discs, duration_s=2.0)
     after, _ = after_impact(1.0, velocity, math.inf, drive, normal)
-    return answered(scene, [impact(time, 0, 1, after, drive)], f"{_LAW}; of a disc it is the line of centres")
+    return answered(scene, [impact(time, 0, 1, after, drive)], f"{_LAW}, which is the line of centres")
 
 
 def before_a_paddle(
     speed: Fraction, length: Fraction, legs: Sequence[tuple[Fraction, Fraction]], duration: Fraction, source: str
 ) -> Staged:
-    """Stage a disc that begins a metre from a wall, and bounces between it and a paddle, all in rational numbers.
+    """Stage a disc that begins a metre from a wall, and bounces between it and a paddle. All numbers are rational.
 
     Args:
-        speed: Its velocity along the line, away from the wall.
+        speed: Velocity of the disc along the line, away from the wall.
         length: Initial distance of the paddle from the wall.
-        legs: Begins of the paddle's legs, and its velocities away from the wall.
-        duration: Until when.
+        legs: Start times of the paddle's legs, and its velocities away from the wall.
+        duration: Duration of the scene.
         source: Source of the answer.
     """
     start, radius, place, paddle, time = speed, Fraction(1, 4), Fraction(1), length, Fraction(0)
@@ -114,20 +114,20 @@ def before_a_paddle(
 
 
 def _in_a_cylinder(drive: Fraction, duration: Fraction) -> Staged:
-    """Stage a disc between a wall and a piston, from the middle on, at 1 m/s towards the wall."""
+    """Stage a disc between a wall and a piston. The disc begins in the middle, at 1 m/s towards the wall."""
     source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); the times by rational recurrence"
     return before_a_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
 
 
 @listed("driven")
 def _piston() -> Staged:
-    """A piston presses a disc together with a wall: it gets faster with each of a dozen impacts on it."""
+    """A piston pushes a disc towards a wall: the disc gets faster at each of a dozen impacts on the piston."""
     return _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
 
 
 @listed("driven")
 def _crush() -> Staged:
-    """A piston and a wall leave a disc no room from 3 s on: infinitely many impacts, ever faster, come before that."""
+    """A piston and a wall leave a disc no room after 3 s: before that, infinitely many impacts come ever faster."""
     pressed = _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
     source = (
         "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so that (v - U) times the room stays the same; "
@@ -139,28 +139,28 @@ def _crush() -> Staged:
 
 @listed("driven")
 def _piston_that_recedes() -> Staged:
-    """A piston goes back: each impact on it takes speed, and after the last one the disc does not catch up."""
+    """A piston recedes: each impact on it slows the disc down, until the disc can't catch up."""
     return _in_a_cylinder(Fraction(1, 8), Fraction(64))
 
 
 @listed("driven")
 def _moving_box() -> Staged:
-    """A disc in a box of four edges that moves: seen from the box it is a disc in a box."""
-    source = "Galileo: as in the box at rest, whose path is unfolded to a straight line"
+    """A disc bounces in a moving box of four edges, as in a box at rest in the box's frame."""
+    source = "Galileo: relative to the box it is at rest, and the path unfolds to a straight line"
     start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
     return in_a_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
 
 
 @listed("driven")
 def _lift() -> Staged:
-    """A ball bounces on a floor that comes up at a constant speed: seen from there, on a floor at rest."""
+    """A ball bounces on a floor that rises at a constant speed, as on a floor at rest in the floor's frame."""
     return on_a_lift(1.5)
 
 
 def on_a_lift(rise: float) -> Staged:
-    """Stage a ball that falls from rest on a floor with this upward velocity, and bounces three times."""
+    """Stage a ball that falls from rest on a floor with an upward velocity, and bounces three times."""
     pull, speed, radius, restitution = 8.0, 5.0, 0.5, 0.5
-    height = 0.5 * speed**2 / pull  # seen from the floor the ball begins with a speed of -rise, at this height
+    height = 0.5 * speed**2 / pull  # seen from the floor, the ball begins at this height with a speed of -rise
     lands = math.sqrt(rise**2 + 2.0 * pull * height)
     impacts, time, leaving = [], (lands - rise) / pull, restitution * lands
     count = 3
@@ -184,7 +184,7 @@ def on_a_lift(rise: float) -> Staged:
 
 @listed("driven")
 def _start_at_a_touch() -> Staged:
-    """A wall at rest that touches a disc starts to move: it strikes the disc at that instant."""
+    """A wall at rest that touches a disc starts to move, and strikes the disc at that instant."""
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
     scene = scene_of([disc(0.25 + 0j, 0j, 0.25)], walls=[wall], duration_s=2.0)
@@ -193,7 +193,7 @@ def _start_at_a_touch() -> Staged:
 
 @listed("driven")
 def _paddle_to_and_fro() -> Staged:
-    """A paddle advances, stops and goes back while a disc bounces between it and a wall: it strikes at three speeds."""
+    """A paddle advances, stops and recedes while a disc bounces between it and a wall: it strikes at three speeds."""
     legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
     source = f"{_LAW}, leg by leg; the times by rational recurrence"
     return before_a_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
@@ -201,7 +201,7 @@ def _paddle_to_and_fro() -> Staged:
 
 @listed("driven")
 def _fast_cup() -> Staged:
-    """A cup flies past at 20 m/s with a ball at rest in it: it drives the ball before it, and never lets it out."""
+    """A cup with a ball at rest in it flies past at 20 m/s: it pushes the ball along, and never lets it out."""
     radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
     cup = edges(2j, 0 - 1j, width - 1j, width + 2j, velocity_m_s=(drive, 0.0))
     scene = scene_of([disc(complex(place, 0.0), 0j, radius)], walls=[cup], duration_s=0.4)
@@ -214,7 +214,7 @@ def _fast_cup() -> Staged:
 
 @listed("driven")
 def _conveyor() -> Staged:
-    """A ball that is dropped on a belt leaves against its way, turning: friction takes all of the slip."""
+    """A ball that is dropped on a belt leaves in the belt's direction, spinning: friction removes all of the slip."""
     radius, down, belt, time, k = 0.25, 2.0, 1.5, 0.5, 0.5
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), surface_speed_m_s=belt)
     scene = scene_of(
@@ -223,8 +223,8 @@ def _conveyor() -> Staged:
         wall_friction=1.0,
         duration_s=2 * time,
     )
-    change = belt / (1.0 + 1.0 / k)  # of the slip, that of the belt
+    change = belt / (1.0 + 1.0 / k)  # part of the slip, which is the belt's speed
     after, spin = complex(-change, down), -change / k / radius
-    source = "Coulomb: the slip, which is the belt's speed, ends; of it 1/(1 + 1/k) goes into the velocity"
+    source = "Coulomb: the slip, which is the belt's speed, ends; 1/(1 + 1/k) of it goes into the velocity"
     end = complex(0.0, radius) + after * time, after
     return answered(scene, [impact(time, 0, -1, after, None, spin)], source, final=[end], spins=(spin,))

@@ -18,17 +18,17 @@ from carom.model.walls import moved_by
 
 
 class Tag(StrEnum):
-    """A word to choose scenes by: ``tag:walls`` is a pattern of `find_scenes`."""
+    """A word that selects scenes: ``tag:walls`` is a pattern of `find_scenes`."""
 
     WALLS = "walls"
     IMMOVABLE = "immovable"
     INELASTIC = "inelastic"
-    TWO_BODIES = "two-bodies"  # one pair of bodies in all, so that one closed form is the whole answer
+    TWO_BODIES = "two-bodies"  # only one pair of bodies, so that one closed form is the whole answer
     IN_LINE = "in-line"  # the motion is along one line
     CHAIN = "chain"  # more than one impact, so that an error in one is carried into the next
     UNSTABLE = "unstable"  # a small error across the line grows many times over from impact to impact
     GRAZING = "grazing"
-    FAST = "fast"  # a disc that passes more than its own diameter between two frames
+    FAST = "fast"  # a disc moves more than its own diameter between two frames
     MASS_RATIO = "mass-ratio"  # of 100 or more
     NO_IMPACT = "no-impact"
     GRAVITY = "gravity"
@@ -38,16 +38,18 @@ class Tag(StrEnum):
 
 @dataclass(frozen=True)
 class KnownImpact:
-    """One impact whose answer is known; a part that is not known is None.
+    """One impact whose answer is known. Unknown parts are None.
 
     Attributes:
         time_s: Seconds from the start.
-        first: The disc, the lower number of two.
+        first: Number of the disc; of two discs the lower number.
         second: The other disc, or the wall, ``wall_body(k)``.
-        velocity_first_after: Metres a second.
-        velocity_second_after: Metres a second; None for a wall, which has none.
-        spin_first_after: Radians a second; None where it is not known, or nothing turns.
-        spin_second_after: The same.
+        velocity_first_after: Velocity of the first body after the impact, metres a second.
+        velocity_second_after: Velocity of the second body after the impact, metres a second; None for a wall.
+        spin_first_after: Spin of the first body after the impact, radians a second; None if unknown, or if nothing
+            turns.
+        spin_second_after: Spin of the second body after the impact, radians a second; None if unknown, or if nothing
+            turns.
     """
 
     time_s: float
@@ -61,18 +63,18 @@ class KnownImpact:
 
 @dataclass(frozen=True)
 class KnownAnswer:
-    """Answer of mathematics or a cited source. It is never computed by the tested code.
+    """Answer of mathematics or a cited source. The tested code never computes it.
 
-    In addition to these fields, no two bodies of any scene overlap at its end.
+    In addition to these fields, the answer is that no two bodies overlap at the end of a scene.
 
     Attributes:
         source: Source of the answer: the theorem, the closed form or the citation, in one sentence.
-        impacts: The first impacts of the scene, in order; all of them where `count` equals their number.
-        count: Number of impacts in the scene's duration, where known.
-        final_velocity_m_s: Final velocity of each disc, where known.
-        final_position_m: Final position of each disc, where known.
-        final_kinetic_energy_j: Final kinetic energy of all movable discs, where known.
-        final_spin_rad_s: Final spin of each disc, where known.
+        impacts: The first impacts of the scene, in order; all of them if `count` equals their number.
+        count: Number of impacts in the scene's duration, if known.
+        final_velocity_m_s: Final velocity of each disc, if known.
+        final_position_m: Final position of each disc, if known.
+        final_kinetic_energy_j: Final kinetic energy of all movable discs, if known.
+        final_spin_rad_s: Final spin of each disc, if known.
         convention: Reason why the scene has no unique answer, and the rule for the answer here; empty if it is unique.
     """
 
@@ -87,25 +89,25 @@ class KnownAnswer:
 
 
 class Staged(NamedTuple):
-    """A scene with its known answer; both depend on the same few numbers, so one function makes both."""
+    """A scene with its known answer. One function makes scene and answer, since they depend on the same few numbers."""
 
     scene: Scene
     known: KnownAnswer
 
 
-#: Makes a scene, still without its name, and its known answer. The name of the function is the scene's, without its
-#: group; its docstring says in one sentence what the scene shows.
+#: Makes a scene without its name, and its known answer. The function's name is the scene's, without its group; its
+#: docstring says in one sentence what the scene shows.
 Builder = Callable[[], Staged]
 
 
 @dataclass(frozen=True)
 class CatalogueScene:
-    """A scene of the catalogue. Listing costs nothing, since scene, answer and tags are built at their first use.
+    """A scene of the catalogue. Listing costs little, since scene, answer and tags are built at their first use.
 
     Attributes:
         name: Full name, ``group/name``; the scene's own name.
         shows: The scene's description, in one sentence.
-        build: Makes the scene, except for its name, and its answer.
+        build: Makes the scene without its name, and its answer.
         marks: Tags that cannot be derived from the scene and its answer.
     """
 
@@ -126,17 +128,17 @@ class CatalogueScene:
 
     @property
     def known(self) -> KnownAnswer:
-        """Its known answer."""
+        """The known answer."""
         return self._staged.known
 
     @property
     def group(self) -> str:
-        """The part before the stroke."""
+        """The part of the name before the slash."""
         return self.name.partition("/")[0]
 
     @cached_property
     def tags(self) -> frozenset[Tag]:
-        """Words to choose scenes by."""
+        """Tags that select the scene."""
         scene, known = self._staged
         masses = [disc.mass_kg for disc in scene.discs if not disc.immovable]
         frame_s = 1.0 / scene.frame_rate_hz
@@ -147,7 +149,7 @@ class CatalogueScene:
             Tag.INELASTIC: Need.RESTITUTION in scene.needs,
             Tag.GRAVITY: Need.GRAVITY in scene.needs,
             Tag.TWO_BODIES: len(scene.discs) + len(scene.walls) == 2,
-            Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},  # which lead off it
+            Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},  # these lead off the line
             Tag.CHAIN: known.count is None or known.count > 1,
             Tag.FAST: any(math.hypot(*disc.velocity_m_s) * frame_s > 2 * disc.radius_m for disc in scene.discs),
             Tag.MASS_RATIO: max(masses) >= 100 * min(masses),
@@ -178,12 +180,12 @@ def listed(
 
 
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
-    """Return the largest deviation of a trace from the known answer; infinite where an impact is missing or wrong.
+    """Return the largest deviation of a trace from the known answer; infinite if an impact is missing or wrong.
 
     The deviation has no unit. Times are divided by the scene's duration, and velocities by the greatest speed at the
     start or in the answer. Positions and the deepest overlap at the end are divided by the greatest extent of the
-    start, energies by the known one. The deviation of a value that is not a number is infinite. Where the answer
-    depends on a convention, a deviation may only mean another convention.
+    start, energies by the known one. The deviation of a value that is not a number is infinite. If the answer depends
+    on a convention, a deviation may only mean another convention.
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf
@@ -218,7 +220,7 @@ def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[floa
 def _spins_to_compare(
     trace: Trace, known: KnownAnswer, scene: Scene, speed: float
 ) -> Iterator[tuple[ArrayLike, ArrayLike, float]]:
-    """Yield spins found and known, and their scale; infinity where a method does not report a known spin."""
+    """Yield found and known spins, and their scale; infinity if a method does not report a known spin."""
     for k, expected in enumerate(known.impacts):
         for side, disc in (("first", expected.first), ("second", expected.second)):
             spin = getattr(expected, f"spin_{side}_after")
@@ -242,7 +244,7 @@ def _extent(scene: Scene) -> float:
 
 
 def deepest_overlap(trace: Trace, scene: Scene) -> float:
-    """Return the deepest overlap of two bodies at the end, in metres; infinite with a place of NaN."""
+    """Return the deepest overlap of two bodies at the end, metres; infinite if a position is NaN."""
     position = np.asarray(trace.final_position_m, dtype=np.float64)
     if not np.all(np.isfinite(position)):
         return math.inf

@@ -1,7 +1,7 @@
 """The group `gravity`: scenes with uniform gravity, each with its answer in closed form.
 
-The first has no impact at all: what a method gets wrong there is its integrator's error, free fall sampled, and no
-collision's. In the others the two come together; `docs/theory/contact.md` says how to tell them apart.
+The first scene has no impact: its error is that of the integrator, which samples free fall. The other scenes also have
+errors of collisions; `docs/theory/contact.md` says how to distinguish the two.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def _fallen(position: complex, velocity: complex, time_s: float, pull: complex =
 
 @listed("gravity")
 def _free_fall() -> Staged:
-    """A disc is thrown and meets nothing: what is wrong at the end is the integrator's error alone."""
+    """A disc is thrown and meets nothing: any error at the end is the integrator's."""
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
     scene = scene_of(discs=[disc(start, velocity, 0.15)], gravity_m_s2=vector(FALL), duration_s=duration)
     final = [_fallen(start, velocity, duration)]
@@ -48,7 +48,7 @@ def _hops(first_s: float, speed: float, pull: float, restitution: float, end_s: 
 
 
 def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
-    """Stage a disc that falls from rest at a height above a level floor, drifting along."""
+    """Stage a disc that is dropped on a level floor with a constant sideways velocity."""
     radius, drift = 0.2, 0.4
     pull = abs(FALL)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
@@ -75,15 +75,15 @@ def _bouncing_ball() -> Staged:
 @listed("gravity")
 def _ladder() -> Staged:
     """A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest."""
-    # The fall takes .267 s, and infinitely many bounces would be over at 9 times that.
+    # The fall takes .267 s, and all of the infinitely many bounces would be over at 9 times that.
     return _bouncing(0.35, 0.8, 1.93)
 
 
 @listed("gravity")
 def _box() -> Staged:
-    """A ball is thrown in a box: floor and side walls, in an order that only right times give."""
+    """A ball is thrown in a box: it meets floor and side walls in an order that follows from exact times only."""
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
-    start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the box that is left to the centre
+    start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the region of the centre
     pull = abs(FALL)
     scene = scene_of(
         discs=[disc(start + complex(radius, radius), velocity, radius)],
@@ -113,7 +113,7 @@ def _box() -> Staged:
     last = floor[-1][0]
     end, speed = _fallen(complex(folded, 0), complex(across, landing), duration - last)
     final = (complex(folded, end.imag) + complex(radius, radius), speed)
-    source = "Across, gravity is not felt and the box unfolds; up and down, each hop lasts 2 u / g"
+    source = "Sideways, gravity has no effect and the box unfolds; up and down, each hop lasts 2 u / g"
     return answered(scene, impacts, source, final=[final])
 
 
@@ -121,7 +121,7 @@ def _box() -> Staged:
 def _falling_pair() -> Staged:
     """Two discs collide while they fall, as they would without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
-    v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, as seen by somebody who falls with them
+    v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, in the falling frame
     normal = normal_of_offset(v1 - v2, 0.35)
     where = 0.4 + 2.2j
     p1, p2 = where - r1 * normal, where + r2 * normal
@@ -135,7 +135,7 @@ def _falling_pair() -> Staged:
     gained, rest = FALL * time, duration - time
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
-    source = "In the falling frame there is no gravity: the impact without it, plus g t and g t^2/2"
+    source = "In the falling frame there is no gravity: g t and g t^2/2 are added to the impact without it"
     return answered(scene, [impact(time, 0, 1, after1 + gained, after2 + gained)], source, final=final)
 
 
@@ -159,7 +159,7 @@ def _incline() -> Staged:
     up, falling = _fallen(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))
     final = (up.imag * normal + slide * duration**2 / 2 * along, falling.imag * normal + slide * duration * along)
     source = (
-        "Across the slope a bouncing ball with g cos(slope); along it a slide with g sin(slope), which no bounce feels"
+        "Across the slope the ball bounces with g cos(slope); along it, it slides with g sin(slope), despite bounces"
     )
     return answered(
         scene, [impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces], source, final=[final]

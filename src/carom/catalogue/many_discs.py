@@ -1,4 +1,4 @@
-"""Classics of many discs: shared contact, which has no unique answer, and a gas, of which only invariants are known."""
+"""Classics of many discs: shared contact, which has no unique answer, and a gas with known invariants."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def _one_into_two() -> Staged:
     )
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)
-    # Equal masses: the struck disc takes the part along the normal, cos 30 of the speed; the striker keeps the rest.
+    # Equal masses: the struck disc takes the component along the normal, cos 30 of the speed; the striker keeps the
+    # rest.
     first_struck = cosine * speed * up
     between = speed - first_struck
     # Of the rest the second takes the part along its own normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4 = sqrt(3)/4.
@@ -34,19 +35,19 @@ def _one_into_two() -> Staged:
     impacts = [impact(time, 0, 1, between, first_struck), impact(time, 0, 2, between - second_struck, second_struck)]
     convention = (
         "Both impacts share one instant and one disc, and each order gives its own answer, (-1/8, -sqrt(3)/8) or its "
-        "mirror image; impacts are taken one pair at a time, the lower numbers first"
+        "mirror image; impacts are applied one pair at a time, the lower numbers first"
     )
-    source = "Equal masses exchange the normal parts of their velocities, first at +30, then at -30 degrees"
+    source = "Equal masses exchange the normal components of their velocities, first at +30, then at -30 degrees"
     return answered(scene, impacts, source, convention)
 
 
 def boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, duration_s: float) -> Staged:
-    """Stage a gas of `side` times `side` equal discs, a pitch apart in a box, of which the energy is known."""
+    """Stage a gas of `side` times `side` equal discs, with a spacing in a box. Only its energy is known."""
     golden_angle = math.pi * (3 - math.sqrt(5))
     discs = []
     for k in range(side * side):
         row, column = divmod(k, side)
-        # Directions a golden angle apart are spread evenly and line up nowhere; so are the shifts off the lattice.
+        # Directions a golden angle apart are spread evenly and never line up; neither do the shifts off the lattice.
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
         discs.append(disc(centre, speed * direction, radius_m))
@@ -57,5 +58,5 @@ def boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, durat
 
 @listed("classics")
 def _gas() -> Staged:
-    """Sixteen discs in a box: energy stays, and reversed velocities lead back to the start."""
+    """Sixteen discs bounce in a box: energy is conserved, and reversed velocities lead back to the start."""
     return boxed_gas(4, radius_m=0.1, pitch_m=0.5, speed=1.5, duration_s=1.0)

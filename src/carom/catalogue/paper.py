@@ -1,8 +1,8 @@
 """The group `paper`: the four cases of the source paper, figures 2 to 9.
 
 Each scene is written backwards from its impacts. At a film's 24 frames a second the instants are chosen within a frame
-so that periodic interference testing (PIT) shows exactly the failure that the paper draws. Impacts at ``k + phase``
-frames: the phase says how much of a frame has gone by when the discs touch.
+so that periodic interference testing (PIT) shows exactly the failure in the paper. Impacts are at ``k + phase`` frames:
+the phase is the fraction of a frame that has passed when the discs touch.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _seen = partial(meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWAR
 
 @listed("paper")
 def _missed() -> Staged:
-    """Two discs meet and part again between two frames: PIT never sees them touch (figures 2 and 3)."""
+    """Two discs meet and separate between two frames: PIT never sees them touch (figures 2 and 3)."""
     # Half the chord, R sqrt(1 - .8^2) = .3 m, is passed in .6 of a frame at 12 m/s: less than the frame has left.
     return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
 
@@ -32,13 +32,13 @@ def _missed() -> Staged:
 @listed("paper")
 def _late() -> Staged:
     """Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5)."""
-    # The deep overlap lasts several frames, so PIT cannot miss it; .9 of a frame passes before it looks.
+    # The deep overlap lasts several frames, so PIT can't miss it; .9 of a frame passes before the next check.
     return _seen((4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
 
 
 @listed("paper")
 def _wrong_direction() -> Staged:
-    """Green strikes blue, blue bounces off a stationary red: under PIT it leaves at a wrong angle (figures 6 and 7)."""
+    """A green disc strikes a blue one, which bounces off a red one: with PIT at a wrong angle (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
     green, blue = 7 + 0j, -1 + 0j
     time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ
@@ -63,7 +63,7 @@ def _wrong_direction() -> Staged:
 
 @listed("paper")
 def _multiple() -> Staged:
-    """A heavy disc clips four light ones within a single frame: PIT sees only some of it (figures 8 and 9)."""
+    """A heavy disc clips four light ones within one frame: PIT sees only some of the impacts (figures 8 and 9)."""
     heavy, radius, small = 8.0, 0.35, 0.12
     velocity, centre, time = 14 + 0j, 0j, 8.1 / _FILM_HZ
     discs = [disc(-velocity * time, velocity, radius, heavy)]

@@ -1,8 +1,8 @@
 """The group `spin`: friction and spin, each scene with its answer from a closed form or a cited source.
 
 Discs have radius 1, mass 1 and k = 1/2 unless a scene says otherwise, so that spins are the speeds of rims. Answers are
-fractions worked out by hand from the sources, or the linear maps of these applied to fractions.
-`docs/theory/friction.md` derives the law. The group runs when it is asked for.
+fractions computed by hand from the sources, or linear maps of the sources applied to fractions.
+`docs/theory/friction.md` derives the law. The group runs only when it is named.
 """
 
 from __future__ import annotations
@@ -17,21 +17,19 @@ from carom.catalogue.walled import FLOOR
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector
 
-_CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: grip ends rolling, v' = v/(1 + k); sliding takes f (1 + e) w_n of v"
+_CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: a grip ends rolling, v' = v/(1 + k); a slide takes f (1 + e) w_n of v"
 _ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the lesser of f and k/(1 + k) tan(cut)/(1 + e)"
-_GARWIN = (
-    "Garwin, Am. J. Phys. 37 (1969) 88: a superball gives its slip back, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
-)
+_GARWIN = "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
 
-#: Time of the first impact of most scenes, seconds. It is not at the end of a step that divides a frame, where rounding
-#: would decide whether it is seen at once.
+#: Time of the first impact of most scenes, seconds. The time is not at the end of a step that divides a frame, where
+#: rounding would decide whether the impact is detected at once.
 _FIRST_S = 0.42
 #: A coefficient at which no impact of these scenes slides: the most that PyBullet simulates.
 _GRIP = 10.0
 
 
 def _disc(contact: Vector, velocity: Vector, time_s: float = _FIRST_S, **fields: Any) -> Disc:
-    """Return a disc that moves straight and reaches a place at a time."""
+    """Return a disc that moves straight and reaches a position at a time."""
     start = (contact[0] - velocity[0] * time_s, contact[1] - velocity[1] * time_s)
     return Disc(position_m=start, velocity_m_s=velocity, radius_m=1.0, **fields)
 
@@ -51,7 +49,7 @@ def _on_floor(
 def _two(
     normal: Vector, velocity: Vector, spin: float, after: tuple[Vector, Vector], spins_after: Vector, **fields: Any
 ) -> Staged:
-    """Stage a spinning disc that hits another, which rests."""
+    """Stage a spinning disc that hits another disc at rest."""
     first = _disc((0.0, 0.0), velocity, spin_rad_s=spin)
     second = Disc(position_m=(2.0 * normal[0], 2.0 * normal[1]), radius_m=1.0)
     scene = scene_of(discs=[first, second], duration_s=1.0, **fields)
@@ -67,13 +65,13 @@ def _grip() -> Staged:
 
 @listed("spin")
 def _slide() -> Staged:
-    """A disc slides through its impact on a floor: friction takes a tenth of the push, and turns it a little."""
+    """A disc slides through its impact on a floor: friction is a tenth of the push, and turns the disc a little."""
     return _on_floor((3.0, -2.0), (2.7, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
 
 
 @listed("spin")
 def _edge() -> Staged:
-    """A disc hits a floor exactly between stick and slide, where both give the same."""
+    """A disc hits a floor exactly at the limit between sticking and sliding, where both give the same."""
     return _on_floor((0.9, -2.0), (0.6, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
 
 
@@ -82,7 +80,7 @@ _LEMBCKE = "S. Lembcke, Chipmunk forum, 24 October 2016, on a striker of carom t
 
 @listed("spin")
 def _striker_stick() -> Staged:
-    """A striker that can't turn is held by the cushion's friction: its speed along it is gone."""
+    """A striker that can't turn is held by the cushion's friction, and loses its speed along the cushion."""
     fields = {"wall_friction": 0.6, "wall_restitution": 0.9}
     return _on_floor((10.0, -10.0), (0.0, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
 
@@ -109,26 +107,26 @@ def _throw_stick() -> Staged:
 
 @listed("spin")
 def _gearing() -> Staged:
-    """A cut shot with just the spin at which the discs roll on each other: no friction acts, however large."""
+    """A cut shot with the spin at which the discs roll on each other: friction has no effect, however large."""
     return _two((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
 
 
 @listed("spin")
 def _english_stick() -> Staged:
-    """A spinning disc hits another head-on and throws it aside: the discs grip each other."""
+    """A spinning disc hits another head-on: the discs grip each other, and the other is thrown aside."""
     return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -1.0), (2.0, 1.0)), (4.0, -2.0), friction=10.0)
 
 
 @listed("spin")
 def _english_slide() -> Staged:
-    """A spinning disc hits another head-on and throws it aside a little: the discs slide past each other."""
+    """A spinning disc hits another head-on: the discs slide past each other, and the other is thrown aside a little."""
     return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -0.2), (2.0, 0.2)), (5.6, -0.4), friction=0.1)
 
 
 def _between_plates(
     states: list[tuple[float, float]], along: float, across: float, gap: float, source: str, **fields: Any
 ) -> Staged:
-    """Stage a disc between two plates, elastic across them, given speed along them and spin after each impact."""
+    """Stage a disc between two elastic plates, from its speed along them and its spin after each impact."""
     flight = gap / across
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 + gap), normal=(0.0, -1.0))]
     start = Disc(position_m=(0.0, 1.0 + gap / 2), velocity_m_s=(along, -across), radius_m=1.0)
@@ -151,7 +149,7 @@ def _between_plates(
 
 @listed("spin")
 def _plates() -> Staged:
-    """Between two rough plates the speed along them falls to a third at every bounce: it looks like a lost velocity."""
+    """Between two rough plates the speed along them falls to a third at every bounce, as if velocity were lost."""
     states = [(2.0 / 3.0**n, (-2.0, 2.0)[n % 2] / 3.0**n) for n in range(5)]
     source = f"{_CROSS}; rolling on one plate meets the other at twice the slip, so v' = v (1 - k)/(1 + k)"
     return _between_plates(states, 3.0, 2.0, 0.937, source)
@@ -159,7 +157,7 @@ def _plates() -> Staged:
 
 @listed("spin")
 def _bounce_to_roll() -> Staged:
-    """A disc thrown along a floor slides at three bounces, grips at the fourth, and ends rolling on the floor."""
+    """A disc thrown along a floor slides at three bounces, grips at the fourth, and finally rolls on the floor."""
     pull, drop = 2.0, 0.25  # impact speed 1, after half a second; later flights are 1/2, 1/4, ... of a second
     disc = Disc(position_m=(0.0, 1.0 + drop), velocity_m_s=(2.0, 0.0), radius_m=1.0)
     scene = scene_of(
@@ -213,7 +211,7 @@ def _superball_hop() -> Staged:
     signs = (-1.0, 1.0, -1.0)
     impacts = [KnownImpact(0.5 + n, 0, -1, (sign, 4.0), spin_first_after=2.0 * sign) for n, sign in enumerate(signs)]
     left = duration - impacts[-1].time_s
-    # The spots are 0, where it lands first, and -1: it leaves the first to the left.
+    # The spots are 0, where the ball lands first, and -1, since it leaves the first to the left.
     end = (-left, 1.0 + 4.0 * left - pull * left * left / 2)
     velocity = (-1.0, 4.0 - pull * left)
     return Staged(scene, KnownAnswer(_GARWIN, tuple(impacts), 3, (velocity,), (end,), final_spin_rad_s=(-2.0,)))
@@ -221,7 +219,7 @@ def _superball_hop() -> Staged:
 
 @listed("spin")
 def _strip() -> Staged:
-    """A superball between two plates, 500 impacts: it never gets away along them, but turns to and fro."""
+    """A superball bounces 500 times between two plates: it never gets away along them, but moves to and fro."""
     turn, rounds = math.acos(-7 / 9), 250
     states = []
     for n in range(rounds):
@@ -237,10 +235,10 @@ def _strip() -> Staged:
 
 @listed("spin")
 def _corner() -> Staged:
-    """A disc meets both walls of a right-angled corner at once: with friction their order decides what follows."""
+    """A disc meets both walls of a right-angled corner at once: with friction their order decides the result."""
     walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
     scene = scene_of(discs=[_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
-    # The side wall, whose number is the lower, first: it may take 1/4 of 6 from -2 m/s, and 2/3 are enough to roll.
+    # The side wall has the lower number, so it is first: it may take 1/4 of 6 from -2 m/s, and 2/3 are enough to roll.
     impacts = (
         KnownImpact(_FIRST_S, 0, -2, (3.0, -4 / 3), spin_first_after=-4 / 3),
         KnownImpact(_FIRST_S, 0, -1, (22 / 9, 4 / 3), spin_first_after=-22 / 9),

@@ -1,7 +1,7 @@
-"""The group `tables`: walls that end and walls that bend, each scene with its answer in closed form.
+"""The group `tables`: walls that end or bend, each scene with its answer in closed form.
 
-The scenes cover reports on thin walls, corners, seams and curved tables. `docs/theory/walls.md` derives what is met of
-such a wall. The group runs when it is asked for.
+The scenes cover reports on thin walls, corners, seams and curved tables. `docs/theory/walls.md` derives the surface
+that a disc meets. The group runs only when it is named.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from carom.catalogue.entry import KnownAnswer, Staged, Tag, listed
 from carom.catalogue.walled import edges, in_a_room
 from carom.model.scene import Chain, Disc, Ring
 
-_LAW = "Newton's law: the part of the velocity along the normal is turned round"
+_LAW = "Newton's law: the velocity along the normal is reversed"
 _BUNIMOVICH = "Bunimovich, Comm. Math. Phys. 65 (1979) 295: the stadium"
 _CHORDS = "Each chord of a circle subtends the same angle"
 
@@ -28,7 +28,7 @@ def _stadium() -> Chain:
 def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain | Ring, source: str) -> Staged:
     """Stage a disc that moves along a polygon, from the middle of a side, and meets the wall at each corner.
 
-    Nothing is solved: at an impact the velocity takes the direction of the next side.
+    No equation is solved: at an impact the velocity takes the direction of the next side.
     """
     sides = [later - place for place, later in zip(places, (*places[1:], places[0]), strict=True)]
     begin, duration = places[0] - sides[-1] / 2, abs(sides[-1]) / 2
@@ -42,31 +42,31 @@ def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain 
 
 @listed("tables")
 def _bullet() -> Staged:
-    """A disc of a millimetre at a million metres a second meets a wall without thickness."""
+    """A one-millimetre disc at a million metres a second meets a wall without thickness."""
     scene = scene_of([disc(-10 + 0.125j, 1e6, 1e-3)], walls=[edges(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4)
-    return answered(scene, [impact(9.999 / 1e6, 0, -1, complex(-1e6))], f"{_LAW}; the way is 10 m less the radius")
+    return answered(scene, [impact(9.999 / 1e6, 0, -1, complex(-1e6))], f"{_LAW}; the path is 10 m less the radius")
 
 
 def _end_of_a_wall(offset: float) -> Staged:
-    """Stage a disc that flies past the upper end of a wall, with its centre this many radii above it."""
+    """Stage a disc that flies past the upper end of a wall, with its centre `offset` radii above the end."""
     radius, speed, time = 0.25, 3.0, 0.51
     normal = complex(-math.sqrt(max(1.0 - offset * offset, 0.0)), offset)  # from the end to the centre
     start = complex(0.0, radius * offset) + radius * normal.real - speed * time
     scene = scene_of([disc(start, complex(speed), radius)], walls=[edges(-1j, 0j)], duration_s=1.5)
     after = speed * complex(2.0 * offset**2 - 1.0, 2.0 * offset * math.sqrt(max(1.0 - offset**2, 0.0)))
     hits = [impact(time, 0, -1, after)] if offset < 1.0 else []
-    return answered(scene, hits, "The normal at an end is from it to the centre: s off, (2 s^2 - 1, 2 s sqrt(1 - s^2))")
+    return answered(scene, hits, "The normal is from the end to the centre: s off, (2 s^2 - 1, 2 s sqrt(1 - s^2))")
 
 
 @listed("tables")
 def _end_of_wall() -> Staged:
-    """A disc meets the end of a thin wall off centre, and leaves it at an angle of its own."""
+    """A disc meets the end of a thin wall off centre, and is deflected."""
     return _end_of_a_wall(0.6)
 
 
 @listed("tables")
 def _end_grazed() -> Staged:
-    """A disc meets the end of a thin wall with its outermost twentieth, and is turned by 36 degrees."""
+    """A disc meets the end of a thin wall with its outermost twentieth, and is deflected by 36 degrees."""
     return _end_of_a_wall(0.95)
 
 
@@ -86,23 +86,23 @@ def _corner(restitution: float) -> Staged:
     )
     once = after_wall(velocity, 1j, restitution)
     impacts = [impact(time, 0, -1, once), impact(time, 0, -1, after_wall(once, 1, restitution))]
-    return answered(scene, impacts, f"{_LAW}: a right angle turns a velocity round, whichever side is first")
+    return answered(scene, impacts, f"{_LAW}: a right angle reverses a velocity, whichever side is first")
 
 
 @listed("tables")
 def _corner_at_once() -> Staged:
-    """A disc meets both sides of a right-angled corner at one instant, and goes back the way that it came."""
+    """A disc meets both sides of a right-angled corner at one instant, and returns the way it came."""
     return _corner(1.0)
 
 
 @listed("tables")
 def _corner_with_losses() -> Staged:
-    """A disc meets both sides of a right-angled corner at one instant, and loses the same on both."""
+    """A disc meets both sides of a right-angled corner at one instant, and loses the same fraction of speed at both."""
     return _corner(0.6)
 
 
 def _wedge(degrees: float, start: complex, velocity: complex) -> Staged:
-    """Stage a disc in a wedge; start and velocity are those of its centre in the wedge that is left to it."""
+    """Stage a disc in a wedge. Start and velocity are the centre's, in the wedge in which the centre moves."""
     angle, radius = math.radians(degrees), 0.125
     apex = radius * complex(1.0 / math.tan(angle / 2.0), 1.0)
     walls = [edges(64, 0, 64 * cmath.exp(1j * angle))]
@@ -121,14 +121,14 @@ def _wedge_of_sixty() -> Staged:
 
 @listed("tables")
 def _corner_of_forty_five() -> Staged:
-    """A disc meets both sides of a corner of 45 degrees at one instant: four impacts, and back the way that it came."""
+    """A disc meets both sides of a 45-degree corner at one instant: after four impacts it returns the way it came."""
     radius, velocity, time = 0.25, 1.5 * cmath.exp(-0.9j * math.pi), 0.75
     apex = radius * complex(1.0 + math.sqrt(2.0), 1.0)
     walls = [edges(8, 0, 8 + 8j)]
     scene = scene_of([disc(apex - velocity * time, velocity, radius)], walls=walls, duration_s=2 * time)
     source = (
-        "Reflections in two lines at an angle of pi/n make a group of 2 n: for even n a disc in the apex goes back, "
-        "in whatever order its sides are met"
+        "Reflections in two lines at an angle of pi/n form a group of 2 n: for even n a disc in the apex goes back, "
+        "in whatever order it meets the sides"
     )
     end = (vector(apex - velocity * time),)
     return Staged(scene, KnownAnswer(source, count=4, final_velocity_m_s=(vector(-velocity),), final_position_m=end))
@@ -136,7 +136,7 @@ def _corner_of_forty_five() -> Staged:
 
 @listed("tables")
 def _wedge_of_twelve() -> Staged:
-    """A disc is thrown into a corner of 12 degrees, and comes out after as many impacts as half turns have of them."""
+    """A disc is thrown into a corner of 12 degrees, and comes out after fifteen impacts: 180 degrees over 12."""
     return _wedge(12.0, 5 + 0.4j, -2 + 0.2j)
 
 
@@ -150,28 +150,28 @@ def _star() -> Staged:
 
 @listed("tables")
 def _whispering_gallery() -> Staged:
-    """A disc runs along a circular wall at a thousandth of a radian: a hundred impacts in 12 degrees."""
+    """A disc skims along a circular wall at a thousandth of a radian: a hundred impacts in 12 degrees."""
     rho, radius, delta, count = 1.0, 0.25, 1e-3, 100
     velocity, chord = cmath.exp(1j * (math.pi / 2.0 + delta)), 2.0 * rho * math.sin(delta)
     scene = scene_of(
         [Disc(position_m=(rho, 0.0), velocity_m_s=(-math.sin(delta), math.cos(delta)), radius_m=radius)],
         walls=[Ring(centre_m=(0, 0), radius_m=rho + radius)],
         duration_s=(count + 0.5) * chord,
-        frame_rate_hz=3000.0,  # six frames an impact
+        frame_rate_hz=3000.0,  # six frames for each impact
     )
     impacts = [impact(k * chord, 0, -1, velocity * cmath.exp(2j * delta * k)) for k in range(1, count + 1)]
-    return answered(scene, impacts, f"{_CHORDS}: 2 rho sin(delta) an impact")
+    return answered(scene, impacts, f"{_CHORDS}: 2 rho sin(delta) for each impact")
 
 
 @listed("tables")
 def _stadium_across() -> Staged:
-    """A disc goes to and fro between the straight sides of a stadium."""
+    """A disc bounces between the straight sides of a stadium."""
     return _to_and_fro(0.5, 1j, 1.5)
 
 
 @listed("tables")
 def _stadium_along() -> Staged:
-    """A disc goes to and fro along the axis of a stadium, between the middles of its arcs."""
+    """A disc bounces along the axis of a stadium, between the middles of its arcs."""
     return _to_and_fro(0, 1, 3.5)
 
 
@@ -179,27 +179,27 @@ def _to_and_fro(start: complex, velocity: complex, way: float) -> Staged:
     count = 8
     scene = scene_of([disc(start, velocity, 0.5)], walls=[_stadium()], duration_s=way * (2 * count))
     impacts = [impact(way * (2 * k + 1), 0, -1, velocity * (-1) ** (k + 1)) for k in range(count)]
-    return answered(scene, impacts, f"{_BUNIMOVICH}; the way between two walls, over the speed")
+    return answered(scene, impacts, f"{_BUNIMOVICH}; the distance between two walls, over the speed")
 
 
 @listed("tables", Tag.UNSTABLE)
 def _stadium_rhombus() -> Staged:
-    """A disc goes round a rhombus in a stadium: each impact on an arc makes an error along it larger."""
+    """A disc moves along a rhombus in a stadium: each impact on an arc makes an error along the arc larger."""
     return _around([-1.5j, 3.5 + 0j, 1.5j, -3.5 + 0j], 1.25, 0.5, _stadium(), _BUNIMOVICH)
 
 
 @listed("tables", Tag.UNSTABLE)
 def _two_posts() -> Staged:
-    """A disc goes to and fro between two round posts, which throw it off more at each impact if it is off the line."""
+    """A disc bounces between two round posts, which deflect it more at each impact if it is off their axis."""
     posts = [Ring(centre_m=(x, 0.0), radius_m=0.75) for x in (3.0, -3.0)]
     scene = scene_of([disc(0j, 1 + 0j, 0.25)], walls=posts, duration_s=24.0)
     impacts = [impact(2.0 + 4.0 * k, 0, -1 - k % 2, complex(-((-1) ** k))) for k in range(6)]
-    return answered(scene, impacts, "Sinai, Russ. Math. Surv. 25 (1970) 137; the way between two walls, over the speed")
+    return answered(scene, impacts, "Sinai, Russ. Math. Surv. 25 (1970) 137; the distance of two walls, over the speed")
 
 
 @listed("tables", Tag.UNSTABLE)
 def _three_posts() -> Staged:
-    """A disc goes round a triangle of three round posts, six radii apart: an error grows twelvefold at each impact."""
+    """A disc moves along a triangle of three round posts, six radii apart: an error grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
     places = [centre - unit(centre) for centre in centres]  # on the side of the middle, at a radius of both discs
     side = 6.0 - math.sqrt(3.0)
@@ -215,15 +215,15 @@ def _three_posts() -> Staged:
 
 @listed("tables")
 def _box_of_edges() -> Staged:
-    """A disc in a box of four edges, not half-planes: its many bounces are one straight line, unfolded."""
+    """A disc bounces in a box of four edges instead of half-planes: its path unfolds to one straight line."""
     return in_a_room(1.109375 + 0.765625j, 1.71875 + 0.6328125j, 0.25, 5.0, 3.0, 60.0)
 
 
 @listed("tables")
 def _fagnano() -> Staged:
-    """A disc goes round the triangle of the feet of the heights of an equilateral one, the shortest path of all."""
+    """A disc moves along the triangle of the feet of an equilateral triangle's heights, the shortest closed path."""
     side, radius = 6.0, 0.25
-    inner = side - 2.0 * math.sqrt(3.0) * radius  # of the triangle that is left to the centre
+    inner = side - 2.0 * math.sqrt(3.0) * radius  # side of the triangle in which the centre moves
     middle = complex(side / 2.0, side / (2.0 * math.sqrt(3.0)))
     # The middles of its sides: below, to the upper right, to the upper left.
     places = [
@@ -240,7 +240,7 @@ def _seam() -> Staged:
     floor = edges(-5, 5, pieces=10)
     start = complex(0.0625, radius) - velocity * time
     scene = scene_of([disc(start, velocity, radius)], walls=[floor], duration_s=1.25)
-    return answered(scene, [impact(time, 0, -1, 5 + 2j)], f"{_LAW}; a floor in pieces is a floor")
+    return answered(scene, [impact(time, 0, -1, 5 + 2j)], f"{_LAW}; a floor in pieces acts like one floor")
 
 
 @listed("tables")
@@ -265,7 +265,7 @@ def _peg() -> Staged:
 
 @listed("tables", Tag.UNSTABLE)
 def _bowl() -> Staged:
-    """A disc falls to the bottom of a round container, straight, and comes up as high each time."""
+    """A disc falls straight to the bottom of a round container, and rises to the same height each time."""
     pull, height = 8.0, 3.0
     fall, speed, count = math.sqrt(2.0 * height / pull), math.sqrt(2.0 * height * pull), 3
     scene = scene_of(
@@ -275,4 +275,4 @@ def _bowl() -> Staged:
         duration_s=2.0 * count * fall,
     )
     impacts = tuple(impact((2 * k - 1) * fall, 0, -1, 1j * speed) for k in range(1, count + 1))
-    return Staged(scene, KnownAnswer("Galileo: a fall of sqrt(2 h / g), up and down again twice that", impacts, count))
+    return Staged(scene, KnownAnswer("Galileo: a fall of sqrt(2 h / g), and flights of twice that", impacts, count))

@@ -25,7 +25,7 @@ def _oblique_3_4_5() -> Staged:
         offset=3 / 5,
         time_s=0.42,
         duration_s=1.25,
-        source="Equal masses exchange the normal parts of their velocities: 5 m/s splits into 4 and 3 at a right angle",
+        source="Equal masses exchange the velocities along the normal: 5 m/s splits into 4 and 3 at a right angle",
     )
 
 
@@ -46,7 +46,7 @@ def _perfectly_inelastic() -> Staged:
 
 @listed("classics")
 def _deflection() -> Staged:
-    """A disc bounces off an immovable one and turns by 120 degrees."""
+    """A disc bounces off an immovable one, and is deflected by 120 degrees."""
     radius, fixed, speed, start_x = 0.2, 0.3, 4.0, -2.1
     contact = radius + fixed
     miss_distance = contact / 2
@@ -93,12 +93,12 @@ def _touching_apart() -> Staged:
 
 @listed("classics")
 def _mass_ratio_1000() -> Staged:
-    """A disc of 500 kg sweeps one of half a kilogram away."""
+    """A disc of 500 kg sweeps away one of half a kilogram."""
     return meeting((2 + 0j, 0j), (0.5, 0.1), mass_kg=(500.0, 0.5), offset=0.3, time_s=0.43, duration_s=1.25)
 
 
 @listed("classics")
 def _bullet() -> Staged:
-    """A small disc at 100 m/s strikes another: it passes its target whole between two frames."""
+    """A small disc at 100 m/s strikes another: between two frames it could pass its target completely."""
     # 1.7 m between two frames, and a target .5 m across.
     return meeting((100 + 0j, 0j), (0.05, 0.25), mass_kg=(0.1, 2.0), offset=-0.3, time_s=0.171, duration_s=0.5)

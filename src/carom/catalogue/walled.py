@@ -1,4 +1,4 @@
-"""Classics with walls: unfolding, mirror images and the ladder of wall restitution."""
+"""Classics with walls: unfolding, mirror images, and repeated bounces with restitution."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ def bounces_in_a_box(
     """Return the impacts of a disc with the walls of `box_walls`, by unfolding: its path is one straight line.
 
     Args:
-        start: Its centre in the box that is left to the centre, from the corner of that.
-        velocity: Its velocity, to the right and up.
-        width_m: Width of the box that is left to the centre.
-        height_m: Its height.
-        duration_s: Until when.
+        start: Centre of the disc, from the corner of the region in which the centre moves.
+        velocity: Velocity of the disc, to the right and up.
+        width_m: Width of that region.
+        height_m: Height of that region.
+        duration_s: Duration, seconds.
     """
     events: list[tuple[float, int, bool]] = []
     for place, speed, length, near, is_x in (
@@ -78,15 +78,15 @@ def in_a_room(
     drive: complex = 0j,
     source: str = "Unfolding: the path is one straight line through a lattice of boxes",
 ) -> Staged:
-    """Stage a disc in a room of four edges, one body, which may be thick, and may move.
+    """Stage a disc in a room of four edges. The room is one body, which may be thick, and may move.
 
     Args:
-        start: Start of the disc, from the corner of the region of its centre.
-        velocity: Its velocity, as seen from the room.
-        radius_m: Its radius.
+        start: Start of the disc, from the corner of the region in which the centre moves.
+        velocity: Velocity of the disc relative to the room.
+        radius_m: Radius of the disc.
         width_m: Width of the room.
-        height_m: Its height.
-        duration_s: Until when.
+        height_m: Height of the room.
+        duration_s: Duration of the scene, seconds.
         half_width_m: Half the thickness of the edges.
         drive: Velocity of the room.
         source: Source of the answer.
@@ -103,9 +103,9 @@ def in_a_room(
 
 @listed("classics")
 def _box() -> Staged:
-    """One disc in a box: its many bounces are one straight line, unfolded."""
+    """One disc bounces in a box: its path unfolds to one straight line."""
     radius, width, height = 0.2, 2.4, 1.6
-    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the box that is left to the centre
+    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the region of the centre
     scene = scene_of(
         discs=[disc(start + complex(radius, radius), velocity, radius)],
         walls=box_walls(width, height),
@@ -120,7 +120,7 @@ def _box() -> Staged:
 
 @listed("classics")
 def _restitution_ladder() -> Staged:
-    """A disc between two walls of restitution .8: each crossing takes 5/4 as long as the one before."""
+    """A disc bounces between two walls of restitution .8: each crossing takes 5/4 as long as the one before."""
     radius, width, e = 0.1, 1.7, 0.8
     start_x, velocity = 0.6, 11 + 0.3j
     first, length = width - radius - start_x, width - 2 * radius
@@ -140,7 +140,7 @@ def _restitution_ladder() -> Staged:
         across = (-1.0) ** (n + 1) * velocity.real * e ** (n + 1)
         impacts.append(impact(time, 0, (-2, -1)[n % 2], complex(across, velocity.imag)))
     source = (
-        "Each wall leaves e of the speed across, so the crossing times are a geometric series; the speed along stays"
+        "Each wall multiplies the speed across by e, so crossing times are a geometric series; the speed along stays"
     )
     return answered(scene, impacts, source)
 
@@ -156,9 +156,7 @@ def _slanted_wall() -> Staged:
         wall_restitution=e,
         duration_s=1.5,
     )
-    source = (
-        "Written backwards from the impact: the velocity along the wall stays, that across it is turned round times e"
-    )
+    source = "Written backwards from the impact: the velocity along the wall stays, that across it is reversed times e"
     return answered(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source)
 
 

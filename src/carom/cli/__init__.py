@@ -1,4 +1,4 @@
-"""Command line: parse, call, print.
+"""Command line of Carom.
 
 Each command is a module of `carom.cli.commands`. Only the module of the requested command is loaded.
 """
@@ -21,7 +21,7 @@ from carom.errors import CaromError
 
 __all__ = ["app", "app_of", "command"]
 
-#: Commands by what a user wants to do, in the order of `carom --help`.
+#: Commands by purpose, in the order of `carom --help`.
 GROUPS = {
     "Check": ("run", "bench", "stress", "certify"),
     "Choose": ("advise", "tune", "engines"),
@@ -31,7 +31,7 @@ GROUPS = {
 }
 _FIRST = tuple(name for names in GROUPS.values() for name in names)
 
-#: Module and function of a command that is not the function of its own name in the module of that name.
+#: Module and function of commands whose names can't be those of a module.
 _SPELT = {"import": ("importing", "import_file")}
 
 _MODULES = {path.stem for path in Path(commands.__path__[0]).glob("[!_]*.py")} - {"importing"}
@@ -42,7 +42,7 @@ class CommandGroup(TyperGroup):
     """The commands of Carom, listed under headings."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write one section per group; a command without a group is listed under *Other*."""
+        """Write one section per group. A command without a group is listed under *Other*."""
         rows = {name: self.commands[name].get_short_help_str(1000) for name in self.list_commands(ctx)}
         width = max(map(len, rows), default=0)
         for title, names in {**GROUPS, "Other": [name for name in rows if name not in _FIRST]}.items():
@@ -52,12 +52,12 @@ class CommandGroup(TyperGroup):
 
 
 def app_of(names: Sequence[str]) -> typer.Typer:
-    """Return the command line with these commands; Typer reads the options of each that it is given."""
+    """Return the command line with the given commands. Typer reads the options of all commands that it gets."""
     found = typer.Typer(
         cls=CommandGroup,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
-        rich_markup_mode=None,  # boxes around a help text would take more processor time than the rest of `--help`
+        rich_markup_mode=None,  # boxes around a help text would take longer than the rest of `--help`
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
         help="Check how accurately physics engines compute disc collisions: "
         "impact times and velocities, compared with the exact solution.",
@@ -67,14 +67,14 @@ def app_of(names: Sequence[str]) -> typer.Typer:
     for name in names:
         module, function = _SPELT.get(name, (name, name))
         one = getattr(importlib.import_module(f"carom.cli.commands.{module}"), function)
-        # Its first sentence whole: by default the list of commands cuts it at 45 characters.
+        # The whole first sentence. By default the list of commands cuts it at 45 characters.
         found.command(name, cls=Command, short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
     found.callback()(_options)
     return found
 
 
 def __getattr__(name: str) -> Any:
-    if name == "app":  # the whole
+    if name == "app":  # all commands
         globals()["app"] = whole = app_of(COMMANDS)
         return whole
     message = f"module {__name__!r} has no attribute {name!r}"
@@ -98,32 +98,32 @@ def _options(
 
 
 def command() -> str | int | None:
-    """Run the command, and return its exit code, also if the output cannot be written.
+    """Run the command, and return its exit code, even if the output can't be written.
 
     Raises:
-        KeyboardInterrupt: A signal came before the command or after it.
+        KeyboardInterrupt: A signal arrived before or after the command.
     """
     out = sys.stdout
     try:
         try:
-            if not {"-h", "--help", "--version"} & {*sys.argv}:  # these options need no NumPy
+            if not {"-h", "--help", "--version"} & {*sys.argv}:  # not needed by these options
                 address_space.require_address_space()
             asked = sys.argv[1:2]
             app_of(asked if asked and asked[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
-                raise signal from None  # Typer reports no signal, and handles each as Ctrl-C
-            code = end.code if sys.stdout is out else 0  # Typer replaces it where the pipe is closed
+                raise signal from None  # Typer handles every signal as Ctrl-C
+            code = end.code if sys.stdout is out else 0  # Typer replaces `stdout` if the pipe is closed
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
             if not isinstance(error, CaromError) and not address_space.limit_mb():
                 raise
-            common.say_error(address_space.told(error))
+            common.say_error(address_space.limit_error(error))
             code = common.EXIT_BAD_INPUT
         out.flush()  # here, where an error can still be reported
-    except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
+    except BrokenPipeError:  # a reader such as `head` has closed the pipe
         code = 0
-    except OSError as error:  # a disk that is full
+    except OSError as error:  # a full disk
         with suppress(OSError):
             common.say(f"carom: output: {error.strerror or error}", apart=True)
         code = common.EXIT_BAD_INPUT

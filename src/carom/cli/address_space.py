@@ -1,4 +1,4 @@
-"""Message about too little address space (`ulimit -v`), where a library of NumPy ends the process silently."""
+"""Error message for too little address space (`ulimit -v`), which makes a library of NumPy end the process."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import sys
 
 from carom.errors import CaromError, InputError
 
-#: Part of the limit within which all imports must fit; the smallest run of one scene takes a third more.
+#: Fraction of the limit that imports may use. The smallest run of one scene takes a third more.
 LOADED = 0.75
 
 
 def limit_mb() -> float:
-    """Return the limit on this process's address space, megabytes; 0 where there is none."""
+    """Return the limit on this process's address space, megabytes; 0 if there is none."""
     try:
         import resource
     except ImportError:  # not a POSIX system
@@ -21,8 +21,8 @@ def limit_mb() -> float:
     return 0.0 if limit == resource.RLIM_INFINITY else limit / 1e6
 
 
-def told(error: BaseException) -> CaromError:
-    """Return the message for an error within the limit."""
+def limit_error(error: BaseException) -> CaromError:
+    """Return an error with a message that names the limit."""
     if isinstance(error, CaromError):
         return error
     within = f"within {limit_mb():.0f} MB of address space (ulimit -v)"
@@ -52,7 +52,7 @@ def require_address_space() -> None:
             os.dup2(null, 2)
             import numpy as np
 
-            import carom.studies.cross_check.run  # noqa: F401 - loaded, and nothing else
+            import carom.studies.cross_check.run  # noqa: F401 - only loaded
 
             np.ones((2, 2)) @ np.ones((2, 2))
             code = 0

@@ -1,4 +1,4 @@
-"""Error handler for outputs with a small alphabet, such as ASCII: it replaces each sign by a similar one."""
+"""Error handler for outputs with a small character set, such as ASCII. It replaces characters by similar ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import unicodedata
 #: The error handler's name, for `open`, `str.encode` and `io.TextIOWrapper.reconfigure`.
 ERRORS = "carom.plain"
 
-#: The report's own signs; no two marks of a grade share one.
+#: Replacements for the report's symbols. No two grades have the same replacement.
 _SIGNS = {
     "✓": "=",
     "≃": "~",
@@ -42,7 +42,7 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
 
 
 def _nearest(sign: str) -> str:
-    """Return a letter without its accent, a line of a table as a dash, and anything else as a question mark."""
+    """Return a letter without its accent, a dash for a table line, and otherwise a question mark."""
     bare = unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode()
     return bare or ("-" if unicodedata.name(sign, "").startswith("BOX DRAWINGS") else "?")
 

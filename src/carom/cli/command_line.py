@@ -1,4 +1,4 @@
-"""The command line that repeats a result, from the declarations of the command."""
+"""Builds the command line that repeats a result, and formats option types and defaults for ``--help``."""
 
 from __future__ import annotations
 
@@ -8,30 +8,31 @@ from contextvars import ContextVar
 from functools import partial
 from typing import Any
 
+import typer
 from typer.core import TyperCommand
 
-#: Options without effect on a result: they continue a run, or print more of it.
+#: Options without effect on a result. They continue a run, or print more.
 _NO_PART = {"resume", "retry", "verbose"}
 
-#: Types by Typer's names, in the words of `carom.support.options`.
+#: Words for Typer's types, as in `carom.support.options`.
 _WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "int range": "INTEGER"}
 
 _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
 
 def command_line() -> str:
-    """Return the running command line, each option under its first name; ``carom`` in Python."""
+    """Return the running command line, with the first name of each option; in Python, return ``carom``."""
     return _ASKED.get()
 
 
 def _plain_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
-    """Return the type of an option in ``--help``: a word like those of declared options, or the choices."""
+    """Return the type of an option for ``--help``: a word as for declared options, or the choices."""
     named = typed(ctx=ctx).strip("<>").removeprefix("list[").removesuffix("]")
     return "" if argument and "|" not in named else _WORDS.get(named, named)
 
 
 def with_default(text: str, default: str, span: str = "") -> str:
-    """Return the help text of an option, with its default and range after the first sentence."""
+    """Return the help text of an option with default and range after the first sentence."""
     facts = "; ".join(filter(None, (default and f"default: {default}", span)))
     if not facts:
         return text
@@ -40,13 +41,21 @@ def with_default(text: str, default: str, span: str = "") -> str:
 
 
 class Command(TyperCommand):
-    """A command that stores its arguments, and names types in ``--help`` by plain words."""
+    """A command that stores its arguments, and shows types in ``--help`` as plain words."""
 
     def __init__(self, *args: Any, **more: Any) -> None:
         super().__init__(*args, **more)
         for one in self.params:
-            if typed := getattr(one, "display_type", None):  # older Typers name types by plain words themselves
+            if typed := getattr(one, "display_type", None):  # older versions of Typer already use plain words
                 one.display_type = partial(_plain_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the command line; an error has no word about how Typer finds it."""
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            error.message = error.message.removeprefix("Value error, ")
+            raise
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""

@@ -1,4 +1,4 @@
-"""Shared by all commands: exit codes, common options, error messages, reading and printing."""
+"""Shared functions of all commands: exit codes, common options, error messages, reading and printing."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ EXIT_VIOLATION = 1
 EXIT_BAD_INPUT = 2
 EXIT_UNAVAILABLE = 3
 EXIT_CRASHED = 4
-EXIT_SIGNAL = 128  # and the number of the signal, which is what a shell reports for a command that one ended
+EXIT_SIGNAL = 128  # plus the number of the signal, as reported by a shell
 EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
 
 Parameters = ParamSpec("Parameters")
@@ -40,7 +40,7 @@ SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups 
 
 
 def engines_named(words: list[str] | None) -> list[str] | None:
-    """Return names of engines; a manifest becomes known, and is its engine's name."""
+    """Return engine names. A manifest is registered, and its engine's name is returned."""
     from carom.engines.registry import resolve_engine
 
     try:
@@ -55,14 +55,15 @@ Resume = Annotated[
 ]
 
 Retry = Annotated[
-    bool, typer.Option("--retry", help="Like --resume, and repeat runs that crashed, timed out or raised an error.")
+    bool,
+    typer.Option("--retry", help="Like --resume, but also repeat runs that crashed, timed out or raised an error."),
 ]
 
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print every table, not only the answer.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, not only the summary.")]
 
 
 def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
-    """Turn Carom's own errors and signals into a sentence and an exit code."""
+    """Convert Carom's own errors and signals to a message and an exit code."""
 
     @functools.wraps(command)
     def guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
@@ -77,21 +78,21 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
             word, code = _ended(error)
             say(f"carom: {word}; no report was written", apart=True)
             raise typer.Exit(code) from None
-        except BrokenPipeError:  # the reader, `head` say, has seen enough
+        except BrokenPipeError:  # a reader such as `head` has closed the pipe
             drop_unwritten(sys.stdout, sys.stderr)
             raise typer.Exit from None
-        except OSError as error:  # a disk that is full, a file that may not be written
+        except OSError as error:  # a full disk, or a file without write permission
             say(f"carom: {error.filename or 'output'}: {error.strerror or error}", apart=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
         except MemoryError:
-            say("carom: there is not enough memory for this", apart=True)
+            say("carom: not enough memory", apart=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
 
     return guarded
 
 
 def drop_unwritten(*streams: TextIO) -> None:
-    """Drop output that can't be written; otherwise the interpreter tries again at its end, and fails."""
+    """Discard output that can't be written. Otherwise the interpreter tries again at its end and fails."""
     for stream in streams:
         try:
             stream.flush()
@@ -100,18 +101,18 @@ def drop_unwritten(*streams: TextIO) -> None:
 
 
 def say(text: str, *, apart: bool = False) -> None:
-    """Print a line, in the signs that the output has, without control characters; `apart` from the results."""
+    """Print a line without control characters, to standard error if it is `apart` from the results."""
     plain_where_needed()
     typer.echo(visible(text), err=apart)
 
 
 def say_error(error: CaromError) -> None:
-    """Print an error, and each hint on its own line, apart from the results."""
+    """Print an error, and each hint on its own line, to standard error."""
     say("\n".join((f"carom: {error.message}", *(f"hint: {hint}" for hint in error.hints))), apart=True)
 
 
 def say_lines(lines: Iterable[str]) -> None:
-    """Print lines without wrapping: cut at the width of a terminal, and whole if another program reads them."""
+    """Print lines without wrapping. A terminal cuts them at its width; other programs get whole lines."""
     out = console()
     for line in map(visible, lines):
         cut = out.is_terminal and len(line) > out.width
@@ -119,8 +120,8 @@ def say_lines(lines: Iterable[str]) -> None:
 
 
 def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
-    """Return the message for the signal that ended a command, by default Ctrl-C, and the exit code."""
-    if hasattr(signal, "setitimer"):  # heard: it need not come again
+    """Return the message and the exit code for the signal that ended a command (default: Ctrl-C)."""
+    if hasattr(signal, "setitimer"):  # stop repeating the signal
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
     return "interrupted" if number is signal.SIGINT else f"ended by {number.name}", EXIT_SIGNAL + number
@@ -128,25 +129,25 @@ def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
 
 @contextmanager
 def resumable(journal: Path, *others: Path) -> Iterator[None]:
-    """Print how to resume after a signal; remove journals that were opened in the block and are still empty."""
+    """After a signal, print how to resume, and remove journals that were opened in the block and are still empty."""
     from carom.execution.journal import remove_unused
 
     new = [path for path in (journal, *others) if not path.exists()]
     try:
         yield
     except KeyboardInterrupt as error:
-        for path in new:  # the signal can have come before the journal itself was there to do so
+        for path in new:  # the signal may have arrived before the journal could remove them
             remove_unused(path)
-        if not journal.exists():  # nothing was finished, so no file remains
+        if not journal.exists():  # nothing was finished
             raise
         word, code = _ended(error)
-        say(f"carom: {word}; what is finished is in {journal}, and --resume goes on from there", apart=True)
+        say(f"carom: {word}; finished results are in {journal}, and --resume continues from them", apart=True)
         raise typer.Exit(code) from None
 
 
 @contextmanager
 def studied(out: Path, purpose: str, journal: Path, *others: Path) -> Iterator[Progress]:
-    """Claim the output folder of a study, with journals to resume from, and show its progress."""
+    """Claim the output folder of a study with its journals, and show progress."""
     from carom.support.folders import claimed
 
     with claimed(out, purpose, "--out"), resumable(journal, *others), progress_bar() as progress:
@@ -155,7 +156,7 @@ def studied(out: Path, purpose: str, journal: Path, *others: Path) -> Iterator[P
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
-    """Show the progress of a long command, on a terminal only, with an estimate of the remaining time."""
+    """Show the progress of a long command on a terminal, with an estimate of the remaining time."""
     if not sys.stderr.isatty():
         yield lambda _done, _total, _what: None
         return
@@ -179,28 +180,28 @@ def console() -> Console:
 
     class Out(Console):
         def on_broken_pipe(self) -> None:
-            raise  # noqa: PLE0704 - called where it is handled; by itself it would end with exit code 1
+            raise  # noqa: PLE0704 - called while the error is handled; the default exits with code 1
 
     plain_where_needed()
-    # Brackets and colons in names and in engines' messages are no markup. A pipe has no width, so COLUMNS counts there
-    # too.
+    # Names and messages of engines may contain brackets and colons, so disable markup. For a pipe, COLUMNS sets the
+    # width.
     return Out(highlight=False, markup=False, emoji=False)
 
 
 def plain_where_needed() -> None:
-    """Write ASCII instead of signs that an output's encoding does not have."""
+    """Write similar ASCII characters if the output's encoding lacks a character."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ERRORS)
 
 
 def say_place(what: str, path: Path) -> None:
-    """Print the path of a written file, on one line for other programs, without control characters."""
+    """Print the path of a written file on one line, without control characters."""
     console().print(f"{what}: {visible(str(path))}", soft_wrap=True)
 
 
 def print_document(document: Document, *, full: bool = False, **places: Path | None) -> None:
-    """Print a document: the answer, in full with the evidence, and the path of its file."""
+    """Print a document: the summary (if `full`, also the evidence), and the paths of its files."""
     from carom.report.render.terminal import terminal
 
     out = console()
@@ -212,7 +213,7 @@ def print_document(document: Document, *, full: bool = False, **places: Path | N
 
 
 def hand_over(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
-    """Write a document to named HTML and Markdown files, and print it; with ``-`` print only Markdown."""
+    """Write a document to the given HTML and Markdown files, and print it. With ``-``, print only Markdown."""
     from carom.report.render.html import html
     from carom.report.render.markdown import markdown as markdown_of
     from carom.support.folders import write_file
@@ -228,7 +229,7 @@ def hand_over(document: Document, page: Path | None, markdown: Path | None, *, f
 
 
 def seconds(text: str) -> float:
-    """Read a step such as ``1/240`` or ``0.004``, by its declaration."""
+    """Parse a step such as ``1/240`` or ``0.004``."""
     kind = step()
     try:
         found: float = kind.take(kind.read(text))
@@ -238,7 +239,7 @@ def seconds(text: str) -> float:
 
 
 def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
-    """Load files, and find scenes of the catalogue by name; by default all of the catalogue."""
+    """Load scene files, and find catalogue scenes by name (default: the whole catalogue)."""
     from carom.catalogue import catalogue, find_scenes
     from carom.model.scene import load_scene
 
@@ -252,7 +253,7 @@ def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
 
 
 def plain_scenes_named(names: list[str]) -> list[Scene]:
-    """Return the scenes themselves of `scenes_named`."""
+    """Return plain scenes, as found by `scenes_named`."""
     from carom.model.scene import Scene
 
     return [entry if isinstance(entry, Scene) else entry.scene for entry in scenes_named(names)]

@@ -1,4 +1,4 @@
-"""A command's options, made from what its study declares: see `carom.support.options`."""
+"""Command-line options, generated from the declarations of a study; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Parameters = ParamSpec("Parameters")
 def asking(
     kind: type[Asked],
 ) -> Callable[[Callable[Concatenate[Asked, Parameters], None]], Callable[..., None]]:
-    """Give a command the options that its study declares; they are its body's first argument."""
+    """Add the options that a study declares to a command. The command gets them as its first argument."""
 
     def decorated(body: Callable[Concatenate[Asked, Parameters], None]) -> Callable[..., None]:
         made = [
@@ -42,7 +42,7 @@ def asking(
         hints = get_type_hints(body, include_extras=True)
         _, *own = inspect.signature(body).parameters.values()
         own = [one.replace(annotation=hints[one.name], kind=inspect.Parameter.KEYWORD_ONLY) for one in own]
-        command.__signature__ = inspect.Signature([*own, *made])  # type: ignore[attr-defined] # what Typer looks at
+        command.__signature__ = inspect.Signature([*own, *made])  # type: ignore[attr-defined] # Typer reads it
         command.__annotations__ = {one.name: one.annotation for one in (*own, *made)}
         return guarded(command)
 
@@ -50,7 +50,7 @@ def asking(
 
 
 def shown_option(kind: type[DeclaredOptions], name: str) -> Any:
-    """Return an option as `--help` shows it: its description, default and range."""
+    """Return an option with its description, default and range as in `--help`."""
     one = declared(kind)[name]
     (default,) = (field.default for field in dataclasses.fields(kind) if field.name == name)
     text = with_default(one.what, one.default or _default(one, default), one.kind.range)

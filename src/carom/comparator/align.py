@@ -1,4 +1,4 @@
-"""Second stage of a comparison: the impacts that go together, and their order."""
+"""Second stage of a comparison: matches the impacts of both traces and compares their order."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.comparator.impact_matching import LATEST_STAMP_STEPS, Alignment, Pair
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace
 
-#: Largest edit distance that is computed: sequences that differ more are unrelated.
+#: Largest edit distance that is computed. Sequences that differ more are unrelated.
 MOST_EDITS = 64
 
 
@@ -23,15 +23,14 @@ class AlignedRun(ComparedRun):
     """Alignments of the compared traces within the range.
 
     Attributes:
-        alignment: The run's impacts with the reference's.
-        pit_alignment: PIT's impacts with the reference's; None where PIT was not given.
-        against_pit: The run's impacts with PIT's; None where PIT was not given.
-        edits: Impacts to insert, to delete, or to swap with their neighbour, to turn the one sequence of pairs into the
-            other; `MOST_EDITS` where it is that many or more.
-        inverted: Matched impacts whose order is wrong, as indices of the reference, the one that comes first there
-            first.
-        parted_s: Time of the first impact that the reference and the run do not share in order, seconds; or None.
-        pit_parted_s: The same time of PIT at this step.
+        alignment: Matches of the run's impacts with the reference's.
+        pit_alignment: Matches of PIT's impacts with the reference's; None without PIT.
+        against_pit: Matches of the run's impacts with PIT's; None without PIT.
+        edits: Number of insertions, deletions and swaps of neighbours that turn one sequence of pairs into the other;
+            at most `MOST_EDITS`.
+        inverted: Pairs of matched impacts in the wrong order, as indices of the reference in its own order.
+        parted_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
+        pit_parted_s: The same time for PIT at this step.
     """
 
     alignment: Alignment
@@ -44,7 +43,7 @@ class AlignedRun(ComparedRun):
 
 
 def align_impacts(compared: ComparedRun) -> AlignedRun:
-    """Align the impacts of the compared traces, within the range."""
+    """Align the impacts of the compared traces within the comparison range."""
     reference, observed, pit = compared.reference, compared.observed, compared.pit
     alignment = match_impacts(reference, observed, compared.compared)
     shown = _find_shown_by_states(reference, alignment.missed, compared.truth, observed.dt_s)
@@ -74,7 +73,7 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
 def _find_parting(
     reference: Trace, observed: Trace, alignment: Alignment, inverted: Iterable[tuple[int, int]]
 ) -> float | None:
-    """Return the time of the first impact that is missed, spurious or out of order, seconds; or None."""
+    """Return the time in seconds of the first impact that is missed, spurious or out of order, or None."""
     missed = [*alignment.missed, *(first for first, _ in inverted)]
     times = [reference.impacts["time_s"][missed], observed.impacts["time_s"][list(alignment.spurious)]]
     return min(np.concatenate(times).tolist(), default=None)
@@ -83,9 +82,9 @@ def _find_parting(
 def _find_shown_by_states(
     reference: Trace, missed: Sequence[int], truth: LocalTruth | None, dt_s: float
 ) -> frozenset[int]:
-    """Find unreported impacts that the states show among others of the same steps.
+    """Find unreported impacts that the states nevertheless show, together with other impacts in the same steps.
 
-    For several impacts of a disc in one step, an engine may report the outcome only.
+    If a disc has several impacts in one step, an engine may report only their combined outcome.
     """
     if truth is None or not missed:
         return frozenset()
@@ -108,9 +107,9 @@ def _sorted_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
 
 
 def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
-    """Return the spurious impacts of a run that are not the beginning of a contact that the reference has.
+    """Remove the spurious impacts that are the start of a lasting contact in the reference.
 
-    An engine reports what touches, and may stamp it with the start of its step.
+    An engine reports such a contact as an impact, and may stamp it with the start of its step.
     """
     if reference.modes is None:
         return tuple(invented)
@@ -126,8 +125,9 @@ def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[i
 def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tuple[int, tuple[tuple[int, int], ...]]:
     """Return the edit distance and the inverted impacts of an alignment, which may end at a horizon.
 
-    A method that checks once per step has no order within a step, and stamps up to two steps late. So two impacts
-    without a common body and within two steps of each other are not out of order; nor are two with one time stamp.
+    A method that checks once per step can't order impacts within a step, and its time stamps are up to two steps late.
+    So two impacts are never out of order if they have no common body and are within two steps of each other, or if they
+    have the same time stamp.
     """
     to_reference = {o: r for r, o in alignment.matched}
     sequence = sorted([*to_reference, *alignment.spurious])
@@ -140,9 +140,9 @@ def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tu
 def _sort_by_reference(
     sequence: list[int], to_reference: dict[int, int], reference: Trace, observed: Trace
 ) -> set[tuple[int, int]]:
-    """Sort observed impacts into the reference's order where that is allowed; return the inverted pairs.
+    """Sort observed impacts into the reference's order as far as allowed, and return the inverted pairs.
 
-    Insertion sort over neighbours: an impact that is in order, as nearly all are, costs one comparison.
+    This is an insertion sort. Nearly all impacts are in order, and each of those costs one comparison.
     """
     slack = LATEST_STAMP_STEPS * observed.dt_s
     stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
@@ -153,7 +153,7 @@ def _sort_by_reference(
             earlier, later = sequence[k - 1], sequence[k]
             if earlier not in to_reference or later not in to_reference:
                 break
-            a, b = to_reference[later], to_reference[earlier]  # in the order of the reference, if inverted
+            a, b = to_reference[later], to_reference[earlier]  # the reference's order if they are inverted
             if a > b:
                 break
             common = set(reference.impacts[["first", "second"]][a]) & set(reference.impacts[["first", "second"]][b])
@@ -173,11 +173,11 @@ def _pairs(trace: Trace, indices: Sequence[int]) -> list[Pair]:
 
 
 def edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
-    """Return the least number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
+    """Return the smallest number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
 
-    The restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate string
-    matching, ACM Computing Surveys 33(1), 2001), in a band about the diagonal that is doubled until the answer fits
-    (E. Ukkonen, 1985); `MOST_EDITS` where the answer is that or more.
+    This is the restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate
+    string matching, ACM Computing Surveys 33(1), 2001). It is computed in a band about the diagonal that is doubled
+    until the result fits (E. Ukkonen, 1985). The result is at most `MOST_EDITS`.
     """
     start = 0
     while start < min(len(a), len(b)) and a[start] == b[start]:
@@ -195,10 +195,10 @@ def edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
 
 
 def _edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
-    """Return the distance where it is at most `band`, else something larger."""
+    """Return the distance if it is at most `band`, otherwise a larger number."""
     beyond = band + 1
     width = 2 * band + 1
-    rows = np.full((len(a) + 1, width + 2), beyond, np.int64)  # column k of row r is position r + k - 1 - band of b
+    rows = np.full((len(a) + 1, width + 2), beyond, np.int64)  # column k of row r: position r + k - 1 - band in b
     for r in range(len(a) + 1):
         row, above = rows[r], rows[r - 1]
         for c in range(max(0, r - band), min(len(b), r + band) + 1):

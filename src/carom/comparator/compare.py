@@ -1,4 +1,4 @@
-"""Comparison of an observed trace with a reference in five stages: range, alignment, measures, verdicts, grade."""
+"""Comparison of a run with a reference in five stages: range, alignment, errors, verdicts, grade."""
 
 from __future__ import annotations
 
@@ -28,12 +28,13 @@ from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.findings import derive_verdicts
 from carom.errors import InputError
 from carom.model.trace import Trace
+from carom.support.checks import instance
 from carom.support.display import Shown
 
 
 @dataclass(frozen=True, repr=False)
 class Score(Shown):
-    """How an observed trace compares with the reference.
+    """Result of comparing an observed trace with the reference.
 
     Attributes:
         expected: Number of impacts in the reference, up to the horizon.
@@ -41,40 +42,47 @@ class Score(Shown):
         missed: Indices of missed reference impacts.
         spurious: Indices of observed impacts that the reference does not have.
         undecided: Indices of reference impacts too close to the end of the run to have been reported.
-        total: The largest errors against the reference, kind by kind.
-        sampling: The same errors of PIT at the same step: what sampling costs at this phase. None where PIT was not
-            given.
-        against_pit: The same errors of the observed trace against that PIT. None where PIT was not given.
-        pit_missed: Indices of reference impacts that PIT misses; None where it was not given.
-        price_paid: The largest velocity error over PIT's at worst over the phases of the same step, or the largest spin
-            error over PIT's where that is larger. The error of a missed impact is all that it changes. 1: the run has
-            the whole cost of sampling; 0: none of it; above 1: it is worse than sampling. Where sampling changes no
-            velocity or spin and they are right, times are compared: the largest error of a time over PIT's at
-            worst, or over a step where that is longer. NaN where PIT was not given, there is no impact, or the scene
-            has no unique answer. Infinite where sampling costs nothing, a number of the run is not finite, or it
-            ended early with impacts still to come.
+        total: The largest error of each kind against the reference.
+        sampling: The same errors of PIT at the same step, which are the cost of sampling at this phase. None without
+            PIT.
+        against_pit: Errors of the observed trace against that PIT run. None without PIT.
+        pit_missed: Indices of reference impacts that PIT misses; None without PIT.
+        price_paid: The run's largest velocity error divided by PIT's largest over the phases of the same step, or the
+            same ratio of spin errors if that is larger. A missed impact counts as an error of the whole change that it
+            causes. 1: the run has the whole cost of sampling; 0: none of it; above 1: it is worse than sampling. If
+            sampling changes no velocity or spin and the run's are right, times are compared instead: the run's largest
+            time error over PIT's largest, or over one step if that is longer. NaN without PIT, without an impact, or if
+            the scene has no unique answer. Infinite if sampling costs nothing, if a number of the run is not finite, or
+            if the run ended before its last impact.
         findings: Verdicts, each with its reason; at least one.
         grade: The grade.
-        float_bits: Width of the floats that the method declares; *exact* means to their rounding.
-        scales: The scales by which errors were divided.
-        equals_pit: Whether it finds the same impacts as PIT, with all errors against PIT within rounding.
+        float_bits: Width of the floats that the method declares. *Exact* means exact to their rounding.
+        scales: The scales that errors are divided by.
+        equals_pit: Whether the run finds the same impacts as PIT and differs from PIT by rounding only.
         edits: Edit distance of the two sequences of impacts.
         beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
-        horizon_s: The horizon, seconds: where the reference stops being reliable, or where a disc starts to rest, slide
-            or roll if that is earlier. None where the whole run is compared.
-        local: Each impact against the analytic answer from the trace's own state before it.
+        horizon_s: The horizon, seconds: when the reference stops being reliable, or when a disc first starts to rest,
+            slide or roll, whichever is earlier. None if the whole run is compared.
+        local: Errors of each impact against the analytic answer from the trace's own state before that impact.
         convention: The admissible outcome that the trace took, where the scene has no unique answer.
-        consistency: How far the trace deviates from what its own impacts and states imply; None where one of its
-            numbers is NaN or infinite.
-        branches: The impacts that took the wrong branch of friction.
-        local_truth: Each of its steps against PIC from its own state, to the end of the run; None where its states
-            were not checked.
-        parted_s: Time at which its trajectory left the reference's, if that was before it passed through anything; else
-            None.
-        pit_parted_s: The same time of PIT; None where PIT did not leave it, or was not given.
-        contact: Score of the time in which discs slide, roll and rest; None where none does, or states were not kept.
-        lucky_phase: Number of phases of the step at which PIT is as right, and the number of all phases. Only where
-            the run has PIT's impacts, is exact or close, and PIT is not as right at every phase; else None.
+        consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or
+            infinite.
+        branches: The impacts that stuck instead of sliding, or slid instead of sticking.
+        local_truth: Each step compared with PIC from the run's own state, to the end of the run; None if states were
+            not checked.
+        parted_s: Time at which the trajectory diverged from the reference's before a step missed or invented an impact;
+            otherwise None.
+        pit_parted_s: The same time for PIT; None if PIT did not diverge or was not given.
+        contact: Score of the time in which discs slide, roll or rest; None if none does, or if states were not kept.
+        lucky_phase: Number of phases of the step at which PIT is equally accurate, and the number of all phases. None
+            unless the run has PIT's impacts, is exact or close, and PIT is less accurate at some phases.
+
+    Examples:
+        >>> reference = carom.solve_pic("paper/late")
+        >>> observed = carom.solve_pit(reference.scene)
+        >>> score = carom.compare(reference, observed, sampling=observed)
+        >>> score.grade.name, score.missed
+        ('SAMPLED', ())
     """
 
     expected: int
@@ -107,21 +115,21 @@ class Score(Shown):
 
     @property
     def own_velocity(self) -> float | None:
-        """The velocity error that sampling does not explain: against PIT, or against the reference where that is less.
+        """The velocity error that sampling does not explain: that against PIT or the reference, whichever is smaller.
 
-        A method that is better than PIT is far from PIT because it is right; that distance is not its own error.
+        A method that is better than PIT differs from PIT because it is right. That difference is not an error.
         """
         if self.against_pit is None:
             return None
         pit_difference, total = self.against_pit.velocity, self.total.velocity
-        return total if math.isnan(pit_difference) else min(total, pit_difference)  # PIT may miss what this run finds
+        return total if math.isnan(pit_difference) else min(total, pit_difference)  # NaN: PIT missed it
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """The verdicts without their reasons."""
+        """The verdicts, without their reasons."""
         return tuple(finding.verdict for finding in self.findings)
 
-    # Errors of `total` under the names of version 0.1.
+    # Aliases of the errors in `total`, for version 0.1.
     time_error_s = property(attrgetter("total.time_s"))
     velocity_error = property(attrgetter("total.velocity"))
     direction_error_rad = property(attrgetter("total.direction_rad"))
@@ -137,34 +145,44 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
     Args:
         reference: The reference, usually from `carom.solve_pic`.
         observed: The trace to score.
-        sampling: PIT at the same step, to separate the cost of sampling from other errors.
-        horizon: Up to where the reference is reliable: a number of impacts (an int) or a time in seconds (a float).
-            Beyond it, steps are compared from the trace's own states only. None for the whole run.
+        sampling: The trace of PIT at the same step. It separates the cost of sampling from other errors.
+        horizon: The part of the reference that is reliable: a number of impacts (an int) or a time in seconds (a
+            float). Later steps are only compared stepwise, from the trace's own states. None for the whole run.
 
     Raises:
-        InputError: The traces are of different scenes, one of them can't be of its scene (see
+        InputError: The traces are of different scenes, a trace is impossible in its scene (see
             `validate_trace.require_sound`), `sampling` has another step than the observed trace, the horizon is
-            negative, or the reference has a number that is NaN or infinite.
+            negative, or the reference contains NaN or an infinity.
+
+    Examples:
+        >>> reference = carom.solve_pic("paper/missed")
+        >>> score = carom.compare(reference, carom.solve_pit(reference.scene))
+        >>> score.missed  # the numbers of the impacts
+        (0,)
     """
+    instance("reference", reference, Trace)
+    instance("observed", observed, Trace)
+    if sampling is not None:
+        instance("sampling", sampling, Trace)
     scene = reference.scene
     for what, trace in {"the observed trace": observed, "sampling": sampling}.items():
         if trace is not None and trace.scene != scene:
             message = f"the reference is of scene {scene.name!r}, {what} of {trace.scene.name!r}"
-            raise InputError(f"{message}, or of another version of it: only traces of one scene can be compared")
+            raise InputError(f"{message} or of another version of it: only traces of one scene can be compared")
     for trace in (reference, observed, sampling):
         if trace is not None:
             require_sound(trace)
     step_s, pit_s = observed.dt_s, sampling.dt_s if sampling else 0.0
     if 0.0 < step_s < math.inf and pit_s and abs(step_s - pit_s) > THRESHOLDS.rounding * pit_s:
         raise InputError(
-            f"the observed trace has a step of {step_s:g} s, sampling one of {pit_s:g} s: a run is compared with PIT "
-            "at its own step; run PIT at that"
+            f"the observed trace has a step of {step_s:g} s, but sampling has one of {pit_s:g} s: run PIT at the "
+            "step of the observed trace"
         )
     if non_finite := find_non_finite(reference):
-        raise InputError(f"{non_finite} in the reference: nothing can be compared with what is no number")
+        raise InputError(f"{non_finite} in the reference: a reference must have finite numbers only")
     if sampling is not None and find_non_finite(sampling):
         sampling = None
-    # NaN and infinities are reported by name; NumPy's warnings about them would repeat that.
+    # A verdict reports NaN and infinities. NumPy's warnings would only repeat it.
     with np.errstate(all="ignore"):
         graded = _run_stages(reference, observed, sampling, horizon)
         return Score(
@@ -199,12 +217,12 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
 
 def _run_stages(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> GradedRun:
-    """Run the five stages of a comparison, each on the result of the stage before."""
+    """Run the five stages of a comparison. Each stage extends the result of the previous one."""
     compared = find_range(reference, observed, sampling, horizon)
     aligned = align_impacts(compared)
     measured = measure_run(aligned)
     grade_before_tie = None
-    if compared.before_tie_s is not None:  # a fault before a tie is certain, whatever follows the tie
+    if compared.before_tie_s is not None:  # a fault before a tie stays a fault
         unique = replace(reference, ambiguous=())
         grade_before_tie = _run_stages(unique, observed, sampling, compared.before_tie_s).trajectory_grade
     judged = derive_verdicts(measured, grade_before_tie)

@@ -1,7 +1,7 @@
-"""First stage of a comparison: the range in which a run can be compared with its reference.
+"""First stage of a comparison: the part of a run that can be compared with its reference.
 
-The range ends at the horizon, where a disc starts to rest, slide or roll, or where it is crushed. Infinitely many
-bounces lead to rest or to a crush; the range ends where a method's step can no longer show them.
+The range ends at the horizon, when a disc starts to rest, slide or roll, or when a disc is crushed. A disc bounces
+infinitely often before it rests or is crushed. The range ends when a step can no longer separate these bounces.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from carom.model.trace import Outcome, Trace, free_flights, wall_index
 
 @dataclass(frozen=True)
 class ComparedRun:
-    """Traces that are compared, and the range in which they are.
+    """Traces to compare, and the range in which they are compared.
 
-    The result of each stage of a comparison extends that of the stage before.
+    Each stage of a comparison extends the result of the stage before.
 
     Attributes:
-        pit: PIT at the same step; None where it was not given.
+        pit: PIT at the same step; None if it was not given.
         compared: The range in which the run is compared with the reference.
-        pit_range: The range in which it is compared with PIT; None where PIT was not given.
-        truth: The run's steps compared with PIC from its own states; None where states were not checked.
-        before_tie_s: End of the range before the first instant that has no unique answer; None where there is no such
-            instant in the range, or no impact before it.
+        pit_range: The range in which the run is compared with PIT; None without PIT.
+        truth: Each step of the run compared with PIC from the run's own state; None if states were not checked.
+        before_tie_s: End of the range before the first instant without a unique answer; None if the range has no such
+            instant, or no impact before it.
     """
 
     reference: Trace
@@ -50,23 +50,23 @@ class ComparedRun:
 
     @classmethod
     def of(cls, before: ComparedRun, **more: Any) -> Self:
-        """Return the result of a stage: that of the stage before, and more."""
+        """Return the result of a stage: the result of the previous stage and additional fields."""
         return cls(**{field.name: getattr(before, field.name) for field in fields(before)}, **more)
 
     @property
     def has_nothing_compared(self) -> bool:
-        """Whether there is a horizon and no impact of the reference before it."""
+        """Whether a horizon ends the range before the reference's first impact."""
         return not self.compared.is_whole_run and not self.compared.impacts
 
     @property
     def is_cut_short(self) -> bool:
-        """Whether the run ended before the scene did, whatever outcome it reports."""
+        """Whether the run ended before the scene's duration, even if it reports to be complete."""
         completed = self.observed.outcome is Outcome.COMPLETED
         return not completed or self.observed.end_time_s < self.scales.time_s * (1.0 - THRESHOLDS.rounding)
 
     @property
     def has_other_ending(self) -> bool:
-        """Whether the run ended differently from the reference; after rest a run must complete the scene."""
+        """Whether the run ended differently from the reference; if that ends at rest, a run must complete the scene."""
         expected = Outcome.COMPLETED if self.reference.contact_s < math.inf else self.reference.outcome
         return self.observed.outcome is not expected or (expected is Outcome.COMPLETED and self.is_cut_short)
 
@@ -93,7 +93,7 @@ def find_range(reference: Trace, observed: Trace, pit: Trace | None, horizon: fl
     Args:
         reference: The reference.
         observed: The run.
-        pit: PIT at the same step, where given.
+        pit: PIT at the same step, or None.
         horizon: As in `carom.compare`.
 
     Raises:
@@ -101,11 +101,11 @@ def find_range(reference: Trace, observed: Trace, pit: Trace | None, horizon: fl
     """
     compared = clip_before_rest(reference, comparison_range(reference, horizon), observed.dt_s, pit)
     truth, tie_s = observed.local_truth, None
-    if reference.outcome is Outcome.CRUSHED and truth is not None:  # after that no state is possible
+    if reference.outcome is Outcome.CRUSHED and truth is not None:  # a crushed disc has no possible state afterwards
         truth = truth.before(compared.until_s)
     if reference.ambiguous:
         times = reference.impacts["time_s"]
-        # Impacts within the reliable error of the instant do not count as before it.
+        # Impacts this close to the tie may belong to it.
         tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
         if not (tie_s < compared.until_s and np.any(times < tie_s)):
             tie_s = None
@@ -115,10 +115,10 @@ def find_range(reference: Trace, observed: Trace, pit: Trace | None, horizon: fl
 
 
 def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange:
-    """Return the range of a reference within a horizon, given as in `carom.compare`.
+    """Return the range up to a horizon, which is given as in `carom.compare`.
 
     Raises:
-        InputError: It is negative or not a number.
+        InputError: The horizon is negative or not a number.
     """
     times, count = reference.impacts["time_s"], len(reference.impacts)
     if horizon is not None and (isinstance(horizon, bool) or not horizon >= 0):
@@ -133,11 +133,11 @@ def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange
 def clip_before_rest(
     reference: Trace, compared: ComparisonRange, dt_s: float, pit: Trace | None = None
 ) -> ComparisonRange:
-    """Return the part of a range before a disc starts to rest, slide or roll, as far as steps of a size can show it.
+    """End a range before a disc starts to rest, slide or roll, as far as steps of a given size can show it.
 
-    The last impacts before that, often infinitely many, close at no more than a disc falls in a step or two: a method
-    that checks once per step rests already. PIT, where given, loses these bounces some hops earlier, and no step shows
-    more than PIT's.
+    The last impacts before rest are often infinitely many. They close at no more than the speed that a disc gains by
+    falling for a step or two, so a method that checks once per step already rests. PIT loses these bounces a few hops
+    earlier. If PIT is given, the range ends there, because no step shows more than PIT's.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
@@ -149,7 +149,7 @@ def clip_before_rest(
         closing = np.sum(change * impacts["normal"], axis=1)
         weak = closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
         bounces = _find_last_bounces(reference)
-        if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # which is not rest
+        if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # gliding along a wall is not rest
             weak &= np.isin(np.arange(len(impacts)), [row for rows in bounces.values() for row in rows])
         ends_s = [reference.contact_s, *np.nextafter(times[weak][:1], -math.inf).tolist()]
         if pit is not None and bounces:
@@ -161,10 +161,10 @@ def clip_before_rest(
 
 
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
-    """Return when steps can no longer separate the impacts of a disc on two walls that crush it.
+    """Return the time after which steps can't separate the impacts of a disc on two walls that crush it.
 
-    They come ever faster, so that from some instant on each follows the one before it within two steps: a look finds
-    one of them at most, late. PIT, where it is given, loses or gains one earlier.
+    These impacts come ever faster. From some time on, each follows the previous one within two steps, so a method that
+    checks once per step finds at most one of them, late. If PIT is given, it may lose or gain an impact even earlier.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -181,7 +181,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Return, by pair, the final impacts of discs that gravity brings back to a fixed body, lower each time."""
+    """Return the final impacts of each disc that gravity returns to a fixed body, lower each time, by pair."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():
@@ -200,11 +200,11 @@ def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
 
 
 def _pit_follows_until(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
-    """Return the last frame at which PIT still has the final bounces of a pair; infinite where it has them all.
+    """Return the last frame at which PIT still has the final bounces of a pair; infinity if PIT has all of them.
 
-    PIT finds each bounce late, so the following hops are slightly shorter or longer. Because hops get ever shorter, PIT
-    is at some time ahead by a whole hop, which is a spurious impact, or finds the disc so deep that it falls back
-    before it is out.
+    PIT finds each bounce late, so the following hops are slightly shorter or longer. Hops get ever shorter. So PIT is
+    eventually ahead by a whole hop, which is a spurious impact; or it finds the disc so deep in the body that gravity
+    pulls it back before it is out.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]
@@ -217,7 +217,7 @@ def _pit_follows_until(reference: Trace, pair: Pair, first_row: int, pit: Trace,
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # The impact itself counts where PIT has not lost or gained another before it.
+            # This impact counts unless PIT has lost or gained one before it.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)
@@ -225,10 +225,10 @@ def _pit_follows_until(reference: Trace, pair: Pair, first_row: int, pit: Trace,
 
 
 def _falls_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
-    """Return after which of some impacts of one pair gravity closes the pair before it has separated.
+    """Return, for each given impact of one pair, whether gravity pulls the disc back before it has separated.
 
-    They overlap by `depth` when the impact is found, and part at `parting`: they come out of each other only if
-    ``parting^2 > 2 pull depth``.
+    The pair overlaps by `depth` when the impact is found, and separates at the speed `parting`. The disc gets out only
+    if ``parting^2 > 2 pull depth``.
     """
     scene, law = trace.scene, Law(trace.scene)
     wanted, radius = {k: nth for nth, k in enumerate(impacts)}, scene.arrays.radius_m

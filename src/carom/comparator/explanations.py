@@ -1,4 +1,4 @@
-"""Conditions of each verdict and each grade, as in `docs/theory/scoring.md` and printed by ``carom explain``."""
+"""Definitions of verdicts and grades, shown by ``carom explain`` and in `docs/theory/scoring.md`."""
 
 from __future__ import annotations
 
@@ -6,142 +6,153 @@ from carom.comparator.grades import Grade
 from carom.comparator.verdict import Verdict
 
 #: Condition of each verdict. A test compares this with the table of `docs/theory/scoring.md`.
-SAID_WHEN = {
+VERDICT_CONDITIONS = {
     Verdict.MISSED: (
         "the run has no impact that matches one of the reference: the two bodies passed through each other, or never "
         "met"
     ),
     Verdict.LATE: (
-        "a time error above 0, by more than `1e-12` of the duration. It is the paper's second case, in which the path "
-        "is wrong, too"
+        "it is late by more than `1e-12` of the duration. This is the paper's second case, in which the "
+        "path is wrong, too"
     ),
-    Verdict.WRONG_DIRECTION: "a direction error above 1°",
+    Verdict.WRONG_DIRECTION: "a direction differs by more than 1°",
     Verdict.MULTIPLE_MISSED: "more than one impact is missed",
-    Verdict.EARLY: "a time error below 0, by more than `1e-12` of the duration",
-    Verdict.WRONG_VELOCITY: "a velocity error above `1e-12` of the scene's speed",
-    Verdict.WRONG_SPIN: "a spin error above `1e-12` of the scene's speed of rims",
+    Verdict.EARLY: "it is early by more than `1e-12` of the duration",
+    Verdict.WRONG_VELOCITY: "a velocity error exceeds `1e-12` of the scene's speed",
+    Verdict.WRONG_SPIN: "a spin error exceeds `1e-12` of the scene's rim speed",
     Verdict.SLID: (
-        "friction's impulse is nearer to that of sliding than to that of sticking, which is smaller; both follow from "
-        "the run's own velocities before, normal and impulse"
+        "sticking needs a smaller friction impulse than sliding, so the bodies must stick; but the run's impulse "
+        "is nearer to that of sliding. Both follow from the run's own velocities before the impact, normal and "
+        "normal impulse"
     ),
     Verdict.STUCK: (
-        "friction's impulse is nearer to that of sticking than to that of sliding, which is smaller; both are computed "
-        "as for the opposite verdict"
+        "sliding has a smaller friction impulse than sticking, so the bodies must slide; but the run's impulse "
+        "is nearer to that of sticking. Both are computed as for the opposite verdict"
     ),
-    Verdict.WRONG_ORDER: "at least one inversion. The inverted impacts are not reported as late or early, too",
+    Verdict.WRONG_ORDER: "two impacts or more are in the wrong order. They are not also reported as late or early",
     Verdict.SPURIOUS: "at least one impact of the run matches none of the reference",
     Verdict.ENERGY_GAINED: (
-        "by more than `1e-6` of the energy at the start, in scenes without gravity. Energy that restitution would have "
-        "taken is not a gain of the run alone"
+        "by more than `1e-6` of the energy at the start, in scenes without gravity. A missed impact also counts "
+        "as a gain, because it dissipates nothing"
     ),
     Verdict.ENERGY_LOST: "by more than `1e-6` of the energy at the start, in scenes without gravity",
-    Verdict.NOT_TOLD_APART: "with other verdicts. The reason of a run that conforms contains it",
-    Verdict.LUCKY_PHASE: "*close*, and PIT's impacts. The reason of a run that conforms contains it",
-    Verdict.CUT_SHORT: "standstill, a warning of the engine, a state that is not finite, or a clock short of the end",
-    Verdict.WENT_ON: "PIC's impacts come without end at one instant, and the run completes",
-    Verdict.CONVENTION: "impacts that share a movable disc at one instant",
-    Verdict.UNDECIDED: "at least one impact is undecided",
-    Verdict.UNCOMPARED: "errors, and no `sampling` given",
-    Verdict.MISPLACED: "final positions off by more than rounding (`1e-12` of the reach, and half a unit a step)",
-    Verdict.WRONG_END: "final velocities off by more than `1e-12` of the speed",
-    Verdict.WRONG_LAST_SPIN: "final spins off by more than `1e-12` of the speed of rims",
-    Verdict.DRIFTS: (
-        "a run's positions do not follow from its own velocities. The reason gives the part that a step does not "
-        "explain"
+    Verdict.NOT_TOLD_APART: "added to other verdicts. In a run that conforms, it is part of the reason",
+    Verdict.LUCKY_PHASE: (
+        "a run is *exact* or *close* and has PIT's impacts. In a run that conforms, it is part of the reason"
     ),
-    Verdict.TURNS: "a velocity before an impact, or at the end, differs from that after the impact before",
-    Verdict.SPINS: "a spin before an impact, or at the end, differs from that after the impact before",
-    Verdict.WRONG_STAMP: "or outside the run",
-    Verdict.WRONG_NORMAL: "velocities do not change along the normals, or normals are not unit vectors",
+    Verdict.CUT_SHORT: (
+        "the run stands still, the engine warns, a state is not finite, or the clock stops before the end"
+    ),
+    Verdict.WENT_ON: "PIC has infinitely many impacts at one instant and ends there, but the run completes",
+    Verdict.CONVENTION: "several impacts at one instant share a movable disc",
+    Verdict.UNDECIDED: "the run ended before an impact could have been reported",
+    Verdict.UNCOMPARED: "there are errors, and `sampling` was not given",
+    Verdict.MISPLACED: (
+        "a final position is wrong by more than rounding: `1e-12` of the reach, and half a unit in the last place per "
+        "step"
+    ),
+    Verdict.WRONG_END: "a final velocity is wrong by more than `1e-12` of the scene's speed",
+    Verdict.WRONG_LAST_SPIN: "a final spin is wrong by more than `1e-12` of the scene's rim speed",
+    Verdict.DRIFTS: (
+        "a run's positions do not follow from its own velocities. The reason states how much of it the overlap "
+        "gained in one step does not explain"
+    ),
+    Verdict.TURNS: "the velocity before an impact, or at the end, differs from the velocity after the previous impact",
+    Verdict.SPINS: "the spin before an impact, or at the end, differs from the spin after the previous impact",
+    Verdict.WRONG_STAMP: "or a stamp is outside the run",
+    Verdict.WRONG_NORMAL: "a velocity does not change along the normal, or a normal is not a unit vector",
     Verdict.MOMENTUM: "the velocity of the centre of mass of two discs changes",
     Verdict.ANGULAR: (
-        "the spin changes by more or less than friction at the full radius turns it. The reason gives the fraction of "
-        "the radius"
+        "the spin changes by more or less than friction at the disc's rim causes. The reason gives the radius, "
+        "as a fraction of the disc's, at which that friction would act"
     ),
-    Verdict.NOT_FINITE: "see section 0",
+    Verdict.NOT_FINITE: "the first number that is not finite is named",
     Verdict.PARTED: (
-        "the trajectory misses, invents or reorders an impact, and until then no step does from its own state. The "
-        "reason says when, when PIT's trajectory leaves, and how good the steps are"
+        "the trajectory misses, invents or reorders an impact, although no step so far does so from its own "
+        "state. The reason gives the time, the same time for PIT, and the accuracy of the steps"
     ),
     Verdict.MISREPORTED: (
-        "with *the trajectory has left*: an impact is reported and the states of its pair show none within two steps; "
-        "or an impact alone in its step is shown and not reported. A pair at rest shows one where a velocity changes, "
-        "and so does a pair that hops by less than its fall in 2.5 steps"
+        "added to *the trajectory has diverged*. Either an impact is reported that the states of its pair do not "
+        "show within two steps, or the states show a single impact that is not reported. A pair that rests, or "
+        "hops by less than its fall in 2.5 steps, shows an impact whenever a velocity changes"
     ),
     Verdict.PASSED_THROUGH: (
-        "a step, or a chain of steps, in which two bodies that must meet from the run's own state continue unturned. "
-        "It is left out if the trajectory misses as many. The reason also counts those that PIT misses from the same "
+        "two bodies must meet from the run's own state, but continue unturned. The verdict is omitted if the "
+        "trajectory misses as many impacts. The reason also counts the impacts that PIT misses from the same "
         "states"
     ),
     Verdict.TURNED_ALONE: "a velocity or a spin changes by more than 1 % of itself with no other body within two steps",
     Verdict.POLYGON: (
-        "with other verdicts: steps are straight where paths are parabolas, which is the engine's integrator. The "
-        "reason gives the error of a step"
+        "added to other verdicts. The engine's integrator moves discs along straight steps instead of parabolas. "
+        "The reason gives the error of a step"
     ),
     Verdict.DAMPED_POLYGON: (
-        "with other verdicts: in a step a disc keeps one speed although damping or a table slows it down, which is the "
-        "engine's integrator. The reason gives the error of a step"
+        "added to other verdicts. The engine's integrator keeps a disc's speed constant during a step, although "
+        "damping or a table slows it. The reason gives the error of a step"
     ),
-    Verdict.SINKS: "deeper than rounding. The reason says whether a fall from rest in each step explains it",
+    Verdict.SINKS: (
+        "they sink by more than rounding. The reason states whether a fall from rest in each step explains it"
+    ),
     Verdict.WORSE_STEPS: (
-        "the steps are *inaccurate*, and the trajectory does not show it: it has parted, or is compared up to a "
-        "horizon or a rest only"
+        "steps are *inaccurate*, but the trajectory does not show it, because it has diverged or is only "
+        "compared up to a horizon or to rest"
     ),
-    Verdict.SAMPLED_STEPS: "the steps are *close* or *sampled*, and there is no other verdict",
+    Verdict.SAMPLED_STEPS: "steps are *close* or *sampled*, and there is no other verdict",
     Verdict.CONTACT: (
-        "after discs begin to slide, roll or rest on a wall their places, velocities or spins leave those of the "
-        "closed form by more than rounding. The reason gives the differences, and those of PIT"
+        "positions, velocities or spins of discs in contact with a wall differ from the closed form by more than "
+        "rounding. The reason gives the differences, and those of PIT"
     ),
-    Verdict.RESTED: "contact lasts from there on. The reason says whether later steps were checked",
-    Verdict.NO_IMPACT: "the reference has none, and there is no other verdict",
-    Verdict.NOTHING_COMPARED: "there is a horizon, and no impact of the reference before it",
+    Verdict.RESTED: "contact lasts from that time on. The reason states whether later steps were checked",
+    Verdict.NO_IMPACT: "the reference has no impact, and there is no other verdict",
+    Verdict.NOTHING_COMPARED: "there is a horizon, and the reference has no impact before it",
     Verdict.CONFORMS: (
-        "there is no other verdict. The reason counts the impacts, up to the horizon if there is one, and says whether "
-        "later steps were checked"
+        "there is no other verdict. The reason counts the impacts, up to a horizon if there is one, and states "
+        "whether later steps were checked"
     ),
 }
 
-#: Condition of each grade, with the same test.
-GRADED_WHEN = {
+#: Condition of each grade, compared by the same test.
+GRADE_CONDITIONS = {
     Grade.EXACT: (
-        "every impact found. Times, velocities, spins, energy and final state are right to the rounding of the floats "
-        "that the method declares, and the run agrees with itself to the same rounding. With 64 bits that is `1e-12` "
-        "of the duration, the speed and the reach. With 32 bits it is `1e-5`, times as for *close*, the energy to a "
-        'millionth, and the report says "exact (float32)". Every step from its own state is right to ten times that, '
-        "to the end of the run. The scene has an impact"
+        "every impact is found. Times, velocities, spins, energy and final state are right to the rounding of the "
+        "method's floats. The run agrees with itself to the same rounding. With 64 bits that is `1e-12` of the "
+        "duration, the speed and the reach. With 32 bits it is `1e-5` (times as for *close*, energy to a millionth), "
+        'and the report says "exact (float32)". Every step from its own state is right to ten times that rounding. The '
+        "scene has an impact"
     ),
     Grade.CLOSE: (
-        "every impact found. Times are right to a hundredth of a step, each velocity and spin to a hundredth of the "
-        "cost of sampling up to its impact. Energy and final state are right to a hundredth of PIT's worst error over "
-        "the phases, or end as the run's own impacts imply. The run agrees with itself, except for what sampling "
-        "explains. No step is worse than a hundredth of PIT's cost from the same state"
+        "every impact is found. Times are right to a hundredth of a step. Each velocity and spin is right to a "
+        "hundredth of the cost of sampling up to its impact. Energy and final state are right to a hundredth of "
+        "PIT's worst error over the phases, or follow from the run's own impacts. The run agrees with itself, "
+        "except for what sampling explains. No step is worse than a hundredth of PIT's cost from the same state"
     ),
     Grade.SAMPLED: (
-        "every impact found. No velocity or spin is worse than PIT's at the same step up to that impact: at this "
-        "phase, at another at which PIT finds all impacts up to there, or at the run's own lateness. No impact is "
-        "later than PIT's up to it, or than one step, and none is early on its own account. The energy is no further "
-        "off than PIT's, or than a millionth. The end is no further off than PIT's at this phase, or is what the run's "
-        "own impacts imply. If every step is *sampled* or better, any phase counts at which PIT finds all. The run "
-        "agrees with itself, except for what sampling explains. No step is worse than PIT's at its worst phase, or at "
-        "the run's own lateness, from the same state. Sampling explains falls along polygons, damped steps at one "
-        "speed, and sinking at rest by at most the fall of a step"
+        "every impact is found. No velocity or spin has a larger error than PIT's at the same step up to that "
+        "impact. PIT counts at this phase, at any phase at which it finds all impacts so far, and at the run's "
+        "own lateness. No impact is later than PIT's so far, or than one step, and none is early on its own "
+        "account. The energy error is at most PIT's, or a millionth. The final state is at least as accurate as "
+        "PIT's at this phase, or follows from the run's own impacts. If every step is *sampled* or better, every "
+        "phase counts at which PIT finds all impacts. The run agrees with itself, except for what sampling "
+        "explains. From the same state, no step is worse than PIT's at its worst phase or at the run's own "
+        "lateness. Sampling explains falls along polygons, damped steps at one speed, and sinking at rest by at "
+        "most the fall of a step"
     ),
     Grade.INACCURATE: (
-        "worse than that: early, later, or with more error than PIT at any phase or from the same state; or in "
-        "contradiction with itself. No impact is missed, invented or out of order"
+        "worse than *sampled*: the run is early, later than PIT, has larger errors than PIT, or contradicts "
+        "itself. No impact is missed, invented or out of order"
     ),
     Grade.PARTED: (
-        "the trajectory misses, invents or reorders impacts, and no step does from its own state: the steps are "
-        "*sampled* or better"
+        "the trajectory misses, invents or reorders impacts, but no step does so from its own state. All steps "
+        "are *sampled* or better"
     ),
-    Grade.PARTED_INACCURATE: "as *parted*, and the steps are *inaccurate*",
+    Grade.PARTED_INACCURATE: "as *parted*, but some steps are *inaccurate*",
     Grade.WRONG: (
-        "misses or invents an impact, or has impacts in the wrong order, and not only by a trajectory that parted; "
-        "ends in another way than the reference; or has a number that is NaN or infinite. Beyond the horizon a miss "
-        "that PIT has from the same state is part of sampling"
+        "the run misses or invents an impact, or has impacts in the wrong order, and a diverged trajectory does "
+        "not explain it. Or it ends differently from the reference, or has a number that is NaN or infinite. "
+        "Beyond the horizon, a miss counts as sampling if PIT misses the impact from the same state"
     ),
     Grade.UNGRADED: (
-        "the scene has no unique answer; an impact is undecided; there are errors and no PIT to compare with; no "
-        "impact is within the horizon; or there is no impact and no fault"
+        "the scene has no unique answer, an impact is undecided, there are errors and no PIT run to compare "
+        "with, no impact is within the horizon, or there is neither an impact nor a fault"
     ),
 }

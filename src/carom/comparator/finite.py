@@ -1,4 +1,4 @@
-"""Numbers of a trace that are NaN or infinite. They must be found before a comparison, because `max` ignores NaN."""
+"""NaN and infinite numbers in a trace. They must be found before a comparison, because `max` ignores NaN."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SPINS = SPIN_DTYPE.names or ()
 
 
 def finite_impacts(trace: Trace) -> NDArray[np.bool_]:
-    """Return for each impact whether all of its own numbers are finite, shape ``(m,)``."""
+    """Return whether all numbers of each impact are finite, shape ``(m,)``."""
     numbers = [trace.impacts[name] for name in _NUMBERS]
     numbers += [] if trace.spins is None else [trace.spins[name] for name in _SPINS]
     if all(np.isfinite(values).all() for values in numbers):  # the usual case
@@ -26,12 +26,12 @@ def finite_impacts(trace: Trace) -> NDArray[np.bool_]:
 
 
 def turned(before: NDArray[np.float64], after: NDArray[np.float64], float_bits: int) -> NDArray[np.bool_]:
-    """Return for each impact whether it changed a velocity by more than rounding, shape ``(m,)``.
+    """Return whether each impact changed a velocity by more than rounding, shape ``(m,)``.
 
     Args:
-        before: Velocities of the two bodies, shape ``(2, m, 2)``.
-        after: Likewise.
-        float_bits: Width of the method's floats, whose rounding is a part of the pair's greatest speed.
+        before: Velocities of the two bodies before the impacts, shape ``(2, m, 2)``.
+        after: The same after the impacts.
+        float_bits: Width of the method's floats. Their rounding is relative to the pair's greatest speed.
     """
     greatest = np.max(np.linalg.norm([before, after], axis=-1), axis=(0, 1))
     change = np.max(np.linalg.norm(after - before, axis=-1), axis=0)
@@ -40,10 +40,10 @@ def turned(before: NDArray[np.float64], after: NDArray[np.float64], float_bits: 
 
 
 def find_non_finite(trace: Trace) -> str:
-    """Return the first number of a trace that is NaN or infinite, as a clause; empty where there is none.
+    """Describe the first number of a trace that is NaN or infinite; return an empty string if all are finite.
 
-    NaN has a meaning in two places. The state before an impact is not known where its positions are NaN, all of them.
-    The effective time is not known where that state is not, or where the impact changed no path.
+    NaN has a meaning in two places. If all positions before an impact are NaN, the state before it is unknown. If an
+    effective time is NaN, that state is unknown or the impact changed no path.
     """
     return next(_iterate_non_finite(trace), "")
 
@@ -85,7 +85,7 @@ def _finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
 
 
 def _first_non_finite(what: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False) -> Iterator[str]:
-    """Yield the first row that is not finite, unless it is allowed not to be."""
+    """Yield a description of the first row that is not finite, except for rows that are allowed to be."""
     if np.isfinite(values).all():
         return
     for row in np.flatnonzero(~(_finite_rows(values) | allowed))[:1].tolist():

@@ -1,4 +1,4 @@
-"""Fifth stage of a comparison: the grade of a run, and how its errors compare with the cost of sampling."""
+"""Fifth stage of a comparison: the grade of a run, and its errors relative to the cost of sampling."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from carom.model.trace import Outcome
 
 @dataclass(frozen=True)
 class GradedRun(JudgedRun):
-    """A graded run.
+    """A run with its grade.
 
     Attributes:
         grade: The grade.
-        trajectory_grade: The grade by the reference's trajectory alone, unless the run has diverged from it.
+        trajectory_grade: The grade from the reference's trajectory alone, unless the run has diverged from it.
         equals_pit: Whether the run has the same impacts and final state as PIT, to rounding.
         price_paid: The run's largest error over that of sampling; see `carom.comparator.Score`.
-        lucky_phase: Number of phases of the step at which PIT is as right, and the number of all; see the same.
+        lucky_phase: Number of phases of the step at which PIT is equally accurate, and of all phases; see `Score`.
     """
 
     grade: Grade = Grade.UNGRADED
@@ -55,11 +55,11 @@ def grade_run(judged: JudgedRun) -> GradedRun:
 
 
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
-    """Add to the findings of a run with PIT's results that they are as right only at some phases of the step.
+    """Add a finding to a run with PIT's results: the results are this accurate only at some phases of the step.
 
-    For a run that conforms this is added to the reason, because nothing is wrong with the run.
+    If the run conforms, the note extends the reason instead, because nothing is wrong with the run.
     """
-    note = f"PIT's impacts are as right at {as_right} of {phases} phases of the step"
+    note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
     if not any(finding.verdict is Verdict.CONFORMS for finding in found):
         return (*found, Finding(Verdict.LUCKY_PHASE, note))
     return tuple(
@@ -69,10 +69,10 @@ def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int
 
 
 def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
-    """Grade a run by its impacts and by its contacts, where discs slide, roll and rest; the worse grade counts.
+    """Grade a run by its impacts and by its contacts, in which discs slide, roll and rest. The worse grade counts.
 
-    Where impacts give no grade, contacts alone decide. Where the trajectory has diverged before, contacts do not count,
-    except for a single disc on a single wall: it ends in contact whatever its bounces were.
+    If impacts give no grade, contacts alone decide. If the trajectory diverged before the contact, contacts do not
+    count. A single disc on a single wall is an exception, because it ends in contact whatever its bounces were.
     """
     flight_grade, contact = _grade_flight(judged), judged.contact
     if contact is None:
@@ -86,12 +86,12 @@ def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
 
 
 def _grade_flight(judged: JudgedRun) -> Grade:
-    """Grade by the reference's trajectory, as far as it is reliable, and by stepwise accuracy to the end."""
+    """Grade by the reference's trajectory as far as it is reliable, and by stepwise accuracy to the end."""
     trajectory_grade, local = _grade_by_trajectory(judged), judged.local_truth
     if local is None:
         return trajectory_grade
     if judged.has_exact_steps:
-        return Grade.EXACT if judged.compared.impacts else Grade.UNGRADED  # nothing happened that could be graded
+        return Grade.EXACT if judged.compared.impacts else Grade.UNGRADED  # there is nothing to grade
     if judged.has_diverged:
         return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED
     if trajectory_grade is Grade.UNGRADED:
@@ -103,7 +103,7 @@ def _grade_flight(judged: JudgedRun) -> Grade:
 
 
 def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
-    """Grade a run by its steps where its trajectory gives no grade."""
+    """Grade a run by its steps if its trajectory gives no grade."""
     ambiguous = judged.reference.ambiguous
     tie_s = float(judged.reference.impacts["time_s"][ambiguous[0]]) if ambiguous else math.inf
     if (local.missed_own and local.first_missed_s < tie_s - judged.observed.dt_s) or (local.invented and not ambiguous):
@@ -114,7 +114,7 @@ def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
 
 
 def _grade_by_trajectory(judged: JudgedRun) -> Grade:
-    """Grade by the reference's trajectory: the worst certain fault decides; undecidable runs are not graded."""
+    """Grade by the reference's trajectory. The worst certain fault decides, and undecidable runs are not graded."""
     if judged.non_finite or judged.observed.outcome is Outcome.NON_FINITE:
         return Grade.WRONG
     is_wrong = judged.alignment.missed or judged.alignment.spurious or judged.inverted or judged.has_other_ending
@@ -141,7 +141,7 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         return Grade.UNGRADED
     if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
         return Grade.CLOSE
-    # Where all steps are sampled at worst, sampling alone led to the end: then PIT's worst phase is the limit.
+    # If all steps are sampled or better, sampling alone explains the final state. Then PIT's worst phase is the limit.
     local = judged.local_truth
     is_only_sampled = local is not None and worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
     has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
@@ -161,7 +161,7 @@ def _has_pit_results(judged: JudgedRun) -> bool:
 
 
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
-    """Whether a run agrees with itself, to the rounding of its floats and, if allowed, to what sampling explains."""
+    """Whether a run agrees with itself to rounding and, if allowed, except for what sampling explains."""
     own = judged.consistency
     if own is None:
         return False
@@ -173,7 +173,7 @@ def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
 def _agrees_to_rounding(judged: JudgedRun, measured: Measured, rounding_s: float) -> bool:
     """Whether all measured errors are within rounding.
 
-    Final states beyond a horizon, and spins if no disc spins, are not measured and NaN.
+    NaN marks what is not measured: final states beyond a horizon, and spins if no disc spins.
     """
     errors, largest = measured.errors, measured.largest
     return (
@@ -184,7 +184,7 @@ def _agrees_to_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 
 
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
-    """Whether each error is at most a small part of a step, or of the cost of sampling up to that impact."""
+    """Whether each error is at most a small fraction of a step, or of the cost of sampling up to that impact."""
     step_s = judged.observed.dt_s or cost.dt_s
     own, scales = judged.measured.own, judged.scales
     reliable_impacts = judged.compared.impacts
@@ -200,11 +200,11 @@ def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
 
 
 def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
-    """Whether no impact has larger errors than PIT has at that impact or at one before it.
+    """Whether no impact has a larger error than PIT has at that impact or at an earlier one.
 
-    Errors propagate from impact to impact. So the largest error of PIT up to an impact is what sampling may cost there,
-    at this phase, at another, or at the run's own lateness. An impact that PIT misses at this phase leaves both discs
-    on their old paths: the velocity error is all of the impact's change.
+    Errors propagate from impact to impact. So the limit is PIT's largest error so far: at this phase, at another phase,
+    or at the run's own lateness. If PIT misses an impact at this phase, both discs keep their old paths, and the
+    velocity error is the whole change.
     """
     own, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
@@ -213,17 +213,17 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     for error in sampling.errors:
         is_found[error.reference] = True
         pit[:, error.reference] = error.time_s, error.velocity, 0.0 if math.isnan(error.spin) else error.spin
-    # The phase at which an impact falls is chance: sampling costs up to a whole step of lateness.
+    # The phase at which an impact falls is chance, so sampling makes an impact up to a whole step late.
     late_s, early_s = (
         np.maximum.accumulate(np.maximum(times, most)) for times, most in ((pit[0], dt_s), (-pit[0], 0.0))
     )
     at_worst = np.maximum.accumulate(np.maximum(pit[1:], known_ratio * cost.found), axis=1)
     for error in judged.measured.errors:
         at, local_s = error.reference, float(judged.local.time_s[error.observed])
-        # Where PIT misses the impact, there is no lateness to compare with.
+        # If PIT misses the impact, there is no lateness to compare with.
         latest_s, earliest_s = (late_s[at], early_s[at]) if is_found[at] else (math.inf, math.inf)
         if local_s <= known_ratio * dt_s:
-            # At most a step late from the run's own state; the rest was propagated from earlier impacts.
+            # From the run's own state it is at most a step late. Earlier impacts caused the rest.
             latest_s = max(latest_s, known_ratio * cost.found_off_s[at])
         velocity, spin = at_worst[:, at]
         velocity += judged.rounding * own.speed_m_s[at] / scales.speed_m_s
@@ -231,9 +231,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
             return False
         if error.time_s < -rounding_s:
-            # Sampling never finds an impact before it happens from the run's own state. An impact that is early only
-            # against the reference was brought forward by errors of earlier impacts, by at most as much as they are
-            # late.
+            # Sampling never finds an impact before it happens from the run's own state. If an impact is early only
+            # against the reference, the lateness of earlier impacts moved it, by at most that lateness.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
             if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False
@@ -241,10 +240,10 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
 
 
 def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
-    """Whether the final errors are at most a part of PIT's, or the final state follows from the run's own impacts.
+    """Whether the final errors are at most a fraction of PIT's, or the final state follows from the run's own impacts.
 
-    An energy error of a millionth is always allowed. A final error of PIT that was not measured is NaN and allows
-    nothing.
+    An energy error of a millionth is always allowed. A final error of PIT that was not measured is NaN and allows no
+    error.
     """
     found, own = judged.measured.largest, judged.consistency
     if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
@@ -274,13 +273,13 @@ def _compute_price_paid(judged: JudgedRun) -> float:
     ratios, largest_costs = [], cost.errors[:, -1].tolist()
     for largest_error, largest_cost in zip(np.max(judged.impact_errors, axis=1).tolist(), largest_costs, strict=True):
         if largest_error <= judged.rounding:
-            ratios.append(0.0)  # also 0 over 0
-        else:  # an error is infinitely worse where sampling costs nothing
+            ratios.append(0.0)  # 0 even if sampling costs nothing
+        else:  # infinite if sampling costs nothing
             ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
     step_s = judged.observed.dt_s or cost.dt_s
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
-        # Late detection changes no velocity here, only times. PIT is late by up to a step per impact, and the lateness
-        # of earlier impacts adds up.
+        # Here late detection changes times only, not velocities. PIT is late by up to a step per impact, and lateness
+        # adds up.
         late_s = abs(largest((error.time_s for error in errors), default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
     return max(ratios)

@@ -1,4 +1,4 @@
-"""Horizons: how far a reference is reliable; given, certified, or estimated by moving the start by one ulp."""
+"""Horizons: the part of a run in which a reference is reliable. It is certified, or estimated from perturbed starts."""
 
 from __future__ import annotations
 
@@ -17,25 +17,31 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 
-#: Largest error of a reliable reference: times over the scene's duration, velocities over its speed. It is a thousand
-#: times the rounding threshold of the verdicts and a thousandth of the cost of sampling at any usual step, so neither
-#: depends on its exact value. It is also small enough for engines in float32 (1e-7).
+# argest error of a reliable reference: of times over the scene's duration, of velocities over its speed. It is a
+# thousand times the rounding threshold of the verdicts, and a thousandth of the cost of sampling at any usual step. So
+# neither depends on its exact value.
 RELIABLE_ERROR = 1e-9
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """How far a float64 trace agrees with the certified one.
+    """The number of impacts for which a float64 trace agrees with the certified trace.
 
     Attributes:
-        tolerance: Largest error of a time over the scene's duration, and of a velocity or a rim's speed over the
-            greatest of these: at the start or, under gravity, after any impact, where it is greater.
-        agreed: How many impacts, from the first, agree to the tolerance.
-        order_differs: Index of the first impact that is of other bodies than the certified one; None where none is.
-        certified: How many impacts were certified.
-        complete: Whether they are all impacts of the scene.
-        end_s: Time up to which the reference is reliable: the end of the scene, or that of the last impact that
-            agrees. What comes later is not scored globally.
+        tolerance: Largest error of a time over the scene's duration, and of a velocity or rim speed over the greatest
+            speed. That speed is taken at the start and, under gravity, also after each impact.
+        agreed: Number of impacts, counted from the first, that agree to the tolerance.
+        order_differs: Index of the first impact whose bodies differ from those of the certified impact; None if there
+            is none.
+        certified: Number of certified impacts.
+        complete: Whether all impacts of the scene were certified.
+        end_s: Time up to which the reference is reliable: the end of the scene, or the last impact that agrees. Later
+            errors against the reference are not scored.
+
+    Examples:
+        >>> found = carom.horizon("paper/late")
+        >>> found.agreed, found.complete
+        (1, True)
     """
 
     tolerance: float
@@ -53,7 +59,7 @@ class Horizon:
     def __str__(self) -> str:
         reach = f"certified to impact {self.certified}{', the last' if self.complete else ''}"
         if self.covers_the_scene:
-            return f"{reach}; float64 agrees to {self.tolerance:g} in all of them"
+            return f"{reach}; float64 agrees to {self.tolerance:g} in all impacts"
         parts = f"{reach}; float64 agrees to {self.tolerance:g} up to impact {self.agreed}"
         if self.order_differs is not None:
             parts += f", and the order of impacts differs from impact {self.order_differs + 1} on"
@@ -67,31 +73,34 @@ def horizon(
     max_impacts: int | None = None,
     time_budget_s: float | None = None,
 ) -> Horizon:
-    """Return how far float64 PIC agrees with the certified run of a scene.
+    """Return the part of a scene in which float64 PIC agrees with the certified run.
 
     Args:
         scene: The scene, or its name in the catalogue.
         tolerance: As in `Horizon`.
-        max_impacts: The last impact to compare; None for no limit.
+        max_impacts: Largest number of impacts to compare; None for no limit.
         time_budget_s: Seconds for the certified run; None for no limit.
 
     Raises:
         InputError: The tolerance is not above 0, or the scene has immovable discs under gravity.
         MissingExtraError: python-flint is not installed.
+
+    Examples:
+        >>> carom.horizon("classics/gas").agreed
+        45
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     trace = solve_pic(scene, max_impacts=max_impacts)
-    if trace.outcome is Outcome.CRUSHED:  # the certified run need not end there by itself
+    if trace.outcome is Outcome.CRUSHED:  # the certified run may not end there by itself
         max_impacts = len(trace.impacts)
     certified = certify(scene, max_impacts=max_impacts, time_budget_s=time_budget_s)
     return horizon_of(certified, trace, tolerance=tolerance)
 
 
 def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RELIABLE_ERROR) -> Horizon:
-    """Return how far a trace agrees with a certified run of the same scene.
+    """Return the part of a trace that agrees with a certified run of the same scene.
 
-    Impacts whose order makes no difference may come in either order.
+    Two impacts may be in either order if their order makes no difference.
 
     Raises:
         InputError: The traces are of different scenes, or the tolerance is not above 0.
@@ -109,9 +118,9 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RE
     order_differs = int(same.argmin()) if not same.all() else None
     if order_differs is None and len(found) != len(truth) and complete:
         order_differs = common
-    # Radii are part of the error: an impact that was not proven to the tolerance does not agree to it.
+    # The error includes the radii of certified numbers: an impact agrees only if it was proven to the tolerance.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
-    if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # discs that start at rest gain speed
+    if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # discs that start at rest can gain speed
         speed = largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
     end = common if order_differs is None else order_differs
     rims = np.zeros(end)
@@ -135,7 +144,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RE
 def _largest_difference(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
-    """Return the largest difference of each two impacts, in time and velocities after, over scales; NaN stays NaN."""
+    """Return the largest relative difference of each two impacts in time and velocities after; NaN stays NaN."""
     found = np.zeros(len(one))
     for name, scale in (("time_s", time_s), ("velocity_first_after", speed_m_s), ("velocity_second_after", speed_m_s)):
         difference = np.abs(one[name] - two[name]) + (0.0 if radii is None else radii[name])
@@ -144,9 +153,9 @@ def _largest_difference(
 
 
 def _certified_order(certified: CertifiedTrace, trace: Trace, alike_s: float) -> NDArray[np.intp]:
-    """Return the trace's impacts in the certified order: two that commute come as in the certified run.
+    """Return the trace's impacts in the certified order, in which two that commute are as in the certified run.
 
-    Bounces that the certified run has as part of a landing at that time or earlier are left out.
+    Bounces that the certified run replaces by a landing at that time or earlier are omitted.
     """
     truth, order = certified.trace.impacts, np.flatnonzero(~_belongs_to_landing(certified.trace, trace, alike_s))
     found = trace.impacts[order]
@@ -159,7 +168,7 @@ def _certified_order(certified: CertifiedTrace, trace: Trace, alike_s: float) ->
 
 
 def _belongs_to_landing(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
-    """Return which impacts of a trace are bounces that the certified run ends by a landing at nearly the same time."""
+    """Return which impacts of a trace the certified run replaces by a landing at nearly the same time."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
         theirs, ours = (
@@ -174,7 +183,7 @@ def _belongs_to_landing(certified: Trace, trace: Trace, alike_s: float) -> NDArr
 
 
 def estimate_horizon(reference: Trace) -> float | None:
-    """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None if the whole trace is.
+    """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None if the whole trace is reliable.
 
     The scene is solved again with every number of its start moved by one unit in the last place. Rounding has a similar
     effect at each impact, so neither run is reliable after they diverge. This is an estimate; `carom certify` gives a
@@ -185,22 +194,22 @@ def estimate_horizon(reference: Trace) -> float | None:
         return None
     try:
         nudged = _nudge(scene, positions=True)
-    except SceneError:  # an ulp too deep in a touching neighbour
+    except SceneError:  # discs that touch may overlap after the move
         nudged = _nudge(scene, positions=False)
     other = solve_pic(nudged, max_impacts=len(reference.impacts))
     if not len(other.impacts):
         return 0.0
     one, times = reference.impacts, reference.impacts["time_s"]
-    # The n-th impacts of each pair match, -1 where there is none: those of different pairs at nearly one instant may be
+    # Match the n-th impacts of each pair (-1: no match), because nearly simultaneous impacts of different pairs may be
     # swapped.
     same, others = np.full(len(one), -1, dtype=np.intp), group_by_pair(other.impacts)
     for pair, indices in group_by_pair(one).items():
         found = others.get(pair, [])[: len(indices)]
         same[indices[: len(found)]] = found
-    # An impact within rounding of the end may fall on either side of it, without an error of those before.
+    # An impact within rounding of the end may be missing from one run.
     last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
-    # NaN must differ from everything.
+    # NaN counts as a difference.
     matched = np.maximum(same, 0)
     rims = rim_speeds(reference, "after"), rim_speeds(other, "after")[:, matched]
     speed = max(speed, float(np.max(np.abs(rims))))
@@ -216,7 +225,7 @@ def estimate_horizon(reference: Trace) -> float | None:
 def _nudge(scene: Scene, *, positions: bool) -> Scene:
     """Move every velocity, and every position if asked, by one unit in the last place.
 
-    A zero stays zero, which keeps symmetries that rounding keeps.
+    Zeros stay zero, because rounding preserves the symmetries of zeros.
     """
     rng, start = np.random.default_rng(0), scene.arrays
     signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4))

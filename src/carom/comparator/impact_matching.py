@@ -1,10 +1,11 @@
 """Matching of the impacts of two traces: matched, missed and spurious impacts.
 
-Each pair of bodies is aligned on its own and in order (an alignment never crosses). The alignment has as many matches
-as possible and, among those, the least total time difference. An observed impact can match a reference impact only
-within that impact's *window*: between the neighbouring reference impacts of its bodies. Outside the window the bodies
-are on other paths in the reference. A frame-sampled method stamps an impact up to two steps late: one step to notice
-it, and one more where the stamp is the end of the step. So the window is longer by two steps at either end.
+The impacts of each pair of bodies are aligned separately and in order, so an alignment never crosses. It has as many
+matches as possible and, among such alignments, the smallest total time difference. An observed impact can match a
+reference impact only within that impact's *window*, which extends between the neighbouring reference impacts of its
+bodies. Outside of the window the bodies are on other paths in the reference. A frame-sampled method stamps an impact up
+to two steps late: one step to notice it, and one more if it stamps the end of the step. So the window is longer by two
+steps at either end.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from numpy.typing import NDArray
 
 from carom.model.trace import Trace
 
-#: A stamp is late by one step to notice an overlap, and one more where the engine stamps the end of its step.
+#: Largest lateness of a time stamp: one step to notice an overlap, and one more if the engine stamps the end of its
+#: step.
 LATEST_STAMP_STEPS = 2
 
 Pair = tuple[int, int]
@@ -30,8 +32,8 @@ class ComparisonRange(NamedTuple):
     """The part of a run that is compared with its reference: up to the horizon, or all of it.
 
     Attributes:
-        impacts: Number of the reference's impacts within it.
-        until_s: End of the range, seconds; infinite where the whole run is compared.
+        impacts: Number of the reference's impacts in this part.
+        until_s: End of this part, seconds; infinite if the whole run is compared.
     """
 
     impacts: int
@@ -51,9 +53,9 @@ class Alignment:
         matched: Index pairs ``(reference, observed)`` in order of reference time.
         missed: Reference impacts that were not observed.
         spurious: Observed impacts that the reference does not have.
-        undecided: Reference impacts not observed, but so close to the end of the run that a method at this step may
-            not have been able to report them yet.
-        is_whole_run: Whether the whole run was aligned, and no part of it.
+        undecided: Reference impacts that were not observed, but are so close to the end of the run that a method with
+            this step may not have been able to report them.
+        is_whole_run: Whether the whole run was aligned, not only a part.
     """
 
     matched: tuple[tuple[int, int], ...]
@@ -64,7 +66,7 @@ class Alignment:
 
 
 def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange | None = None) -> Alignment:
-    """Align the impacts of two traces of one scene, and return the part of the alignment within a range, if given."""
+    """Align the impacts of two traces of one scene, and return the part within a range (default: all)."""
     slack = LATEST_STAMP_STEPS * observed.dt_s
     windows = _windows(reference, slack)
     timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing
@@ -76,7 +78,7 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
     matched.sort()
     hit, used = {r for r, _ in matched}, {o for _, o in matched}
     unmatched = [r for r in range(len(reference.impacts)) if r not in hit]
-    # A run is as long as the scene; an impact in its last steps may have no later step in which it could be reported.
+    # After an impact in the last steps, no step may follow in which the run could report it.
     last_reportable = observed.end_time_s - slack
     late = {
         r
@@ -98,8 +100,8 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
 def _has_passed(impact: np.void, observed: Trace) -> bool:
     """Whether the two bodies of an unobserved impact separate in the observed final state.
 
-    Then they have passed through each other, and no later step would have found them: that is a miss. A wall is a
-    half-plane, which nothing passes through.
+    In that case they have passed through each other, and no later step would have found the impact, so it is missed.
+    Nothing can pass through a half-plane wall.
     """
     first, second = int(impact["first"]), int(impact["second"])
     if second < 0 or impact["time_s"] > observed.end_time_s:
@@ -121,7 +123,7 @@ def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
     """Return the earliest and latest time at which each reference impact may be observed."""
     impacts = reference.impacts
     rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
-    # An immovable disc or a wall that stands still through an impact has no path that the impact could end.
+    # An impact ends no path of a body that does not move.
     moved = impacts["velocity_second_before"] != impacts["velocity_second_after"]
     times: dict[int, list[float]] = defaultdict(list)
     bodies: list[list[int]] = []
@@ -152,15 +154,14 @@ def _align_pair(
     """Align one pair's impacts in order by dynamic programming; the cost is (unmatched, total time difference).
 
     ``cost(r, c)`` is the cost of the impacts from r and from c on. Windows begin and end in the order of the impacts.
-    So a row is computed only for the columns in its window. Earlier columns can no longer be matched, later ones not
-    yet.
+    So each row is computed only for the columns in its window.
     """
     rows, columns = len(expected), len(found)
     times = observed_time[found]
     low = np.searchsorted(times, [windows[r][0] for r in expected], side="left").tolist()
     high = np.searchsorted(times, [windows[r][1] for r in expected], side="right").tolist()
     if rows == columns and all(low[k] <= k < high[k] for k in range(rows)):
-        return list(zip(expected, found, strict=True))  # only this alignment leaves none unmatched
+        return list(zip(expected, found, strict=True))  # the only alignment without unmatched impacts
     table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
     stamps: list[float] = times.tolist()
 
@@ -178,7 +179,7 @@ def _align_pair(
     for r in range(rows - 1, -1, -1):
         row: list[tuple[int, float]] = [(0, 0.0)] * (high[r] - low[r])
         match, time_s = cost(r + 1, high[r]), float(reference_time[expected[r]])
-        ahead = (match[0] + 1, match[1])  # from the first column after the window on, this impact is missed
+        ahead = (match[0] + 1, match[1])  # beyond the window this impact is missed
         for c in range(high[r] - 1, low[r] - 1, -1):
             missed = cost(r + 1, c)
             best = min((missed[0] + 1, missed[1]), (ahead[0] + 1, ahead[1]))

@@ -1,4 +1,4 @@
-"""Scales of a scene: its own length, speed and time, by which errors are divided so that units do not matter."""
+"""Scales of a scene: its own length, speed and time. Errors are divided by them to be independent of units."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Scales:
 
     Attributes:
         length_m: Radius of the largest disc.
-        speed_m_s: Greatest speed of any disc in the reference; 1 m/s in a scene in which nothing moves.
-        rim_m_s: Greatest speed of any disc, or of any rim relative to its centre. Errors of spins, times the radius,
-            are divided by it. The slip is the sum of the two, so a rim is as exact as the larger of them. A fast rim
-            that slides makes no velocity less exact.
+        speed_m_s: Greatest speed of any disc in the reference; 1 m/s if nothing moves.
+        rim_m_s: Scale of spin errors times the radius: the greatest speed of any disc, or of any rim relative to its
+            centre. A contact slips at the sum of the two, so spins are only as exact as the larger of them. A fast rim
+            makes no velocity less exact.
         time_s: The scene's duration.
-        energy_j: Kinetic energy of the movable discs at the start, including rotation, or the work of driven bodies in
-            the reference, given and taken, if that is more.
+        energy_j: Kinetic energy of the movable discs at the start, including rotation, or the total work done by and on
+            driven bodies in the reference if that is larger.
         reach_m: Largest distance of a coordinate from the origin, to which rounding is proportional.
     """
 
@@ -42,7 +42,7 @@ class Scales:
 def compute_scales(scene: Scene, reference: Trace) -> Scales:
     """Compute the scene's own length, speed, time and energy."""
     start = scene.arrays
-    # A falling disc is fastest just before it lands, or at the end.
+    # A falling disc is fastest just before an impact, or at the end.
     turned = (*velocities(reference.impacts, "before"), *velocities(reference.impacts, "after"))
     speeds = np.concatenate([start.velocity_m_s, *turned, reference.final_velocity_m_s])
     speed = float(np.max(np.hypot(*speeds.T)))
@@ -63,17 +63,17 @@ def compute_scales(scene: Scene, reference: Trace) -> Scales:
 
 @dataclass(frozen=True)
 class OwnScales:
-    """Scales of rounding for each impact and for each disc's final state, from only what led there.
+    """Scales of rounding for each impact and for each disc's final state, from their own causes only.
 
-    The scale of a body is its greatest speed, before or after, or that of any body it has met, that this has met
-    before, and so on. Errors propagate at impacts, so a disc that is slow because two speeds cancel is known to the
-    rounding of those speeds. Unrelated bodies add nothing.
+    The scale of a body is its greatest speed, or the greatest speed of any body from which errors may have propagated
+    to it by impacts. A disc may be slow because two speeds cancel; it is still known only to the rounding of those
+    speeds. Unrelated bodies add nothing.
 
     Attributes:
         speed_m_s: Speed scale of each impact of a trace, shape ``(m,)``.
-        rim_m_s: The same of speeds and of rims, shape ``(m,)``.
+        rim_m_s: The same including rim speeds, shape ``(m,)``.
         final_speed_m_s: Speed scale of each disc at the end, shape ``(n,)``.
-        final_rim_m_s: The same of speeds and of rims, shape ``(n,)``.
+        final_rim_m_s: The same including rim speeds, shape ``(n,)``.
         reach_m: Largest distance of a coordinate of each disc's rim from the origin, shape ``(n,)``.
     """
 
@@ -115,18 +115,18 @@ def compute_own_scales(trace: Trace) -> OwnScales:
 
 
 def median(values: Array) -> float:
-    """Return the median of one value or more; NaN where one of them is. NumPy's own loads masked arrays first."""
+    """Return the median of at least one value; NaN if one is NaN. NumPy's median would load masked arrays first."""
     ordered = np.sort(values)  # NaN is last
     one, other = ordered[[(len(ordered) - 1) // 2, len(ordered) // 2]].tolist()
     return math.nan if math.isnan(ordered[-1]) else one if one == other else (one + other) / 2
 
 
 def largest(values: Iterable[float], default: float = math.nan) -> float:
-    """Return the value of the largest magnitude, with its sign; NaN where one of them is NaN, which `max` ignores.
+    """Return the value of the largest magnitude, with its sign; NaN if one of them is NaN, which `max` ignores.
 
     Args:
         values: The values.
-        default: What to return where there are none.
+        default: The result if there are none.
     """
     found = default
     for k, value in enumerate(values):

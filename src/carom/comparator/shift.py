@@ -1,6 +1,6 @@
-"""Scenes shifted along their own motion, which changes only the phase of the step at which the first impact comes.
+"""Scenes shifted along their own motion. A shift changes only the phase of the step at which the first impact comes.
 
-A step can be lucky or unlucky at a single phase, so methods are compared at several.
+A method may be lucky or unlucky at a single phase of the step, so methods are compared at several.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from carom.support.formatting import seconds
 
 
 def even_phases(count: int) -> tuple[float, ...]:
-    """Return `count` phases, evenly spread over a step, the first of them 0.
+    """Return `count` phases that are evenly spread over a step, beginning with 0.
 
     Raises:
         InputError: `count` is below 1.
@@ -32,9 +32,9 @@ def even_phases(count: int) -> tuple[float, ...]:
 
 
 def shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> Iterator[Scene]:
-    """Yield a scene shifted along its own motion to each phase; phases to which it can't be shifted are left out.
+    """Yield a scene shifted along its own motion to each phase, except for phases to which it can't be shifted.
 
-    All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by as much. Where an
+    All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by the same time. If an
     impact comes before that, they are moved back by the rest of the step instead.
 
     Args:
@@ -55,8 +55,8 @@ def shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> It
 def shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -> tuple[Trace, ...]:
     """Return the references of the scenes of `shifted_scenes`.
 
-    A shift that changes which impacts happen is left out: the way back may lead through another body, or the last
-    impact may fall after the end.
+    Shifts that change the impacts of the scene are omitted: the way back may lead through another body, or the last
+    impact may be after the end.
     """
     bodies = ["first", "second"]
     traces = (
@@ -70,10 +70,10 @@ def shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -
 
 
 def shift_start(scene: Scene, by_s: float) -> Scene:
-    """Start the scene `by_s` seconds earlier: every disc is moved back along its path, the end stays.
+    """Start the scene `by_s` seconds earlier: move every disc back along its path, and keep the end.
 
-    The same impacts follow, `by_s` later each. Where bodies would have met on the way back (those of a cradle that
-    touch at the start, say) the scene begins later instead, if nothing is to happen before.
+    The same impacts follow, each later by `by_s`. If bodies would meet on the way back, as those of a cradle that touch
+    at the start, the scene begins later instead, unless an impact prevents this.
 
     Args:
         scene: The scene.
@@ -88,21 +88,22 @@ def shift_start(scene: Scene, by_s: float) -> Scene:
         if shift_s < scene.duration_s and _nothing_meets(scene, shift_s):
             return _shifted(scene, shift_s)
     raise InputError(
-        f"the scene can't begin {seconds(by_s)} earlier or later: bodies meet within that time on either side"
+        f"the scene can't begin {seconds(by_s)} earlier or later: bodies meet within that time before and after "
+        "its start"
     )
 
 
 def _nothing_meets(scene: Scene, shift_s: float) -> bool:
-    """Whether no bodies meet between the start and `shift_s` after it, or before it where that is negative."""
+    """Whether no bodies meet between the start and the time `shift_s`, which may be negative."""
     slowing = Slowing.of(scene)
-    if slowing.table_m_s2 and shift_s < 0.0:  # it can't be run backwards, but forwards from the earlier start
+    if slowing.table_m_s2 and shift_s < 0.0:  # can't be solved backwards, so solve forwards from the earlier start
         try:
             return _nothing_meets(_shifted(scene, shift_s), -shift_s)
-        except SceneError:  # there they overlap
+        except SceneError:  # bodies overlap at the earlier start
             return False
-    # A damped path is the undamped one, as far as it leads in that time: so it is run backwards, too.
+    # A damped path is a part of the undamped one, so it can also be solved backwards.
     flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.undamped(shift_s), scene.undamped
-    if flown_s < 0:  # the path before the start, run backwards; a parabola is the same one either way
+    if flown_s < 0:  # solve the path before the start backwards; parabolas are symmetric in time
         begun = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]
         back = [(disc.position_m, (-u, -v), disc.spin_rad_s, ()) for disc, (u, v) in begun]
         scene = _with_states(scene, back, [driven_back(wall) for wall in scene.walls])
@@ -110,7 +111,7 @@ def _nothing_meets(scene: Scene, shift_s: float) -> bool:
 
 
 def _shifted(scene: Scene, shift_s: float) -> Scene:
-    """Return the scene as it is `shift_s` after its start if no bodies meet before; the end stays."""
+    """Return the scene as it is `shift_s` after its start if no bodies meet before, with the same end."""
     slowing = Slowing.of(scene)
     states = list[tuple[Vector, Vector, float, tuple[Leg, ...]]]()
     for disc in scene.discs:

@@ -1,8 +1,8 @@
 """Slowing of discs between impacts without a change of direction: linear damping, or a table.
 
-A disc of velocity v is left with a part of it, ``kept v``, and has moved by ``flown v``. With damping both are the same
-for all discs, see `carom.model.damping`; on a table, which slows a disc down by a until it stops, they depend on its
-speed s: ``1 - a t / s`` and ``t - a t^2 / (2 s)``.
+After some time, a disc of initial velocity v has the velocity ``kept v`` and has moved by ``flown v``. With damping,
+both factors are the same for all discs (see `carom.model.damping`). A table decelerates a disc by a until it stops.
+Then the factors depend on the disc's speed s: ``1 - a t / s`` and ``t - a t^2 / (2 s)``.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _Speed = TypeVar("_Speed", float, Array)
 
 @dataclass(frozen=True, slots=True)
 class Slowing:
-    """The law by which a scene slows discs down.
+    """The law that slows the discs of a scene down.
 
     Attributes:
-        damping: Its damping; none on a table.
-        table_m_s2: Its table's deceleration, 0 without one.
+        damping: The scene's damping; none on a table.
+        table_m_s2: Deceleration by the scene's table; 0 without a table.
     """
 
     damping: Damping
@@ -44,7 +44,7 @@ class Slowing:
         return bool(self.damping.per_s or self.table_m_s2)
 
     def kept(self, seconds: float, speed: float) -> float:
-        """Return the part of a speed that is left after some seconds; above 1 for negative seconds."""
+        """Return the fraction of a speed that is left after some seconds; above 1 for negative seconds."""
         if not self.table_m_s2:
             return self.damping.kept(seconds)
         if not speed:
@@ -52,18 +52,18 @@ class Slowing:
         return 0.0 if seconds >= self.stops_s(speed) else 1.0 - self.table_m_s2 * seconds / speed
 
     def flown(self, seconds: float, speed: float) -> float:
-        """Return the displacement in some seconds over the velocity; negative seconds lead to earlier positions."""
+        """Return the displacement in some seconds over the velocity. Negative seconds lead to earlier positions."""
         if not self.table_m_s2:
             return self.damping.undamped(seconds)
         lasts = min(seconds, self.stops_s(speed))
         return lasts - 0.5 * lasts * (self.table_m_s2 * lasts / speed) if speed else 0.0
 
     def stops_s(self, speed: float) -> float:
-        """Return the seconds until a disc of a speed stops; infinite if it never does or is at rest."""
+        """Return the seconds until a disc with this speed stops; infinite if it never stops or is at rest."""
         return speed / self.table_m_s2 if self.table_m_s2 and speed else math.inf
 
     def all_kept(self, seconds: Array, speed: Array) -> Array:
-        """Return `kept` for arrays of times and speeds, which broadcast."""
+        """Return `kept` for arrays of times and speeds that broadcast."""
         if not self.table_m_s2:
             return self.damping.all_kept(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -72,7 +72,7 @@ class Slowing:
         return kept
 
     def all_flown(self, seconds: Array, speed: Array) -> Array:
-        """Return `flown` for arrays of times (0 or more with damping) and speeds, which broadcast."""
+        """Return `flown` for arrays of times and speeds that broadcast. With damping, times must be 0 or more."""
         if not self.table_m_s2:
             return self.damping.all_undamped(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -82,7 +82,7 @@ class Slowing:
         return flown
 
     def bends(self, speed: _Speed) -> _Speed:
-        """Return the deceleration of a disc of a speed, or of an array of speeds, metres per second squared."""
+        """Return the deceleration at a speed, or at each speed of an array, metres per second squared."""
         return self.damping.per_s * speed + self.table_m_s2
 
 
@@ -91,11 +91,11 @@ _NEWTON = 6
 
 
 def nearest_s(apart: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
-    """Return when two paths are nearest, by least squares: the root, if they meet; NaN if they do not separate.
+    """Return when two paths are nearest, by least squares; NaN if they do not separate. If they meet, this is the root.
 
     Args:
-        apart: Returns by how much the two are apart at a time, metres, and how fast that changes.
-        begin_s: A time near it.
+        apart: Returns the vector between the two paths at a time, metres, and its derivative.
+        begin_s: A time near the result.
     """
     time_s = begin_s
     for _ in range(_NEWTON):

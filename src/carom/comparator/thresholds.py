@@ -10,24 +10,24 @@ from carom.engines.api.checks import MANTISSA_BITS
 
 @dataclass(frozen=True)
 class Thresholds:
-    """The error from which each kind of fault counts.
+    """The smallest error that counts, for each kind of fault.
 
     Attributes:
-        rounding: Times over the scene's duration, velocities over its speed, positions over its reach. The known
-            answers are reproduced to this.
-        rounding_32: The same for a method that declares 32-bit floats: a hundred of its units in the last place.
-        close: Largest error of *close*: of a time as a part of a step, of a velocity as a part of the cost of sampling.
-            At a hundredth, a method would have to check a hundred times per step to be as good by sampling: it solves
-            for the instant, or cuts its steps.
-        phases: Number of phases of a step at which PIT is run for that cost. They are evenly spread. So one of them
-            finds each impact within a sixteenth of the latest possible instant, and phases at which PIT misses an
-            impact are noticed where they are more than a sixteenth of all.
-        ratio_known: How far above 1 rounding brings an error over the cost of sampling in a run that only samples:
-            1e-13 was observed in 64 bits.
+        rounding: Rounding of times over the scene's duration, velocities over its speed, and positions over its reach.
+            Known answers are reproduced to this.
+        rounding_32: The same for a method that declares 32-bit floats: a hundred units in the last place.
+        close: Largest error of grade *close*: of a time over a step, of a velocity over the cost of sampling. At a
+            hundredth, a sampling method would have to check a hundred times per step. So a close method solves for the
+            instant, or cuts its steps.
+        phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. One of them finds
+            each impact within a sixteenth of the latest possible instant. Misses are noticed if they occur at more than
+            a sixteenth of all phases.
+        ratio_known: Rounding error of an error over the cost of sampling in a run that only samples: 1e-13 was observed
+            in 64 bits.
         ratio_known_32: The same for a method that declares 32-bit floats: 5e-4 was observed.
-        direction_rad: A direction wrong by more than this is called wrong: a degree, about what shows in a picture.
-        energy: Energy over the energy at the start. Float64 engines drift by 1e-13 and float32 ones by 1e-7 through
-            rounding; a millionth is neither.
+        direction_rad: Smallest error of a direction that gets a verdict: a degree, which is just visible in a picture.
+        energy: Energy error over the energy at the start. Rounding causes 1e-13 in float64 engines and 1e-7 in float32
+            engines, both far below a millionth.
     """
 
     rounding: float = 1e-12
@@ -40,15 +40,15 @@ class Thresholds:
     energy: float = 1e-6
 
     def rounding_of(self, float_bits: int) -> float:
-        """Return the rounding error in floats of 32 or 64 bits, for reports and the conformance suite."""
+        """Return the rounding error in floats of 32 or 64 bits."""
         return {32: self.rounding_32, 64: self.rounding}[float_bits]
 
     def ratio_known_of(self, float_bits: int) -> float:
-        """Return how far above 1 an error over the cost of sampling is rounding, in floats of 32 or 64 bits."""
+        """Return the rounding error of an error over the cost of sampling, in floats of 32 or 64 bits."""
         return {32: self.ratio_known_32, 64: self.ratio_known}[float_bits]
 
     def time_rounding_of(self, float_bits: int, duration_s: float, dt_s: float) -> float:
-        """Return the rounding error of a time, seconds; in a run of steps at most what is called close."""
+        """Return the rounding error of a time, seconds. In a run with steps, it is at most the limit of *close*."""
         rounding_s = self.rounding_of(float_bits) * duration_s
         return min(rounding_s, self.close * dt_s) if dt_s else rounding_s
 

@@ -14,19 +14,19 @@ from carom.model.trace import Trace, body_name, wall_body, wall_index
 
 
 def require_sound(trace: Trace) -> None:
-    """Raise an error for a trace that is not possible in its scene, whatever the accuracy of its numbers.
+    """Raise an error for a trace that is impossible in its scene, independently of its accuracy.
 
     Raises:
-        InputError: The trace declares floats of another width than 32 or 64 bits. An impact is of a body that the scene
-            does not have. A wall turns, or moves differently from the scene. Discs turn and no spins are reported. The
-            run continues beyond the scene.
+        InputError: The trace declares floats of other than 32 or 64 bits. An impact has a body that the scene does not
+            have. A wall turns or moves differently from the scene. Spins are missing although discs turn. The run
+            continues beyond the scene.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins
     of = f"the trace of {trace.method!r} of scene {scene.name!r}"
     if trace.float_bits not in MANTISSA_BITS:
         raise InputError(
-            f"float_bits of {of} is {trace.float_bits}, and must be one of {sorted(MANTISSA_BITS)}: rounding "
-            "is known for these; declare 32 for narrower floats"
+            f"float_bits of {of} is {trace.float_bits}, but must be one of {sorted(MANTISSA_BITS)}; declare 32 "
+            "for narrower floats"
         )
     for side, lowest in (("first", 0), ("second", wall_body(len(scene.walls) - 1) if scene.walls else 0)):
         body = impacts[side]
@@ -37,10 +37,7 @@ def require_sound(trace: Trace) -> None:
                 f"discs from 0 on, and {len(scene.walls)} walls from {wall_body(0)} down; a wall is the second body"
             )
     if scene.arrays.turns and (spins is None or trace.final_spin_rad_s is None):
-        raise InputError(
-            f"{of} tells no spins, and discs turn: nobody can say how right they are; run the scene with a method "
-            "that declares spin"
-        )
+        raise InputError(f"{of} has no spins, but discs turn in the scene: use a method that declares spin")
     of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
     if spins is not None:
         of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
@@ -52,22 +49,22 @@ def require_sound(trace: Trace) -> None:
         wrong = ((np.abs(rows - moved) > rounding) & np.isfinite(rows)).any(axis=1)
         for k in np.flatnonzero((impacts["second"] < 0) & wrong)[:1].tolist():
             shown, due = (", ".join(f"{value:g}" for value in values) for values in (rows[k], moved[k]))
-            does = f"a wall that is driven has {due}" if moved[k].any() else "a wall neither moves nor turns, and has 0"
+            does = f"this driven wall has {due}" if moved[k].any() else "a wall that neither moves nor turns has 0"
             raise InputError(
-                f"{name} of impact {k} of {of} is {shown}, and its second body is "
+                f"{name} of impact {k} of {of} is {shown}, but its second body is "
                 f"{body_name(int(impacts['second'][k]))}: {does}"
             )
     if math.isfinite(trace.end_time_s) and trace.end_time_s > scene.duration_s * (1.0 + THRESHOLDS.rounding):
         raise InputError(
-            f"{of} ends at {trace.end_time_s:g} s, and the scene at {scene.duration_s:g} s: nothing is known of what "
-            "comes later; its final state is that at the scene's end"
+            f"{of} ends at {trace.end_time_s:g} s, but the scene ends at {scene.duration_s:g} s: a trace must end "
+            "with the state at the scene's end"
         )
 
 
 def _due_of_walls(trace: Trace) -> dict[str, NDArray[np.float64]]:
-    """Return by field the velocity that the second body of each impact has in the scene, 0 for a disc.
+    """Return by field the velocity that the second body of each impact has in the scene; 0 for a disc.
 
-    If a wall's velocity changes within the step of the impact, the one nearer to the reported velocity is returned.
+    If a wall's velocity changes within the step of the impact, the value nearer to the reported velocity is returned.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     due = {name: np.zeros((len(impacts), 2)) for name in ("velocity_second_before", "velocity_second_after")}

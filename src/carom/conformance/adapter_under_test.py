@@ -32,14 +32,14 @@ T = TypeVar("T")
 
 
 class Subject(Closeable):
-    """One adapter, by its name; used as a context manager, it ends its worker process.
+    """An adapter, by name. As a context manager it ends its worker process.
 
     Methods that run the engine raise `Violation` if its process crashes or hangs, or if the adapter raises an error
-    that they do not return.
+    that the method does not return.
 
     Attributes:
         name: Name of the adapter.
-        adapter: The adapter, loaded; its engine is not imported in this process.
+        adapter: The loaded adapter. Its engine is not imported in this process.
     """
 
     def __init__(self, name: str, limits: LimitOptions) -> None:
@@ -63,15 +63,15 @@ class Subject(Closeable):
 
     @property
     def rounding(self) -> float:
-        """Relative rounding that a run may add up at the declared width of numbers: the comparator's."""
+        """Relative rounding error of a run at the declared width of floats, as in the comparator."""
         return THRESHOLDS.rounding_of(self.adapter.capabilities.float_bits)
 
     def capabilities(self, profile: str = "tuned") -> Capabilities:
-        """Return the declaration of a profile: its own, or else the adapter's."""
+        """Return the declaration of a profile: its own, or the adapter's."""
         return capabilities_of(self.adapter, profile)
 
     def unsupported(self, setup: Setup) -> str:
-        """Return the declared capability that excludes a run; empty where none does."""
+        """Return the declared capability that excludes a run; an empty text if none does."""
         located = self.adapter.profiles[setup.profile].located
         return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s, located=located)
 
@@ -84,7 +84,7 @@ class Subject(Closeable):
         answer = self.try_to_watch(setup, looks=looks)
         if isinstance(answer, Raised):
             raise Violation(
-                f"{answer.where}() raises an error on a scene that the adapter declares to support",
+                f"{answer.where}() raises an error for a scene that the adapter declares to support",
                 expected="a run to the end of the scene",
                 found=f"{answer.kind}: {answer.message}",
                 setup=setup,
@@ -92,7 +92,7 @@ class Subject(Closeable):
         return answer
 
     def seen(self, setup: Setup) -> Watched:
-        """Return the stored result of `watch` for this run, for checks of observations."""
+        """Return the cached result of `watch` for this run."""
         key = (setup.scene.name, setup.profile, setup.dt_s)
         if key not in self._seen:
             self._seen[key] = self.watch(setup)
@@ -113,8 +113,8 @@ class Subject(Closeable):
             setup: The run.
             more: Settings in addition to those of the profile.
             looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
-            cut: Whether to cut the steps, and, if `disturbed`, to undo others.
-            disturbed: See `cut`.
+            cut: Whether to cut the steps.
+            disturbed: Whether to also try and undo other steps.
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **more}
         steps = setup.scene.step_count(setup.dt_s)
@@ -122,17 +122,17 @@ class Subject(Closeable):
         return self._ask(Watch(self.name, setup.scene, settings, steps, looks, cut_s, disturbed), setup)
 
     def growth_bytes(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
-        """Make worlds one after another and return the growth of memory; None where it is unknown."""
+        """Make worlds one after another, and return the growth of memory; None if it is unknown."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, Raised):
             raise Violation(
-                f"a world can't be made and closed {worlds} times", expected="no error", found=answer, setup=setup
+                f"a world can't be created and closed {worlds} times", expected="no error", found=answer, setup=setup
             )
         return answer.bytes
 
     def score(self, profile: str, name: str) -> tuple[Setup, Trace, Score, Score]:
-        """Return a run of a catalogue scene, its score against the known answer, and PIT's at the same step."""
+        """Return a run of a catalogue scene, its score against the known answer, and PIT's score at the same step."""
         if (profile, name) not in self._scores:
             setup = catalogue_setup(name, profile)
             trace = self._ask(ObserveTask(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)
@@ -141,9 +141,9 @@ class Subject(Closeable):
         return self._scores[profile, name]
 
     def margin(self, profile: str, name: str) -> Score | None:
-        """Return the score of a catalogue scene with bodies thicker by the promised margin; None where there is none.
+        """Return the score of a catalogue scene with bodies thickened by the promised margin; None without a margin.
 
-        Its errors are those that the margin allows.
+        The errors of this score are those that the margin allows.
         """
         margin_m = self.adapter.profiles[profile].accuracy.margin_m
         return _margin(name, margin_m) if margin_m else None
@@ -166,7 +166,7 @@ class Subject(Closeable):
 
 _FAILURES = {Status.CRASHED: "the engine ends its process", Status.TIMED_OUT: "the engine hangs"}
 
-#: A quarter of each catalogue scene's own frame: the middle of the three steps that `carom run` takes.
+#: Number of steps per frame of a catalogue scene: the middle one of the three steps of `carom run`.
 STEPS_A_FRAME = 4
 
 
@@ -192,12 +192,12 @@ def catalogue_setup(name: str, profile: str) -> Setup:
 
 
 def greatest_speed(scene: Scene) -> float:
-    """Return the greatest speed at the start, metres a second; 1 where nothing moves."""
+    """Return the greatest speed at the start, metres a second; 1 if nothing moves."""
     return max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
 
 
 def masses(scene: Scene) -> list[float]:
-    """Return the masses, 0 for an immovable disc: it has no momentum of its own."""
+    """Return the masses of discs; 0 for an immovable disc, which has no momentum."""
     return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]
 
 

@@ -1,4 +1,4 @@
-"""Cases of the suite for one adapter: a name that never changes, and its check."""
+"""Cases of the suite for one adapter. A case has a name that never changes, and a check."""
 
 from __future__ import annotations
 
@@ -26,15 +26,14 @@ from carom.conformance.suite_scenes import CATALOGUE_SCENES, LOCATED_SCENES
 
 @dataclass(frozen=True)
 class Case:
-    """One case.
+    """One case of the suite.
 
     Attributes:
-        name: ``check[parameters]``; with the engine before it, ``engine::check[parameters]``, the name in a file of
-            known failures.
-        run: The check, which raises where the adapter does not conform.
-        meaning: What must hold, in one sentence: the first line of the check's docstring.
-        skip: The declared capability that excludes the case; empty where none does.
-        profile: The profile that the case checks; empty where it checks the adapter.
+        name: ``check[parameters]``. In a file of known failures, the engine precedes it: ``engine::check[parameters]``.
+        run: The check. It raises an error if the adapter does not conform.
+        meaning: The requirement in one sentence, from the first line of the check's docstring.
+        skip: The declared capability that excludes the case; empty if none does.
+        profile: The profile that the case checks; empty if it checks the adapter.
     """
 
     name: str
@@ -44,7 +43,7 @@ class Case:
     profile: str = ""
 
 
-#: Ends and middle of the declared range, for discs and for walls.
+#: Ends and middle of the declared range of restitution, for discs and for walls.
 RESTITUTION_SHARES = {"least": 0.0, "middle": 0.5, "greatest": 1.0}
 
 _OF_ADAPTER = {
@@ -94,7 +93,7 @@ _OF_PROFILE = {
     "observations-stay": conduct.keeps_what_it_showed,
 }
 
-#: Additional checks of a profile whose steps are cut; others run in whole steps, as for any profile.
+#: Additional checks of a profile whose steps are cut. All other checks run in whole steps.
 _OF_LOCATED = {
     "settings": settings.settings_are_read_back,
     "start": settings.starts_as_written,
@@ -107,12 +106,12 @@ _OF_SCENE = {
     "velocities": accuracy.velocities_are_right,
 }
 
-#: Additional checks of a scene in which something turns.
+#: Additional checks of a scene with turning discs.
 _OF_TURNING_SCENE = {**_OF_SCENE, "spins": accuracy.spins_are_right}
 
 
 def cases(subject: Subject) -> Iterator[Case]:
-    """Return every case for an adapter in the order of execution: cases on which others depend are first."""
+    """Yield all cases for an adapter in the order of execution. Cases on which others depend are first."""
 
     def case(name: str, check: Callable[..., None], /, *, skip: str = "", **parameters: Any) -> Case:
         meaning = (check.__doc__ or "").strip().splitlines()[0]

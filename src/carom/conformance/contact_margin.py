@@ -1,12 +1,13 @@
 """Errors that a promised contact margin allows: those of a scene with bodies that are thicker by the margin.
 
-An engine with a margin m responds to bodies up to m apart as if their surfaces were up to m nearer. So an impact at a
-distance R of the centres is no earlier, and its normal is turned no farther, than an impact at R + m. With the relative
-speed w and the distance b at which the bodies would pass each other, it is early by at most ``(sqrt((R + m)^2 - b^2) -
-sqrt(R^2 - b^2)) / w``. Without friction an impact changes a velocity by ``(1 + e) mu / m_i w cos(a)`` along a normal at
-the angle a with ``sin(a) = b / R``. So the velocity is off by at most ``(1 + e) mu / m_i w sin(a - a')``, where
-``sin(a') = b / (R + m)``. Bodies that pass at less than m meet. Both errors grow with m. So the scene with thicker
-bodies, solved exactly, has the greatest error of one impact, and propagates it to later impacts.
+An engine with a margin m responds to bodies at a distance of up to m as if their surfaces were up to m nearer. So an
+impact at a distance R of the centres is no earlier than an impact at R + m, and its normal is no further turned. Let w
+be the relative speed, and b the distance at which the bodies would pass each other. Then the impact is early by at most
+``(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w``. Without friction, an impact changes a velocity by ``(1 + e) mu / m_i
+w cos(a)`` along a normal at the angle a, with ``sin(a) = b / R``. So the velocity error is at most ``(1 + e) mu / m_i w
+sin(a - a')``, where ``sin(a') = b / (R + m)``. Bodies that pass at a distance below m meet. Both errors grow with m. So
+the exact solution of the scene with thicker bodies has the greatest error of one impact, and propagates it to later
+impacts.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from carom.solvers.pic import solve_pic
 
 
 def thickened(scene: Scene, margin_m: float) -> Scene:
-    """Return a scene whose bodies meet when they are `margin_m` apart; discs are as hard to turn as before."""
+    """Return a scene whose bodies meet at a distance of `margin_m`. Moments of inertia stay."""
     half = margin_m / 2
 
     def disc(one: Disc) -> Disc:
@@ -31,12 +32,12 @@ def thickened(scene: Scene, margin_m: float) -> Scene:
         (x, y), (nx, ny) = one.point_m, one.normal
         return one.model_copy(update={"point_m": (x + half * nx, y + half * ny)})
 
-    # Copied and not made: bodies that begin within the margin overlap now, which no scene of a file may.
+    # Copied without validation, because bodies that start within the margin overlap now.
     return scene.model_copy(
         update={"discs": tuple(map(disc, scene.discs)), "walls": tuple(map(wall, scene.half_planes()))}
     )
 
 
 def thickened_trace(scene: Scene, margin_m: float) -> Trace:
-    """Return the run of thicker bodies, as a run of the scene itself."""
+    """Return the run of thicker bodies as a run of the original scene."""
     return replace(solve_pic(thickened(scene, margin_m)), scene=scene)

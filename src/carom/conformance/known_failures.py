@@ -1,4 +1,4 @@
-"""Known failures: a file of their author's, each with a reason, and strict: what no longer fails must leave it.
+"""Known failures: entries of a file, each with a reason. An entry that passes must be removed.
 
 ::
 
@@ -8,7 +8,7 @@
     platform = "linux-aarch64"
     cases = ["penalty::velocities[default-classics/graze]"]
 
-An entry without `versions` holds of each release of the engine, one without `platform` everywhere.
+An entry without `versions` is valid for all releases of the engine, and an entry without `platform` everywhere.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FILE_NAME = "carom-known-failures.toml"
 
 _FIELDS = ("reason", "versions", "platform", "cases")
 
-#: What `sys.platform` and `platform.machine()` say, in small letters, where Carom's workers run: they need POSIX.
+#: Values of `sys.platform` on systems that Carom's workers support, which need POSIX.
 _SYSTEMS = ("linux", "darwin", "freebsd")
 _MACHINES = ("x86_64", "amd64", "i686", "aarch64", "arm64", "armv7l", "ppc64le", "riscv64", "s390x", "loongarch64")
 
@@ -39,10 +39,10 @@ class KnownFailure:
     """An entry of the file.
 
     Attributes:
-        reason: Why its cases fail.
-        cases: Their full names.
-        versions: Releases of the engine for which it holds, such as ">=7,<8"; empty for all.
-        platform: Platform for which it holds, such as "linux" or "linux-aarch64"; empty for all.
+        reason: Reason why the cases fail.
+        cases: Full names of the cases.
+        versions: Releases of the engine for which the entry is valid, such as ">=7,<8"; empty for all.
+        platform: Platform for which the entry is valid, such as "linux" or "linux-aarch64"; empty for all.
     """
 
     reason: str
@@ -51,10 +51,10 @@ class KnownFailure:
     platform: str = ""
 
     def applies(self, version: str, platform_: str) -> bool:
-        """Return whether the entry holds of a release, on a platform.
+        """Return whether the entry is valid for a release on a platform.
 
         Raises:
-            InputError: It depends on the release, and the engine tells of none.
+            InputError: The entry depends on the release, but the engine's version is unknown.
         """
         if self.platform and self.platform not in (platform_, platform_.partition("-")[0]):
             return False
@@ -67,15 +67,15 @@ class KnownFailure:
 
 
 def here() -> str:
-    """Return this platform as an entry names it."""
+    """Return this platform's name in entries."""
     return f"{sys.platform.rstrip('0123456789')}-{platform.machine()}".lower()
 
 
 def load_known_failures(path: Path) -> tuple[KnownFailure, ...]:
-    """Return the entries of a file, in its order.
+    """Return the entries of a file in order.
 
     Raises:
-        InputError: The file can't be read or is not of the form above; the message names the entry.
+        InputError: The file can't be read or has another form. The message names the entry.
     """
     try:
         data = read_data(path, ".toml")
@@ -83,7 +83,7 @@ def load_known_failures(path: Path) -> tuple[KnownFailure, ...]:
         raise InputError(f"{path}: {error}") from None
     entries = data.pop("known_failure", [])
     if data:
-        raise InputError(f"{path}: {shown(next(iter(data)))} is unknown; there is [[known_failure]]")
+        raise InputError(f"{path}: {shown(next(iter(data)))} is unknown: only [[known_failure]] is allowed")
     if not isinstance(entries, list):
         raise InputError(f"{path}: known_failure must be a list of tables, each under [[known_failure]]")
     found: list[KnownFailure] = []
@@ -107,7 +107,7 @@ def _entry(entry: object, where: str) -> KnownFailure:
         raise InputError(f"{where}: {shown(unknown[0])} is unknown; there are: {', '.join(_FIELDS)}")
     reason, names = entry.get("reason"), entry.get("cases")
     if not (isinstance(reason, str) and reason.strip()):
-        raise InputError(f"{where}: reason must be a sentence that says why, got {shown(reason)}")
+        raise InputError(f"{where}: reason must be a sentence, got {shown(reason)}")
     if not (isinstance(names, list) and names and all(isinstance(name, str) for name in names)):
         raise InputError(f"{where}: cases must be a list of names such as 'penalty::energy[tuned]', got {shown(names)}")
     versions = _versions(entry["versions"], where) if "versions" in entry else ""
@@ -140,16 +140,16 @@ def _platform(value: object, where: str) -> str:
 def known_reasons(
     entries: Iterable[KnownFailure], versions: Mapping[str, str], platform_: str, path: Path
 ) -> dict[str, str]:
-    """Return the reason of each known failure, by the full name of its case, of these releases on this platform.
+    """Return the reasons of known failures for given releases and a platform, by full name of the case.
 
     Args:
         entries: Entries of the file.
-        versions: Version of each engine that is run, by the adapter's name; entries of others are let be.
-        platform_: The platform, as `here` names it.
+        versions: Version of each tested engine, by adapter name. Entries of other engines are ignored.
+        platform_: The platform, as returned by `here`.
         path: The file.
 
     Raises:
-        InputError: Two entries hold of one case, or one that depends on the release can't be judged.
+        InputError: Two entries are valid for one case, or the validity of an entry is unknown.
     """
     found: dict[str, str] = {}
     for number, entry in enumerate(entries, start=1):
@@ -177,18 +177,18 @@ def check_names(
     installed: Collection[str],
     path: Path,
 ) -> None:
-    """Check that the names of a file are names of cases.
+    """Check that the names in a file are names of cases.
 
     Args:
         entries: Entries of the file.
-        known: Names of those that hold here.
-        names: Full names of all cases of the engines that are run.
-        skipped: Those of them that a declared capability excludes, with the reason.
-        installed: Names of all engines; a case of one that is not run is ignored.
+        known: Names of the cases in valid entries.
+        names: Full names of all cases of the tested engines.
+        skipped: Reason for each of these cases that a declared capability excludes.
+        installed: Names of all engines. Cases of engines that are not tested are ignored.
         path: The file.
 
     Raises:
-        InputError: A name is not that of a case, or the case is skipped and so cannot fail.
+        InputError: A name is not that of a case, or the case is skipped and so can't fail.
     """
     run = {name.partition("::")[0] for name in names}
     for name in (name for entry in entries for name in entry.cases):
@@ -199,4 +199,6 @@ def check_names(
             hint = near(name, names) or "`pytest --carom-engine NAME --collect-only -q` lists them"
             raise InputError(f"{path}: there is no case {shown(name)}", hints=[hint])
         if name in skipped and name in known:
-            raise InputError(f"{path}: {name!r} can't fail, it is skipped: {skipped[name]}", hints=["take it out"])
+            raise InputError(
+                f"{path}: {name!r} can't fail, because it is skipped: {skipped[name]}", hints=["remove it"]
+            )

@@ -1,4 +1,4 @@
-"""The file of known failures, brought up to date by a run: what fails joins it, what passes leaves it."""
+"""Update of the file of known failures by a run: new failures are added, and passing cases are removed."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from carom.errors import InputError
 from carom.support.escaping import visible
 from carom.support.folders import write_file
 
-#: Begin of a new entry's reason, until the user writes one.
+#: Beginning of a new entry's reason, until the user writes one.
 TO_BE_WRITTEN = "reason: to be written"
 
-#: The head of an entry, with the lines of comment directly above it.
+#: The head of an entry, with the comment lines directly above it.
 _HEAD = re.compile(r"(?:^#.*\n)*^[ \t]*\[\[[ \t]*known_failure[ \t]*\]\]", re.MULTILINE)
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
 class WrittenFailures:
-    """Changes of a file.
+    """Changes to the file of known failures.
 
     Attributes:
-        added: Cases that joined it.
-        dropped: Cases that left it.
-        without_reason: Cases in it whose reason is to be written.
+        added: Added cases.
+        dropped: Removed cases.
+        without_reason: Cases in the file without a written reason.
     """
 
     added: tuple[str, ...]
@@ -46,18 +46,18 @@ def write_known_failures(
     versions: Mapping[str, str],
     platform: str,
 ) -> WrittenFailures:
-    """Bring the file up to date, and return what changed.
+    """Update the file of known failures, and return the changes.
 
-    Unchanged entries keep every letter, with the comments directly above them; reasons are kept. New failures are added
-    at the end, one entry for each kind of failure. A case that the file lists only for other releases or platforms is
-    added for this release on this platform.
+    Unchanged entries keep their text and the comments directly above them. Reasons are kept. New failures are added at
+    the end, with one entry for each kind of failure. A case that the file lists only for other releases or platforms is
+    added for this release and platform.
 
     Args:
-        path: The file; it need not be there.
-        entries: Its entries.
-        failed: Failure of each case that failed and is not listed.
+        path: The file, which may not exist yet.
+        entries: Entries of the file.
+        failed: Failure of each failed case that is not listed.
         passed: Listed cases that passed.
-        versions: Version of each engine that was run, by the adapter's name.
+        versions: Version of each tested engine, by adapter name.
         platform: This platform.
 
     Raises:
@@ -79,7 +79,7 @@ def write_known_failures(
     parts = [before, *(chunk for _, chunk in stay), *map(_rendered, joined)]
     new = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
     if _read(new) != [_table(entry) for entry in wanted]:
-        new = "\n".join(map(_rendered, wanted))  # a file of another form, such as one list: its comments are lost
+        new = "\n".join(map(_rendered, wanted))  # a file of another form, such as one list, loses its comments
     if failed or passed:
         write_file(path, new)
     bare = (name for entry in wanted if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases)
@@ -102,7 +102,7 @@ def _comments(chunk: str) -> str:
 
 
 def _without(entry: KnownFailure, passed: Collection[str], versions: Mapping[str, str], platform: str) -> KnownFailure:
-    """Return an entry without its cases that pass where it holds."""
+    """Return an entry without the cases that pass where it is valid."""
     stay = [
         name
         for name in entry.cases
@@ -114,7 +114,7 @@ def _without(entry: KnownFailure, passed: Collection[str], versions: Mapping[str
 def _joining(
     failed: Mapping[str, str], entries: Sequence[KnownFailure], versions: Mapping[str, str], platform: str
 ) -> Iterator[KnownFailure]:
-    """Return an entry for each failure, its cases together, whatever their numbers."""
+    """Yield an entry for each kind of failure, with all its cases. Numbers in messages may differ."""
     elsewhere = {name for entry in entries for name in entry.cases}
     groups: dict[tuple[str, str, bool], list[str]] = {}
     for name, what in failed.items():
@@ -131,7 +131,7 @@ def _table(entry: KnownFailure) -> dict[str, object]:
 
 
 def _read(text: str) -> list[dict[str, object]]:
-    """Return the entries of a text as tables, as `_table` gives them."""
+    """Parse the entries of a text as tables like those of `_table`."""
     tables = tomllib.loads(text).get("known_failure", [])
     return [{**one, "reason": one["reason"].strip()} for one in tables]
 

@@ -1,6 +1,6 @@
-"""The pytest plug-in. Without ``--carom-engine`` it adds its options and does nothing; all else is imported on demand.
+"""The pytest plug-in. Without ``--carom-engine`` it only adds its options, and imports nothing else.
 
-With it, the suite's cases are added to pytest's items; the repository needs no test file.
+With ``--carom-engine``, it adds the suite's cases to pytest's items. The repository needs no test file.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--write-known-failures",
         action="store_true",
         dest="carom_write_known_failures",
-        help="update the file of known failures: add new failures without a reason, remove tests that pass, keep "
+        help="update the file of known failures: add new failures without a reason, remove passing tests, and keep "
         "existing reasons",
     )
     group.addoption(
@@ -56,7 +56,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Plan the suite if requested, so that an error on the command line ends the run before it begins."""
+    """Plan the suite if requested. An error on the command line ends the run before it begins."""
     wanted = config.getoption("carom_engine")
     if not wanted:
         return

@@ -1,6 +1,6 @@
 """Probes of an engine beyond whole runs: frequent observations, refusals, and many worlds.
 
-Each probe is a task of a worker process. An error of the adapter is a result, `Raised`.
+Each probe is a task of a worker process. An error by the adapter becomes a result, `Raised`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Watched:
 
     Attributes:
         settings: The world's settings after its steps.
-        seen: Observations: at the start, and after each step (the last one of each), or at the end.
+        seen: Observations at the start, and after each step (the last one of each) or at the end.
         altered: Number of the first observation that a later step changed; None if none changed.
     """
 
@@ -57,9 +57,9 @@ class Raised:
 
     Attributes:
         where: The call that raised it: ``prepare``, ``advance``, ``observe``, ``settings``, ``cut`` or ``close``.
-        kind: Name of its class.
-        deliberate: Whether it is an `AdapterError` or another of Carom's.
-        message: Its message.
+        kind: Name of the error's class.
+        deliberate: Whether the error is an `AdapterError` or another error of Carom.
+        message: Message of the error.
     """
 
     where: str
@@ -71,7 +71,7 @@ class Raised:
         return f"{self.where}() raised {self.kind}: {self.message}"
 
 
-class _AdapterRaised(Exception):  # noqa: N818 - what happened; the suite decides whether that is an error
+class _AdapterRaised(Exception):  # noqa: N818 - the suite decides whether this is an error
     def __init__(self, raised: Raised) -> None:
         super().__init__(raised)
         self.raised = raised
@@ -87,7 +87,7 @@ def _calling(where: str) -> Iterator[None]:
 
 
 def _or_raised(carry_out: Callable[[Probe], Seen | Raised]) -> Callable[[Probe], Seen | Raised]:
-    """Return a function that returns the adapter's error as its result."""
+    """Wrap a function so that it returns the adapter's error as its result."""
 
     @wraps(carry_out)
     def carried_out(probe: Probe) -> Seen | Raised:
@@ -106,7 +106,7 @@ class _Probe:
     Attributes:
         engine: Name of the adapter.
         scene: The scene.
-        settings: The settings to prepare it with.
+        settings: The settings for preparing the scene.
     """
 
     engine: str
@@ -135,14 +135,14 @@ def _copy(seen: Observation) -> Observation:
 
 @dataclass(frozen=True)
 class Watch(_Probe):
-    """Run a scene to its end and return every observation.
+    """Runs a scene to its end, and returns every observation.
 
     Attributes:
         steps: Number of steps.
         looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
-        cut_s: Length to which each step is cut, seconds, as for a profile that is located; None for whole steps.
+        cut_s: Length to which each step is cut, seconds, as for a located profile; None for whole steps.
         disturbed: Whether a step of three times the length is tried and undone before each cut step, and contacts are
-            queried after each.
+            queried after it.
     """
 
     steps: int
@@ -195,9 +195,9 @@ class Watch(_Probe):
 
 @dataclass(frozen=True)
 class Make(_Probe):
-    """Make, step once, and close many worlds, and measure the growth of memory since the first ten.
+    """Creates, steps once and closes many worlds, and measures the growth of memory after the first ten.
 
-    Child processes count as well, because an engine can be a program.
+    Child processes also count, because an engine can be a program.
 
     Attributes:
         worlds: Number of worlds.
@@ -228,7 +228,7 @@ class Make(_Probe):
 def _held_bytes() -> int | None:
     """Return the resident memory of this process and its children; None where the system does not report it.
 
-    Free memory is returned to the system first, if the C library can, because glibc keeps up to 20 MB.
+    Before that, the C library returns free memory to the system if it can, because glibc keeps up to 20 MB.
     """
     give_back = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if give_back is not None:

@@ -1,4 +1,4 @@
-"""The suite as pytest nodes: one collector an adapter, one item a case, and the summary at the end."""
+"""The suite as pytest nodes: one collector per adapter, one item per case, and the final summary."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class EngineCollector(pytest.Collector):
     known: Mapping[str, str]
 
     def collect(self) -> Iterator[pytest.Item]:
-        """Yield an item for each case; for an unavailable engine, a skipped one with the reason."""
+        """Yield an item for each case; for an unavailable engine, a skipped item with the reason."""
         info = self.engine.info
         missing = Case("available", lambda _: None, "The engine is installed.", info.unavailable)
         for case in self.engine.cases or (missing,):
@@ -55,14 +55,14 @@ class CaseItem(pytest.Item):
         """Run the check."""
         if self.case.skip:
             pytest.skip(self.case.skip)
-        assert self.engine.subject is not None  # noqa: S101 - an unavailable engine has no other case
+        assert self.engine.subject is not None  # noqa: S101 - an unavailable engine has only a skipped case
         try:
             self.case.run(self.engine.subject)
         except NotApplicable as reason:
             pytest.skip(str(reason))
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None) -> str | TerminalRepr:  # noqa: ARG002 - pytest's signature
-        """Return value, expected value, scene and command; without a traceback, since the fault is not in the suite."""
+        """Return found and expected value, scene and command, without a traceback into the suite."""
         error = excinfo.value
         if not isinstance(error, CaromError):
             return super().repr_failure(excinfo)
@@ -82,9 +82,9 @@ class CaseItem(pytest.Item):
     def _command(self, setup: Setup) -> str:
         scene = setup.scene.name
         if not setup.catalogued:
-            cache = getattr(self.config, "cache", None)  # there is none with -p no:cacheprovider
+            cache = getattr(self.config, "cache", None)  # missing with -p no:cacheprovider
             if cache is None:
-                return f"the scene {scene!r} of carom.conformance.suite_scenes"
+                return f"the scene is {scene!r} in carom.conformance.suite_scenes"
             path = cache.mkdir("carom") / f"{scene}.toml"
             save_scene(setup.scene, path)
             scene = str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
@@ -101,7 +101,7 @@ class ConformanceRun:
     """Hooks of a requested run."""
 
     def __init__(self, plan: Suite, write_to: Path | None = None) -> None:
-        """Run a plan.
+        """Create the hooks for a plan.
 
         Args:
             plan: Plan of the suite.
@@ -118,19 +118,19 @@ class ConformanceRun:
             name = engine.info.name
             collector = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
             collector.engine, collector.known = engine, self._plan.known
-            items.extend(session.genitems(collector))  # with the reports of a collected test file
+            items.extend(session.genitems(collector))  # with collection reports
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Fail a listed known failure that passes or does not apply."""
+        """Fail a known failure that passes or does not apply."""
         report = yield
         if not isinstance(item, CaseItem) or report.when != "call":
             return report
         name = f"{item.engine.info.name}::{item.case.name}"
         reason = self._plan.known.get(name)
-        # As an attribute it reaches pytest-xdist's controller, which alone writes the file.
+        # An attribute reaches pytest-xdist's controller, which writes the file.
         if reason is None and report.failed and call.excinfo and isinstance(call.excinfo.value, CaromError):
             vars(report)["carom_failed"] = [name, _what(call.excinfo.value)]
         elif reason is not None and not hasattr(report, "wasxfail"):
@@ -138,9 +138,7 @@ class ConformanceRun:
         if reason is not None and not hasattr(report, "wasxfail") and not item.config.option.runxfail:
             how = "passes" if report.failed else "does not apply"
             report.outcome = "failed"
-            report.longrepr = (
-                f"XPASS(strict): {name} {how}, but {self._plan.known_file} lists it ({reason}): take it out"
-            )
+            report.longrepr = f"XPASS(strict): {name} {how}, but {self._plan.known_file} lists it ({reason}): remove it"
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -159,7 +157,7 @@ class ConformanceRun:
         return lines
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Print the numbers of passed, failed, skipped and known-to-fail cases of each engine."""
+        """Print the numbers of passed, failed, skipped and known failing cases of each engine."""
         if terminalreporter.config.option.collectonly:
             return
         write = terminalreporter.write_line
@@ -176,13 +174,13 @@ class ConformanceRun:
                 f"{count('passed')} passed, {count('failed', 'error')} failed, {count('skipped')} skipped, "
                 f"{count('xfailed')} known failures"
             )
-            brought = f" ({info.distribution})" if info.distribution else ""  # a manifest has none
+            brought = f" ({info.distribution})" if info.distribution else ""  # empty for a manifest
             write(f"{info.name}: {info.engine} {info.version}{brought}: {counts}")
         if self._write_to is not None:
             write(self._written(self._write_to))
 
     def _written(self, path: Path) -> str:
-        """Update the file of known failures, and return a line on the changes."""
+        """Update the file of known failures, and return a line that describes the changes."""
         try:
             done = write_known_failures(
                 path, self._plan.entries, self._failed, self._passed, self._plan.versions, here()
@@ -190,10 +188,10 @@ class ConformanceRun:
         except CaromError as error:
             return f"known failures were not written: {error}"
         told = f"{path}: {len(done.added)} known failures added, {len(done.dropped)} dropped"
-        return f"{told}; {len(done.without_reason)} have a reason to be written" if done.without_reason else told
+        return f"{told}; {len(done.without_reason)} entries need a reason" if done.without_reason else told
 
     def pytest_sessionfinish(self) -> None:
-        """End the engines' processes."""
+        """End the processes of engines."""
         for plan in self._plan.engines:
             if plan.subject is not None:
                 plan.subject.close()

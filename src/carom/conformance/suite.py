@@ -32,9 +32,9 @@ class EnginePlan:
     """The cases of one adapter.
 
     Attributes:
-        info: Description of its engine.
-        subject: The adapter; None where its engine is unavailable, with the reason in `info`.
-        cases: Its cases, none where it is unavailable.
+        info: Description of the engine.
+        subject: The adapter; None if its engine is unavailable. `info` has the reason.
+        cases: Cases of the adapter; none if the engine is unavailable.
     """
 
     info: EngineInfo
@@ -44,12 +44,12 @@ class EnginePlan:
 
 @dataclass(frozen=True)
 class Suite:
-    """Engines to run, and their known failures.
+    """Adapters to test, and their known failures.
 
     Attributes:
         engines: The adapters.
-        known: Reason of each known failure of these releases on this platform, by the full name of its case.
-        known_file: File of these; None where there is none.
+        known: Reasons of the known failures for these releases and this platform, by full name of the case.
+        known_file: The file of known failures; None if there is none.
         entries: All entries of the file.
     """
 
@@ -60,7 +60,7 @@ class Suite:
 
     @property
     def versions(self) -> dict[str, str]:
-        """Version of each engine that is run, by its adapter's name."""
+        """Version of each tested engine, by adapter name."""
         return {plan.info.name: plan.info.version for plan in self.engines if plan.subject is not None}
 
 
@@ -71,18 +71,18 @@ def make_suite(
     folders: Sequence[Path],
     limits: LimitOptions,
 ) -> Suite:
-    """Plan the suite; no engine is imported.
+    """Plan the suite, without importing an engine.
 
     Args:
         wanted: Values of ``--carom-engine``.
-        profiles: Values of ``--carom-profile``: names, or ``all``; by default `carom.execution.plan.DEFAULT_PROFILES`.
+        profiles: Values of ``--carom-profile``: names, or ``all`` (default: `carom.execution.plan.DEFAULT_PROFILES`).
         known_file: The file of known failures; None for the first one in `folders`.
-        folders: pytest's root directory, and the one in which it was called: they differ where the value of an option
-            happens to be the name of a folder, which pytest then takes for its root.
-        limits: Limits of its processes.
+        folders: pytest's root directory, and the working directory. They differ if the value of an option is also the
+            name of a folder, because pytest then uses it as its root.
+        limits: Limits of the engines' processes.
 
     Raises:
-        CaromError: A name means no adapter, an adapter can't be loaded, or the file of known failures is wrong.
+        CaromError: A name is unknown, an adapter can't be loaded, or the file of known failures is invalid.
     """
     planned, everything = [], dict[str, str]()
     with limits.pool() as pool:
@@ -93,7 +93,7 @@ def make_suite(
         else:
             subject = Subject(info.name, limits)
             of_engine = tuple(cases(subject))
-            # All names are valid, also those of cases that are not run, whose known failures are ignored.
+            # Names of cases that do not run are also valid. Their known failures are ignored.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
             chosen = tuple(case for case in of_engine if not case.profile or _is_run(info, case.profile, profiles))
             planned.append(EnginePlan(info, subject, chosen))
@@ -113,15 +113,15 @@ def make_suite(
 
 
 def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
-    """Return the adapters that the words select, each once.
+    """Return the adapters that the given words select, without duplicates.
 
     Args:
-        wanted: Names of adapters, of distributions, of the packages that entry points lead to, manifests, or ``all``.
-        pool: Pool for queries of adapters; it stays open.
+        wanted: Names of adapters, distributions or packages with entry points; manifests; or ``all``.
+        pool: Worker pool for queries of adapters, which stays open.
 
     Raises:
-        UnknownNameError: A word selects none of these.
-        InputError: An adapter that was selected by its name is unavailable.
+        UnknownNameError: A word selects nothing.
+        InputError: An adapter that is selected by its name is unavailable.
         AdapterError: A manifest can't be read.
     """
     wanted = [resolve_engine(word) for word in wanted]
@@ -152,7 +152,7 @@ def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
 
 
 def _normal(name: str) -> str:
-    """Return a distribution's name, normalised by PEP 503."""
+    """Return the name of a distribution, normalised by PEP 503."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 

@@ -1,6 +1,6 @@
-"""Scenes of the suite: those of the catalogue with every impact known, and a few with one feature each.
+"""Scenes of the suite: catalogue scenes with complete known answers, and a few scenes with one feature each.
 
-Known answers are converted to traces, so that runs are compared with mathematics and not with a solver.
+Known answers are converted to traces, so that runs are compared with mathematics instead of a solver.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from carom.errors import InputError
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
 
-#: A power of two, so that step boundaries are exact and impacts are certainly between two of them.
+#: Step of the suite: a power of two, so that step boundaries are exact and impacts are between them.
 DT_S = 1 / 128
 
 #: Number of steps after which the discs of `rubbing` touch.
 TOUCH_STEPS = 8
 
-#: The names are listed here, so a scene added to the catalogue cannot break a list of known failures. The list has no
-#: scenes without a unique answer, and none in which a rounding error grows from impact to impact.
+#: Catalogue scenes of the suite. They are listed by name, so that a new catalogue scene can't break a list of known
+#: failures. Scenes without a unique answer, or with rounding errors that grow from impact to impact, are excluded.
 CATALOGUE_SCENES = (
     "paper/missed",
     "paper/late",
@@ -58,8 +58,7 @@ CATALOGUE_SCENES = (
 )
 
 
-#: Scenes for profiles whose steps are cut: head-on, off centre, inelastic, with walls, one after another, and with
-#: friction.
+#: Scenes for profiles with cut steps: head-on, off-centre, inelastic and successive impacts, walls, and friction.
 LOCATED_SCENES = (
     "paper/missed",
     "paper/late",
@@ -75,7 +74,7 @@ LOCATED_SCENES = (
 
 
 def crowd() -> Scene:
-    """Nine discs of different masses that run into each other in the open and fly apart: no walls, nothing fixed."""
+    """Return nine discs of different masses that collide and fly apart, without walls or immovable discs."""
     discs = []
     for i in range(9):
         angle, distance = 2 * math.pi * i / 9, 2.0 + 0.13 * i
@@ -93,7 +92,7 @@ def crowd() -> Scene:
 
 
 def walled_box() -> Scene:
-    """The same among four walls."""
+    """Return the crowd within four walls."""
     walls = [
         Wall(point_m=(-3.6, 0), normal=(1, 0)),
         Wall(point_m=(0, -3.6), normal=(0, 1)),
@@ -104,7 +103,7 @@ def walled_box() -> Scene:
 
 
 def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
-    """A disc at `speed_m_s` meets an equal one at rest, head-on, and passes its velocity on."""
+    """Return a disc that meets an equal one at rest head-on, and passes its velocity on."""
     return Scene(
         name=f"conformance-approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}",
         discs=[
@@ -116,21 +115,21 @@ def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radi
 
 
 def alone(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5, mass_kg: float = 1.0) -> Scene:
-    """One disc that meets nothing, for a few steps."""
+    """Return a disc that meets nothing for a few steps."""
     disc = Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m, mass_kg=mass_kg)
     name = f"conformance-alone-{speed_m_s:g}-{x_m:g}-{radius_m:g}" + (f"-{mass_kg:g}" if mass_kg != 1.0 else "")
     return Scene(name=name, discs=[disc], duration_s=4 * DT_S)
 
 
 def spinning(spin_rad_s: float) -> Scene:
-    """A disc that spins and meets nothing."""
+    """Return a spinning disc that meets nothing."""
     free = alone()
     discs = (free.discs[0].model_copy(update={"spin_rad_s": spin_rad_s}),)
     return free.model_copy(update={"name": f"conformance-spinning-{spin_rad_s:g}", "discs": discs})
 
 
 def bullet(phase: float) -> Scene:
-    """A disc of 5 cm at 100 m/s meets one of 25 cm head-on: in 1/60 s it would be past it; `phase` of a step later."""
+    """Return a disc of 5 cm at 100 m/s that meets one of 25 cm head-on, and would pass it within 1/60 s."""
     step_m = 100 / 60
     start_m = -0.3 - step_m * (2 + phase)
     return Scene(
@@ -144,7 +143,7 @@ def bullet(phase: float) -> Scene:
 
 
 def bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) -> Scene:
-    """Masses 1 and 2 at 1 and -2 m/s that meet head-on; where walls are supported, a third disc meets one at 3 m/s."""
+    """Return masses 1 and 2 at 1 and -2 m/s that meet head-on and, with `wall`, a disc that meets a wall at 3 m/s."""
     discs = [
         Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=1.0),
         Disc(position_m=(2.01, 0), velocity_m_s=(-2, 0), radius_m=0.5, mass_kg=2.0),
@@ -162,31 +161,31 @@ def bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) 
 
 
 def _head_on(name: str, places: Sequence[tuple[float, float, float]], walls: Sequence[Any], **fields: Any) -> Scene:
-    """Return discs that meet walls head-on, each of a place (x, y) and a velocity along x."""
+    """Return discs that meet walls head-on, each with a position (x, y) and a velocity along x."""
     discs = [Disc(position_m=(x, y), velocity_m_s=(speed, 0), radius_m=0.5) for x, y, speed in places]
     return Scene(**{"name": f"conformance-{name}", "discs": discs, "walls": walls, "duration_s": 0.6, **fields})
 
 
 def either_side(restitution: float) -> Scene:
-    """A single edge, which a disc meets from either side at 3 m/s, head-on."""
+    """Return a single edge that two discs meet head-on at 3 m/s, one from either side."""
     places, edge = [(side * 1.51, side, -3 * side) for side in (-1, 1)], Chain(points_m=[(0, -2), (0, 2)])
     return _head_on(f"edge-{restitution:g}", places, [edge], wall_restitution=restitution)
 
 
 def in_and_out(restitution: float) -> Scene:
-    """A circle that one disc meets from inside and one from outside at 3 m/s, head-on."""
+    """Return a circle that two discs meet head-on at 3 m/s, one from inside and one from outside."""
     circle = Ring(centre_m=(0, 0), radius_m=2.5)
     return _head_on(f"circle-{restitution:g}", [(0.99, 0, 3), (4.51, 0, -3)], [circle], wall_restitution=restitution)
 
 
 def at_a_circle(restitution: float) -> Scene:
-    """A circle that a disc meets from outside at 3 m/s, head-on."""
+    """Return a circle that a disc meets head-on from outside at 3 m/s."""
     circle = Ring(centre_m=(0, 0), radius_m=2.5)
     return _head_on(f"outside-{restitution:g}", [(4.51, 0, -3)], [circle], wall_restitution=restitution)
 
 
 def starting_paddle(restitution: float) -> Scene:
-    """A half-plane that starts at 0.25 s at 1 m/s, before a disc at 3 m/s meets it: that leaves at 1 + 4 e."""
+    """Return a half-plane that starts at 0.25 s at 1 m/s. A disc meets it later at -3 m/s, and leaves at 1 + 4 e."""
     legs = [{"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.25, "velocity_m_s": (1.0, 0.0)}]
     wall = Wall(point_m=(0, 0), normal=(1, 0), legs=legs)
     laws = {"wall_restitution": restitution, "duration_s": 0.8}
@@ -194,14 +193,14 @@ def starting_paddle(restitution: float) -> Scene:
 
 
 def belt(friction: float, restitution: float) -> Scene:
-    """A half-plane whose surface runs at 9 m/s, on which a disc that meets it at 3 m/s slips all the while."""
+    """Return a half-plane with a surface speed of 9 m/s, on which a disc slips that meets it at 3 m/s."""
     wall = Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)
     laws = {"wall_restitution": restitution, "wall_friction": friction}
     return _head_on(f"belt-{friction:g}-{restitution:g}", [(1.51, 0, -3)], [wall], **laws)
 
 
 def edge_belt(friction: float, restitution: float) -> Scene:
-    """An edge whose surface runs at 9 m/s, on which a disc at either side slips all the while: one up, one down."""
+    """Return an edge with a surface speed of 9 m/s, on which two discs slip, one up and one down."""
     edge = Chain(points_m=[(0, -2), (0, 2)], surface_speed_m_s=9.0)
     places = [(side * 1.51, side, -3 * side) for side in (-1, 1)]
     laws = {"wall_restitution": restitution, "wall_friction": friction}
@@ -209,7 +208,7 @@ def edge_belt(friction: float, restitution: float) -> Scene:
 
 
 def two_walls(first: float, second: float) -> Scene:
-    """A half-plane at each side, each with a restitution of its own, which a disc meets at 3 m/s, head-on."""
+    """Return two half-planes with different restitutions that discs meet head-on at 3 m/s."""
     left = Wall(point_m=(-3, 0), normal=(1, 0), restitution=first)
     right = Wall(point_m=(3, 0), normal=(-1, 0), restitution=second)
     places = [(side * 1.49, side, 3 * side) for side in (-1, 1)]
@@ -217,7 +216,7 @@ def two_walls(first: float, second: float) -> Scene:
 
 
 def paddle(restitution: float, *, edge: bool = False) -> Scene:
-    """A half-plane, or an edge, that moves at 1 m/s, which a disc meets at 3 m/s, head-on: it leaves at 1 + 4 e."""
+    """Return a half-plane or edge that moves at 1 m/s. A disc meets it head-on at -3 m/s, and leaves at 1 + 4 e."""
     shape = {"points_m": [(0, -2), (0, 2)]} if edge else {"point_m": (0, 0), "normal": (1, 0)}
     wall = {**shape, "velocity_m_s": (1, 0)}
     name = f"paddle-{'edge' if edge else 'wall'}-{restitution:g}"
@@ -225,7 +224,7 @@ def paddle(restitution: float, *, edge: bool = False) -> Scene:
 
 
 def mallet(restitution: float) -> Scene:
-    """A driven disc at 1 m/s, which a disc meets at 3 m/s, head-on: it leaves at 1 + 4 e."""
+    """Return a driven disc at 1 m/s. A disc meets it head-on at -3 m/s, and leaves at 1 + 4 e."""
     return Scene(
         name=f"conformance-mallet-{restitution:g}",
         discs=[
@@ -238,7 +237,7 @@ def mallet(restitution: float) -> Scene:
 
 
 def post(*, first: bool = False) -> Scene:
-    """A disc of 2 kg that meets an immovable one at 3 m/s; `first` puts the immovable one first."""
+    """Return a disc of 2 kg that meets an immovable one at 3 m/s. `first` puts the immovable disc first."""
     discs = [
         Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, mass_kg=2.0),
         Disc(position_m=(2.01, 0), radius_m=0.5, mass_kg=math.inf),
@@ -248,13 +247,13 @@ def post(*, first: bool = False) -> Scene:
 
 
 def posts() -> Scene:
-    """Overlapping immovable discs alone: a scene in which nothing happens."""
+    """Return overlapping immovable discs only, so that nothing happens."""
     discs = [Disc(position_m=(x, 0), radius_m=1, mass_kg=math.inf) for x in (0, 1)]
     return Scene(name="conformance-posts", discs=discs, duration_s=0.1)
 
 
 def fall() -> Scene:
-    """One disc that falls for half a second."""
+    """Return a disc that falls for half a second."""
     return Scene(
         name="conformance-fall",
         discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)],
@@ -264,13 +263,13 @@ def fall() -> Scene:
 
 
 def slowing(*, spins: bool) -> Scene:
-    """One disc that is damped for half a second, and that spins if asked for."""
+    """Return a disc that is damped for half a second, and spins if requested."""
     disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5, spin_rad_s=1.0 if spins else 0.0)
     return Scene(name=f"conformance-slowing{'-spin' * spins}", discs=[disc], damping_per_s=0.8, duration_s=0.5)
 
 
 def rolling() -> Scene:
-    """One disc that rolls on a floor which resists that, for half a second."""
+    """Return a disc that rolls for half a second on a floor with rolling resistance."""
     return Scene(
         name="conformance-rolling",
         discs=[Disc(position_m=(0, 0.5), velocity_m_s=(1, 0), radius_m=0.5, spin_rad_s=-2)],
@@ -286,16 +285,16 @@ def rolling() -> Scene:
 
 
 def sliding_on_a_table() -> Scene:
-    """One disc that a table slows down for half a second."""
+    """Return a disc that a table slows for half a second."""
     disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5)
     return Scene(name="conformance-table", discs=[disc], table_deceleration_m_s2=0.5, duration_s=0.5)
 
 
 def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
-    """Two discs that meet off centre; where walls are supported, the first comes back and leaves a slanted one.
+    """Return two discs that meet off centre; with `wall`, the first also bounces off a slanted wall.
 
-    Below restitution 1, discs part more slowly than they met, and are still in each other when they do: contacts that
-    push nothing any more.
+    Below restitution 1, discs separate more slowly than they met, and still overlap when they do. These contacts have
+    no impulse.
     """
     return Scene(
         name="conformance-contacts",
@@ -313,11 +312,11 @@ def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
 def rubbing(
     can: Capabilities, friction: float, wall_friction: float, inertia_factor: float = 0.5, restitution: float = 1.0
 ) -> Scene:
-    """Discs that slip past each other as they meet along x; where walls are supported, a third slips along one.
+    """Return discs that meet along x and slip past each other; if walls are supported, a third disc slips on a wall.
 
-    They touch just before the end of a step. The overlap is resolved at the declared width of numbers, and less than
-    the allowance for rounding. So friction has its full arm, and the line of centres is x, also where an engine takes
-    both from the overlap.
+    They touch just before the end of a step. The overlap is resolved at the declared width of floats, and smaller than
+    the allowance for rounding. So friction has its full lever arm, and the line of centres is along x, even if an
+    engine derives both from the overlap.
     """
     overlap = 0.25 * THRESHOLDS.rounding_of(can.float_bits)
     turns = can.spin and math.isfinite(inertia_factor)
@@ -350,7 +349,7 @@ def rubbing(
 
 
 def rubbing_crowd(can: Capabilities, friction: float, restitution: float) -> Scene:
-    """The crowd, among walls where they are supported, in which each disc spins, and rubs on what it meets."""
+    """Return a crowd of spinning discs with friction, within walls if these are supported."""
     scene = walled_box() if can.walls else crowd()
     spun = {"spin_rad_s": 4.0} if can.spin else {"inertia_factor": math.inf}
     discs = [disc.model_copy(update={k: v * (-1) ** i for k, v in spun.items()}) for i, disc in enumerate(scene.discs)]
@@ -359,13 +358,13 @@ def rubbing_crowd(can: Capabilities, friction: float, restitution: float) -> Sce
 
 
 def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
-    """Return the trace that a complete known answer describes; between impacts, discs move in straight lines.
+    """Return the trace of a complete known answer. Between impacts, discs move in straight lines.
 
     Raises:
-        InputError: The answer does not have every impact of the scene with the velocities after it.
+        InputError: The answer lacks an impact of the scene, or the velocities after an impact.
     """
     if known.count != len(known.impacts):
-        raise InputError(f"the known answer of {scene.name!r} tells {len(known.impacts)} of {known.count} impacts")
+        raise InputError(f"the known answer of {scene.name!r} has only {len(known.impacts)} of {known.count} impacts")
     position = np.array([disc.position_m for disc in scene.discs])
     velocity = np.array([disc.velocity_m_s for disc in scene.discs])
     spin, turns = scene.arrays.spins.copy(), scene.arrays.turns

@@ -1,4 +1,4 @@
-"""Failure of a check: the error, the value found, the value expected, the scene, and how to repeat it."""
+"""Failure of a check: the error, found and expected value, the scene, and how to repeat it."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def step_text(dt_s: float) -> str:
 
 @dataclass(frozen=True)
 class Setup:
-    """One run: a scene with a profile at a step.
+    """A run: a scene with a profile and a step.
 
     Attributes:
         scene: The scene.
         profile: Name of the profile.
         dt_s: Step, seconds.
-        catalogued: Whether `carom run` knows the scene by its name.
+        catalogued: Whether the scene is in the catalogue, so that `carom run` finds it by name.
     """
 
     scene: Scene
@@ -35,14 +35,14 @@ class Setup:
         return f"{self.scene.name!r}, profile {self.profile!r}, dt = {step_text(self.dt_s)} s"
 
 
-class Violation(CaromError):  # noqa: N818 - what a check finds; the suite itself has no error
+class Violation(CaromError):  # noqa: N818 - the result of a check, not an error of the suite
     """An adapter violates its interface or its declarations.
 
     Attributes:
         what: The error, in a sentence.
         expected: Expected value.
         found: Found value.
-        setup: The run that shows it; None where no scene was run.
+        setup: The run that shows the error; None if no scene was run.
     """
 
     def __init__(self, what: str, *, expected: object, found: object, setup: Setup | None = None) -> None:
@@ -50,11 +50,11 @@ class Violation(CaromError):  # noqa: N818 - what a check finds; the suite itsel
         super().__init__(f"{what}: expected {self.expected}, got {self.found}" + (f" in {setup}" if setup else ""))
 
 
-class NotApplicable(CaromError):  # noqa: N818 - a reason to skip, no error
-    """A check's subject is declared to be missing, or can't be observed on this system; the message is the reason."""
+class NotApplicable(CaromError):  # noqa: N818 - a reason to skip, not an error
+    """A check does not apply: a capability is not declared, or can't be observed here. The message is the reason."""
 
 
 def require(holds: bool, what: str, expected: object, found: object, setup: Setup | None = None) -> None:
-    """Find a violation where something does not hold."""
+    """Raise a `Violation` if a condition does not hold."""
     if not holds:
         raise Violation(what, expected=expected, found=found, setup=setup)

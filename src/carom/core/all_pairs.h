@@ -1,7 +1,7 @@
-/* All-pairs loop: computes the next event of every pair of bodies at each turn, and applies the first.
+/* All-pairs loop: each turn computes the next event of every pair of bodies, and applies the first one.
 
-   It has neither cells, bounds, queue nor stored predictions, so it is the oracle of the event loop: both have the same
-   results to the bit, for every kind of motion. A turn costs the square of the number of discs. */
+   The loop has no cells, bounds, queue or stored predictions. Tests compare it with the event loop: both have the same
+   results to the bit, for every kind of motion. A turn takes time proportional to the square of the number of discs. */
 
 #pragma once
 
@@ -14,10 +14,10 @@
 #include "carom/core/state.h"
 #include "carom/core/touching.h"
 
-typedef struct NextEvent { /* the least by instant, first and second comes first */
+typedef struct NextEvent { /* ordered by instant, then first, then second */
     Instant at;
     Index first; /* disc, or -1 for the end of a motion, which comes before all impacts at its instant */
-    Index second; /* disc, or -1 - an obstacle */
+    Index second; /* disc, or -1 - k for obstacle k */
 } NextEvent;
 
 static inline bool is_sooner(const NextEvent *one, const NextEvent *other) {
@@ -33,7 +33,7 @@ static inline void keep_sooner(NextEvent *least, NextEvent event) {
 
 /* ---- two discs ---- */
 
-/* Return when discs i < j, of which one moves freely, meet on their present paths; NEVER for not. */
+/* Return when discs i < j collide on their present paths, or NEVER. At least one of them moves freely. */
 static inline Instant pair_meeting(const State *s, Index i, Index j) {
     if (s->accelerated.paths != NULL) {
         bool are_free = s->discs[i].inverse_mass > 0.0 && s->discs[j].inverse_mass > 0.0;
@@ -51,7 +51,7 @@ static inline Instant pair_meeting(const State *s, Index i, Index j) {
 
 /* ---- a disc and the obstacles ---- */
 
-/* Return when disc `i` meets a half-plane with the coefficients of the law. */
+/* Return when disc `i` hits a half-plane with the coefficients of the law. */
 static inline Instant wall_meeting(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Wall *w = &s->walls[k];
@@ -60,7 +60,7 @@ static inline Instant wall_meeting(const State *s, Index i, Index k) {
     return (Instant){a->time + wall_time(a->x, a->y, a->vx, a->vy, a->radius, w->x, w->y, w->nx, w->ny), 0.0};
 }
 
-/* Return when disc `i` meets feature k of a wall that does not move, as if it were alone. */
+/* Return when disc `i` hits feature k of a wall that does not move, ignoring all other bodies. */
 static inline Instant feature_meeting(const State *s, Index i, Index k, double *wait) {
     *wait = CAROM_INF;
     if (s->accelerated.paths != NULL)
@@ -74,8 +74,8 @@ static inline Instant feature_meeting(const State *s, Index i, Index k, double *
     return (Instant){a->time + *wait, 0.0};
 }
 
-/* Return which feature of a wall that does not move disc `i` meets first; of one instant the one with the lower number, but
-   on a straight path the one that it meets after the shorter wait. */
+/* Return the feature of a wall at rest that disc `i` hits first. In a tie the lower number is first, except on a
+   straight path, where the shorter wait is first. */
 static inline NextObstacle first_feature_of(const State *s, Index i, Index first, Index end) {
     NextObstacle found = {NEVER, NO_OBSTACLE};
     double least = CAROM_INF;
@@ -90,7 +90,7 @@ static inline NextObstacle first_feature_of(const State *s, Index i, Index first
     return found;
 }
 
-/* Return which feature of a driven wall disc `i` meets first. */
+/* Return the feature of a driven wall that disc `i` hits first. */
 static inline NextObstacle first_feature_of_driven(const State *s, Index i, const Driven *wall) {
     const Disc *a = &s->discs[i];
     NextObstacle found = {NEVER, NO_OBSTACLE};
@@ -108,7 +108,8 @@ static inline NextObstacle first_feature_of_driven(const State *s, Index i, cons
     return found;
 }
 
-/* Return the obstacle that disc `i` meets first; of several walls at one instant the last, since wall k is body -1 - k. */
+/* Return the obstacle that disc `i` hits first. If it hits several walls at one instant, the last wall is first, since
+   wall k is body -1 - k. */
 static inline NextObstacle next_obstacle(const State *s, Index i) {
     NextObstacle next = {NEVER, NO_OBSTACLE};
     if (s->feature_count == 0) {
@@ -134,7 +135,7 @@ static inline NextObstacle next_obstacle(const State *s, Index i) {
 
 /* ---- the loop ---- */
 
-/* Return the first event of all; its instant is NEVER without one. */
+/* Return the first event of all discs. Its instant is NEVER if there is none. */
 static inline NextEvent first_event(const State *s) {
     NextEvent least = {NEVER, s->disc_count, 0};
     for (Index i = 0; i < s->disc_count; i++) {
@@ -153,9 +154,10 @@ static inline NextEvent first_event(const State *s) {
     return least;
 }
 
-/* Apply an event at an instant, with the functions of the event loop; return false, with `State.stopped`, if the run ends. */
+/* Apply an event at an instant, with the functions of the event loop. Return false and set `State.stopped` if the run
+   ends. */
 static inline bool apply_event(State *s, const NextEvent *event, Instant at, bool is_wanted) {
-    if (event->second < 0) /* a disc that glides does so along this one */
+    if (event->second < 0) /* if a disc glides, it glides along this obstacle */
         s->predictions[event->first].obstacle = (int)(-1 - event->second);
     if (s->accelerated.paths != NULL)
         return apply_accelerated(s, event->first < 0 ? event->second : event->first, event->second, at, is_wanted);
@@ -175,7 +177,7 @@ static CAROM_NOINLINE Ending advance_all_pairs(State *s, double until, Index imp
             return STANDSTILL;
         if (events <= 0)
             return PAUSE;
-        events -= 1 + s->disc_count * s->disc_count / 64; /* a turn takes longer than one of the event loop */
+        events -= 1 + s->disc_count * s->disc_count / 64; /* a turn takes longer than a turn of the event loop */
         NextEvent event = first_event(s);
         if (!(event.at.high < CAROM_INF))
             return DONE;

@@ -1,22 +1,22 @@
-/* Time of impact of a disc on an arc from outside or inside, or on a vertex, in straight uniform motion.
+/* Time of impact of a disc on the outside or inside of an arc, or on a vertex, in straight uniform motion.
 
-   A vertex is an arc of radius 0 without ends. A vertex or the outer side of an arc is met like a fixed disc: at the
-   earlier root of |d + u t| = R, with R the sum of the arc's radius, its half width and the disc's radius. The inner
-   side is met at the later root, with R the arc's radius minus both:
+   A vertex is a full circle of radius 0. A vertex or the outside of an arc is hit like a fixed disc: at the earlier
+   root of |d + u t| = R, where R is the sum of the arc's radius, its half width and the disc's radius. The inside is
+   hit at the later root, where R is the arc's radius minus the half width and the disc's radius:
 
        a = u.u,   b = d.u,   c = d.d - R^2,   D = b^2 - a c,
        t = (-b + sqrt(D)) / a    for b <= 0,        t = -c / (b + sqrt(D))    for b > 0.
 
-   Nothing cancels, because c <= 0 inside. For a disc that has just left the inner side, c is 0 whatever its rounded
-   value, and the next impact is a chord away: t = -2 b / a. Each result is one of the two floats next to the exact
-   value.
+   There is no cancellation, because c <= 0 inside. For a disc that has just left the inside, c is exactly 0, although
+   the rounded value may differ. The next impact is one chord later: t = -2 b / a. Each result is one of the two floats
+   next to the exact value.
 
-   The arc is met if the contact is in its sector. Where rounding leaves that open, the contact counts: at such a point
-   the arc and its neighbour, or its end, are touched at the same time.
+   The arc is hit if the contact is in its sector. If rounding leaves that undecided, the contact counts: at such a
+   point the arc and its neighbour, or its end, are touched at the same time.
 
-   A disc that touches the inner side, or that slides from a straight edge onto it, may be outside the circle by one
-   unit in the last place. If its path then never enters the circle (D < 0), the path is the arc's tangent up to
-   rounding, and the disc glides. The same holds for a path that leaves the arc by a chord within the rounding of its
+   A disc that touches the inside, or moves from a straight edge onto it, may be outside the circle by one unit in the
+   last place. If its path then never enters the circle (D < 0), the path is the arc's tangent up to rounding, and the
+   disc glides along the arc. The same is true if the path leaves the arc by a chord that is within the rounding of the
    velocity, as after an impact with restitution 0. */
 
 #pragma once
@@ -31,10 +31,10 @@
 
 typedef struct Touch {
     double time; /* seconds from now; CAROM_INF for never */
-    bool glides; /* along the tangent: a contact, and no impact */
+    bool glides; /* along the tangent: contact without an impact */
 } Touch;
 
-/* A coordinate after a time, and the rounded distance that it has changed by. */
+/* A coordinate after a time, and its rounded change. */
 typedef struct MovedCoordinate {
     DoubleDouble coordinate;
     double change;
@@ -46,7 +46,8 @@ static inline DoubleDouble offset_between(DoubleDouble a, DoubleDouble q) {
     return two_sum(d.high, d.low + (a.low - q.low));
 }
 
-/* Return the distance from an arc's centre at which a disc touches it: 0 or less where the disc does not fit inside. */
+/* Return the distance from an arc's centre at which a disc touches it. It is 0 or less if the disc does not fit
+   inside. */
 static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
     DoubleDouble thick = two_sum(disc->radius, arc->half_width);
     if (arc->kind == INNER_ARC)
@@ -55,7 +56,7 @@ static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
     return two_sum(total.high, total.low + (arc->size.low + thick.low));
 }
 
-/* Return the cross product of an end's direction and a place, which has moved by the last two arguments. */
+/* Return the cross product of an end's direction and a position. The last two arguments are the position's changes. */
 static inline Bounded turn_to(DoubleDouble fx, DoubleDouble fy, DoubleDouble x, DoubleDouble y, double moved_x,
                               double moved_y) {
     double moved = fabs(fx.high * moved_y) + fabs(fy.high * moved_x);
@@ -64,7 +65,8 @@ static inline Bounded turn_to(DoubleDouble fx, DoubleDouble fy, DoubleDouble x, 
     return (Bounded){cross_product(fx, fy, x, y).high, error};
 }
 
-/* Return whether a place, relative to the centre, is in an arc's sector, or whether rounding leaves that open. */
+/* Return whether a position, relative to the centre, is in an arc's sector, or whether rounding leaves that
+   undecided. */
 static inline bool is_in_sector(const Feature *arc, DoubleDouble x, DoubleDouble y, double moved_x, double moved_y) {
     if (arc->whole)
         return true;
@@ -89,8 +91,8 @@ static inline MovedCoordinate coordinate_after(DoubleDouble x, DoubleDouble u, d
     return (MovedCoordinate){two_sum(total.high, total.low + (x.low + (way.low + time * u.low))), way.high};
 }
 
-/* Return whether a disc, now at (x, y) from the centre, is in the sector after a time. A disc that glides is not in it
-   at the end where it leaves the sector. */
+/* Return whether a disc, now at (x, y) relative to the centre, is in the sector after a time. At the end where a
+   gliding disc leaves the sector, the result is false. */
 static inline bool is_in_sector_at(const Feature *arc, DoubleDouble x, DoubleDouble y, const Mover *disc, double time,
                                    bool glides) {
     if (arc->whole)
@@ -111,7 +113,7 @@ static inline bool is_in_sector_at(const Feature *arc, DoubleDouble x, DoubleDou
     return is_in_sector(arc, px.coordinate, py.coordinate, px.change, py.change);
 }
 
-/* Return the seconds until a disc touches an arc from outside, or a vertex; infinity for never. */
+/* Return the seconds until a disc touches a vertex or the outside of an arc; infinity for never. */
 static inline double outer_arc_time(const Mover *disc, const Feature *arc) {
     if (disc->radius < arc->fits_below)
         return CAROM_INF;
@@ -125,7 +127,7 @@ static inline double outer_arc_time(const Mover *disc, const Feature *arc) {
     return is_in_sector_at(arc, x, y, disc, time, false) ? time : CAROM_INF;
 }
 
-/* Return the later root, infinity where there is none after now, and whether the two roots are the same. */
+/* Return the later root, and whether the two roots are equal. The root is infinity if there is none after now. */
 static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc, DoubleDouble reach, DoubleDouble a,
                                DoubleDouble b, DoubleDouble c) {
     Encounter e = {x, y, disc->ux, disc->uy, reach};
@@ -153,7 +155,7 @@ static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc
     return (Touch){-linear_root((DoubleDouble){total.high, total.low + (root_rest - b.low)}, a), false};
 }
 
-/* Return when a disc that stays outside the circle of an arc enters the sector where it overlaps the arc. */
+/* Return when a disc that stays outside an arc's circle enters the arc's sector while it overlaps the arc. */
 static inline Touch sector_entry(const Feature *arc, DoubleDouble x, DoubleDouble y, const Mover *disc,
                                  DoubleDouble reach) {
     DoubleDouble fx = arc->ex;
@@ -180,7 +182,8 @@ static inline Touch sector_entry(const Feature *arc, DoubleDouble x, DoubleDoubl
     return (Touch){first, first < CAROM_INF};
 }
 
-/* Return when a disc touches an arc from inside: now where it touches or overlaps the arc and does not move away. */
+/* Return when a disc touches an arc from inside. It is now if the disc touches or overlaps the arc and does not move
+   away. */
 static inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bool just_left) {
     Touch touch = {CAROM_INF, false};
     Touch never = {CAROM_INF, false};

@@ -1,6 +1,7 @@
-/* Arena: one piece of memory for all rows whose number is fixed.
+/* Arena: one block of memory for all rows whose number is fixed.
 
-   A `lay_out` function runs twice: without memory, to find the size, and then with it, to place the rows. */
+   A `lay_out` function runs twice. The first time it has no memory and computes the size. The second time it places the
+   rows. */
 
 #pragma once
 
@@ -11,7 +12,7 @@ typedef struct Arena {
     size_t used;  /* bytes */
 } Arena;
 
-/* Return where the next rows begin, at a cache line, and reserve `size` bytes for them. */
+/* Reserve `size` bytes for rows and return where they begin, which is at a cache line. */
 static inline void *reserve(Arena *arena, size_t size) {
     void *begin = arena->memory == NULL ? NULL : arena->memory + arena->used;
     arena->used += (size + 63) / 64 * 64;

@@ -1,4 +1,4 @@
-/* Memory that grows, for the Python bindings: the `Resize` that they give the core. */
+/* Resizable memory for the Python bindings: the core's `Resize` function. */
 
 #pragma once
 
@@ -8,11 +8,11 @@
 #include <sys/mman.h>
 #endif
 
-/* Enlarge memory as `realloc` does; the first `used` bytes are kept. Size 0 releases the memory.
+/* Enlarge memory as `realloc` does, and keep its first `used` bytes. Size 0 frees the memory.
 
-   Fresh memory in small pages costs as much as the rest of recording, and enlarged memory never gets large pages. So
-   from a few megabytes on, the rows are copied to new memory in large pages. From a gigabyte on memory is too scarce for
-   a copy. */
+   Fresh memory in small pages costs as much time as the rest of recording, and `realloc` never moves memory to large
+   pages. So from a few megabytes on, the rows are copied to new memory in large pages. From a gigabyte on, memory is
+   too scarce for a second copy. */
 static void *carom_enlarge(void *memory, size_t used, size_t size) {
 #if defined(__linux__)
     void *fresh;

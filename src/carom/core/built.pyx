@@ -1,4 +1,4 @@
-"""What the extension was built from. Its modules are built together or not at all: this one stands for them."""
+"""Digest of the sources from which the extension was built. All its modules are built together."""
 
 cdef extern from *:
     """
@@ -13,10 +13,10 @@ cdef extern from "float.h":
 
 #: `carom.core.extension.compute_sources_digest` at the time of the build.
 DIGEST = SOURCES.decode("ascii")
-#: 0 where every operation is rounded to its own type, as IEEE 754 demands.
+#: 0 if every operation is rounded to its own type, as IEEE 754 requires.
 EVALUATION_METHOD = FLT_EVAL_METHOD
 
 
 def less_product(double c, double a, double b):
-    """Return ``c - a b``, whose bits tell whether the compiler has made one operation of the two, and rounds once."""
+    """Return ``c - a b``. Its bits show whether the compiler fuses both operations into one, with a single rounding."""
     return c - a * b

@@ -1,141 +1,156 @@
 /* The core of Carom: discs and walls in a plane, in C11 without dependencies. Start here.
 
-   `event_driven.c` contains the loop of PIC, which computes the instant of every impact. `frame_sampled.c` contains the
-   loop of PIT, which checks for contact once per frame. Both are used by Python (.pyx files) and by the page of
-   `carom play` (wasm/). Structs that both loops share follow below; state.h has those of PIC, pit_state.h those of PIT.
+   The core has two solvers. PIC (`event_driven.c`) computes the exact instant of every impact and goes from one impact
+   to the next. PIT (`frame_sampled.c`) advances all discs frame by frame and checks for contact once per frame, as most
+   physics engines do. Python uses both through the .pyx files, and the page of `carom play` uses both through wasm/.
+   This header has the structs that both solvers share; state.h has those of PIC, and pit_state.h those of PIT.
    docs/theory/pic.md derives the formulas and explains the algorithms.
 
-   UNITS are metres, seconds, kilograms and radians. A time is counted from the start, from the present epoch or from
-   now, as the comment next to it says.
+   UNITS are metres, seconds, kilograms and radians. A time is counted from the start of the run, from the present epoch
+   (epochs.h) or from now. The comment next to it says which.
 
-   BODIES are numbered as in `carom.model.trace`: disc i is i, wall k is -1 - k. A wall is a half-plane, a chain of edges and
-   arcs, or a circle. Its smallest parts are features: half-planes, faces, vertices, and arcs from outside or inside.
-   Where features are the obstacles, obstacle k is -1 - k, too. A body whose motion is prescribed is driven.
+   BODIES are numbered as in `carom.model.trace`: disc i is i, wall k is -1 - k. A wall is a half-plane, a circle, or a
+   chain of edges and arcs. The parts of a wall that a disc can hit are its features: half-planes, faces, vertices, and
+   the outside or inside of arcs. Where features are the obstacles, obstacle k is written as -1 - k, too. A driven body
+   follows a given path.
 
-   A RUN OF PIC: `carom_set_up` returns the size of the memory, `carom_begin` fills it, `carom_record` sets which
-   impacts are recorded. `carom_advance` applies impacts up to a time, a number of impacts or a number of events, and
-   returns an `Ending`. It may be called any number of times. Recorded impacts are rows of `Record`; `carom_states` and
-   `carom_spins` write the discs at a time, `carom_release` frees what grew. A RUN OF PIT: `carom_pit_set_up`,
-   `carom_pit_begin`, `carom_pit_run`, `carom_pit_write_states`.
+   A RUN OF PIC calls these functions:
 
-   EVENTS of PIC, `EventKind` in state.h. Four of them change a prediction only: an edge of a cell is crossed; the
-   partner of a predicted impact has moved on; only a bound of an impact's time is known; a disc has no prediction yet.
-   Three change a motion: an impact of two discs, an impact with an obstacle, and the end of a mode of contact or of a
-   motion on a table. At one instant predictions are settled first. Then motions end, in the order of the discs, and
-   then impacts follow in the order of (first, second). `first` is the lower number of two discs, or the disc at a wall,
-   so a disc meets walls before discs. `Trace.ambiguous` lists impacts for which this order decides.
+   - `carom_set_up` returns the size of the memory that the run needs, and `carom_begin` fills that memory.
+   - `carom_record` chooses which impacts are recorded. They become rows of `Record`.
+   - `carom_advance` applies impacts up to a time, a number of impacts or a number of events, and returns an `Ending`.
+     It may be called any number of times.
+   - `carom_states` and `carom_spins` write the state of all discs at a time.
+   - `carom_release` frees the memory that grew during the run.
+
+   A RUN OF PIT calls `carom_pit_set_up`, `carom_pit_begin`, `carom_pit_run` and `carom_pit_write_states`.
+
+   EVENTS of PIC (`EventKind` in state.h) are of two sorts. The first sort changes predictions only: a disc crosses an
+   edge of its cell; the partner of a predicted impact has changed its path; only a lower bound of an impact's time is
+   known; a disc has no prediction yet. The second sort changes a motion: two discs collide; a disc hits an obstacle; a
+   mode of contact, or a motion on a table, ends.
+
+   Several events may have the same instant. Then predictions are settled first. Next, motions end, in the order of the
+   discs. Last, impacts are applied in the order of (first, second). `first` is the lower number of two discs, or the
+   disc at a wall, so a disc hits walls before discs. `Trace.ambiguous` lists the impacts whose result depends on this
+   order.
 
    INVARIANTS, which every change must keep:
 
-   - Of two discs the one predicted later has seen the other's path. So the smaller of their two predicted times is
-     never later than their impact, and a prediction is stale if the partner's path has changed since.
-   - A pair's time depends on the paths of the two alone: it is counted from the later of their own times.
-   - Cells, bounds, prefetching, skipped frames and pieces of a run decide when something is computed, never what. The
-     all-pairs loop has none of them, and the same bits.
-   - A bound covers its own rounding errors. What bounds do not decide is computed exactly. No tolerance is chosen.
-   - Floating-point operations are neither reordered nor fused, and only correctly rounded ones are used. Results have
-     the same bits on every machine, and in WebAssembly.
-   - Nothing is allocated. One arena has the rows whose number is fixed; a function `Resize` supplies memory that grows.
-     There is no global state, no input and no output.
-   - Instants of discs that accelerate are pairs of floats: instant.h. Straight runs begin a new epoch after 32 impacts
-     per disc, so that times stay short: epochs.h.
-   - What the law makes 0 is stored as a fact and not computed: the gap and the normal speed of a disc in contact, the
-     slip of one that rolls, and bodies that touch after an impact with restitution 0: touched.h.
+   - For any two discs, the later of their two predictions uses the present paths of both. The smaller of their two
+     predicted times is therefore never later than their impact. A prediction is stale if the partner's path has changed
+     since.
+   - The time of impact of two discs depends on their two paths only. It is counted from the later of the times at which
+     these paths began.
+   - Cells, bounds, prefetching, skipped frames and pauses decide when something is computed, and never change a result.
+     The all-pairs loop (all_pairs.h) has none of them and returns the same bits.
+   - A bound includes its own rounding errors. If bounds do not decide a question, it is computed exactly. There are no
+     tolerances.
+   - Floating-point operations are neither reordered nor fused, and only correctly rounded operations are used. Results
+     have the same bits on every machine and in WebAssembly.
+   - The core does not call an allocator. Rows of fixed number are in one arena, and the function `Resize` supplies
+     memory that grows. There is no global state, no input and no output.
+   - Instants of discs that accelerate are pairs of floats (instant.h). Runs without acceleration begin a new epoch
+     after 32 impacts per disc, so that times stay short and precise (epochs.h).
+   - Quantities that the physical law makes 0 are stored as facts and not computed. These are the gap and the normal
+     speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
+     impact with restitution 0 (touched.h).
 
-   FILES. Headers contain inlined functions, one concept each.
+   FILES. Each header contains the inlined functions of one concept.
 
    Numbers
      constants.h           constants, each with its unit and reason; macros for compilers
-     double_double.h       sums of two floats, longer exact sums, error-free sums and products
-     wide_integer.h        whole numbers of 256 bits
+     double_double.h       pairs: numbers as sums of two floats; error-free sums and products
+     wide_integer.h        integers of 256 bits
      exponentials.h        exp, expm1 and log1p, rounded to the nearest float
      instant.h             instants as pairs of floats
-   Times of impact, straight motion
+   Times of impact in straight motion
      pair.h                two discs
-     feature.h             features of walls, and a disc as seen from a wall
+     feature.h             features of walls, and a disc relative to a wall
      half_plane.h          the line of a half-plane
      face.h                one side of an edge
-     arc.h                 an arc from outside or inside, or a vertex
-     feature_time.h        any feature; the gap to it and its normal
-   Times of impact, parabolas
+     arc.h                 the outside or inside of an arc, or a vertex
+     feature_time.h        any feature; also the gap to it and its normal
+   Times of impact on parabolas
      fall.h                any feature, a fixed disc, or a disc with another acceleration
      fall_gap.h            the gap as a polynomial in time
      fall_bounds.h         lower bounds of these times
-     quartic.h             instants at which such a polynomial turns negative, in three stages
+     quartic.h             instants at which such a polynomial becomes negative, in three stages
      quartic_forms.h       a polynomial in floats, in pairs, and as exact products
-     quartic_isolation.h   intervals that contain exactly one root, and where to halve first
-     quartic_root.h        a root, refined and rounded
-   Laws and records, for both loops
-     run_input.h           what a run is set up from
-     impact.h              restitution and friction of an impact
-     contact_law.h         Coulomb's law for a disc pressed to a straight wall
+     quartic_isolation.h   intervals that contain exactly one root
+     quartic_root.h        refinement and rounding of a root
+   Physical laws and records, for both solvers
+     run_input.h           the input of a run
+     impact.h              restitution and friction in an impact
+     contact_law.h         Coulomb's law for a disc that is pressed against a straight wall
      damping.h             linear damping as a change of time
-     resolution.h          what rounding makes uncertain about an impact's time
-     touched.h             bodies that a disc touches without speed along the normal
-     record.h              rows of recorded impacts, and which depend on an order that physics does not decide
-     arena.h               rows whose number is fixed
-   The event-driven loop (PIC)
-     state.h               state of a run, kinds of events, functions for bindings: read it first
-     accelerated.h         structs of discs that accelerate
-     event_driven.c        the loop and the set-up
-     events.h              the next event of a disc, and of all
+     resolution.h          uncertainty of an impact's time due to rounding
+     touched.h             bodies that a disc touches without normal speed
+     record.h              rows of recorded impacts; which of them are ambiguous
+     arena.h               memory for rows of fixed number
+   The event-driven solver (PIC)
+     state.h               state of a run, kinds of events, functions for bindings; read it first
+     accelerated.h         structs for discs that accelerate
+     event_driven.c        the event loop and the set-up
+     events.h              the next event of a disc, and of all discs
      queue.h               tournament tree of the times of next events
      grid.h                cells
-     obstacles.h           lists of obstacles near each cell, and how a disc's stay there ends
-     scan.h                which disc a disc meets next
-     motion.h              straight paths: positions, and times on them
-     impacts.h             an impact is applied and recorded
-     touching.h            touched.h in a run
-     epochs.h              time is counted anew from the present
-     prefetch.h            memory that the next event needs is loaded
-     memory.h              the arena of a run
+     obstacles.h           lists of obstacles near each cell; when a disc leaves its cell
+     scan.h                the disc that a disc collides with next
+     motion.h              straight paths: positions, and waits until something is reached
+     impacts.h             applying and recording an impact
+     touching.h            touched.h for the discs of a run
+     epochs.h              restarts of the time count
+     prefetch.h            loads memory for the next event
+     memory.h              layout of a run's arena
      driven.h              impacts with driven bodies; runs with features or spins
-     prescribed.h          where a driven body is
-     crush.h               discs that go to and fro between closing bodies
+     prescribed.h          positions of driven bodies
+     crush.h               discs that bounce between two closing bodies
      crush_rule.h          whether such a disc is crushed, and when
-     crush_rule_bodies.h   bodies as that rule sees them
-     crush_rule_row.h      the same for a row of discs
-     parabola.h            paths of discs that accelerate: positions, and times on them
-     parabola_exit.h       the end of a stay in a cell, for parabolas
+     crush_rule_bodies.h   bodies as seen by that rule
+     crush_rule_row.h      the same rule for a row of discs
+     parabola.h            paths of discs that accelerate: positions, and waits
+     parabola_exit.h       when an accelerating disc leaves its cell
      parabola_scan.h       scan.h for parabolas
-     parabola_impacts.h    impacts.h for parabolas; where contact begins, ends, or ends the run
-     contact.h             discs in contact with a wall: modes, when they change, and their record
+     parabola_impacts.h    impacts.h for parabolas; beginning and end of contact
+     contact.h             discs in contact with a wall: modes, and when they change
      two_discs.h           two discs without walls: a closed form
-     all_pairs.h           the all-pairs loop, the oracle of the event loop
-   The frame-sampled loop (PIT)
-     pit_state.h           state of a run, and functions for bindings: read it first
-     frame_sampled.c       the loop
-     pit_set_up.h          the rows of a run
+     all_pairs.h           the all-pairs loop, which tests compare with the event loop
+   The frame-sampled solver (PIT)
+     pit_state.h           state of a run, functions for bindings; read it first
+     frame_sampled.c       the frame loop
+     pit_set_up.h          fills the rows of a run
      pit_tests.h           one frame
-     pit_pending.h         its pending tests, in the order of Algorithm 1
-     pit_impacts.h         an interference test, and an impact
+     pit_pending.h         pending tests of a frame, in the order of Algorithm 1
+     pit_impacts.h         interference tests and impacts
      pit_separation.h      bodies that a disc cannot approach on its present path
      pit_motion.h          motion between frames
      pit_driven.h          driven bodies at a frame
-     pit_search.h          which tests a disc needs now, and when it is due again
-     pit_bounds.h          how long a disc can meet nothing
-     pit_grid.h            cells, for discs of any sizes
-     pit_sweep.h           all tests of a frame at once, where skipping does not pay
-     pit_work.h            whether skipping pays
+     pit_search.h          which tests a disc needs now, and at which time it needs the next ones
+     pit_bounds.h          lower bounds of the time until a disc can hit something
+     pit_grid.h            cells for discs of any sizes
+     pit_sweep.h           all tests of a frame at once, if skipping costs too much
+     pit_work.h            whether skipping saves work
      chain_distance.h      the point of a chain nearest to a disc
    Bindings for Python: a .pyx file is a module, a .pyi file has its types, a .pxd file has declarations
      pic.pyx, .pxd, .pyi   runs of PIC
      pit.pyx, .pyi         runs of PIT
      primitives.pyx, .pyi  single formulas
-     damped_time.pyx, .pyi damping
-     built.pyx, .pyi       the sources that the extension was built from
+     damped_time.pyx, .pyi   damping
+     built.pyx, .pyi       a digest of the sources that the extension was built from
      carom_core.pxd        declarations of this file
      formulas.pxd          declarations of formulas
-     run_input.pxd         declarations of run_input.h, and its arrays from those of Python
+     run_input.pxd         declarations of run_input.h; conversion of Python arrays
      record_rows.pxd       recorded impacts as arrays
      exact_quartic.pxd     the third stage of quartics: exact integers, in Python
      binding_memory.h      `Resize` for Python
    The page, compiled to carom/web/core.wasm by `make generated`
      wasm/input.h          input and output of a run as arrays
-     wasm/memory.c         memory, and what a C library would supply
+     wasm/memory.c         memory, and replacements for the C library
      wasm/pic.c            runs of PIC
      wasm/pit.c            runs of PIT
-     wasm/include          headers of the C library, as far as they are used */
+     wasm/include/math.h   the functions of math.h that the core uses
+     wasm/include/string.h   the functions of string.h that the core uses */
 
 #pragma once
 
@@ -146,70 +161,74 @@
 typedef ptrdiff_t Index;
 
 enum {
-    NOBODY = -1,     /* no disc: an empty place, no partner */
+    NOBODY = -1,     /* an empty place, or no partner */
     NO_FEATURE = -1, /* no feature of a wall, or none that matters */
 };
 
-/* Enlarge memory to `size` bytes, of which the first `used` are kept; NULL, with the old memory intact, if there is no
-   more. `memory` is NULL at first. Size 0 releases the memory and returns NULL. */
+/* Resize a block of memory to `size` bytes and keep its first `used` bytes. Return NULL if there is no more memory; the
+   old block is then unchanged. `memory` is NULL for a new block. With size 0 the block is freed and NULL is
+   returned. */
 typedef void *(*Resize)(void *memory, size_t used, size_t size);
 
 /* ---- bodies ---- */
 
-typedef struct Wall { /* the free side is (p - q).n >= 0 */
+typedef struct Wall { /* points p on the free side have (p - q).n >= 0 */
     double x;         /* q, a point of the surface */
     double y;
-    double nx; /* n, unit normal into the free side */
+    double nx; /* n, unit normal that points to the free side */
     double ny;
 } Wall;
 
-typedef struct Surface { /* of a driven or conveyor wall, or of a driven disc */
-    double vx;           /* velocity of the wall */
+typedef struct Surface { /* motion of a driven wall, a driven disc, or a conveyor wall */
+    double vx;           /* velocity of the body */
     double vy;
-    double belt; /* speed of its surface to the left of the normal, metres a second */
+    double belt; /* speed of a conveyor's surface, to the left of the normal, metres per second */
 } Surface;
 
-typedef struct Turning { /* of a disc, in a scene with spin; apart from a solver's own row of it */
-    double spin;         /* radians a second, counterclockwise */
-    double inverse_inertia_ratio; /* 1/k, mass times radius squared over the moment of inertia; 0: it never turns */
+typedef struct Turning { /* rotation of a disc, in a scene with spin */
+    double spin;         /* radians per second, counterclockwise */
+    /* 1/k, with k the moment of inertia over mass times radius squared; 0: the disc never turns */
+    double inverse_inertia_ratio;
 } Turning;
 
 /* ---- the impact law ---- */
 
-typedef struct ContactFriction { /* of two bodies in contact */
+typedef struct ContactFriction { /* friction between two bodies in contact */
     double friction;             /* Coulomb's coefficient f, 0 or more */
-    double restitution; /* b, -1 to 1: the reversed slip after an impact in which they stick, over that before */
+    /* tangential restitution b, -1 to 1: the slip after an impact without sliding is -b times the slip before */
+    double restitution;
 } ContactFriction;
 
 typedef struct Law {
-    double restitution; /* of two discs */
+    double restitution; /* between two discs */
     double wall_restitution;
-    double contact_duration; /* of the TC model, seconds: an impact so soon after a disc's last loses no energy; or 0 */
-    ContactFriction contact; /* of two discs */
+    /* of the TC model, seconds; 0 if unused. An impact this soon after the disc's last one loses no energy */
+    double contact_duration;
+    ContactFriction contact; /* between two discs */
     ContactFriction wall_contact;
 } Law;
 
-typedef struct Body {    /* a disc as the law sees it */
-    double *velocity;    /* x, y */
-    double inverse_mass; /* 0: it never moves */
+typedef struct Body {    /* a disc as the impact law uses it */
+    double *velocity;    /* x and y */
+    double inverse_mass; /* 0 for a disc that never moves */
     double radius;
-    Turning *turning; /* read only in a scene with spin */
+    Turning *turning; /* used only in a scene with spin */
 } Body;
 
 /* ---- recorded impacts ---- */
 
 typedef struct Impact { /* a row of `carom.model.trace.IMPACT_DTYPE` */
-    double time;        /* since the start */
+    double time;        /* since the start of the run */
     int64_t first;      /* disc */
     int64_t second;     /* body */
     double normal[2];   /* unit vector from first to second */
-    double first_before[2]; /* velocities */
+    double first_before[2]; /* velocities before and after */
     double second_before[2];
     double first_after[2];
     double second_after[2];
 } Impact;
 
-typedef struct Before { /* velocities before an impact; that of a wall at rest is 0 */
+typedef struct Before { /* velocities before an impact; 0 for a wall at rest */
     double first[2];
     double second[2];
 } Before;
@@ -221,49 +240,50 @@ typedef struct Spins { /* a row of `carom.model.trace.SPIN_DTYPE` */
     double second_after;
 } Spins;
 
-typedef struct Contact { /* place of an impact, with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE` */
+/* where an impact is, in scenes with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE` */
+typedef struct Contact {
     double x;            /* centre of the first disc */
     double y;
-    int64_t feature; /* its number, or NO_FEATURE for another disc */
+    int64_t feature; /* number of the feature, or NO_FEATURE if the second body is a disc */
 } Contact;
 
-typedef struct LastContact { /* an impact as the next one of the same disc sees it */
+typedef struct LastContact { /* what the next impact of a disc needs to know about an earlier one */
     double latest;           /* upper bound of its time since the start; -INF for none */
     double nx;
     double ny;
-    int feature;  /* of a finite wall without friction; NO_FEATURE for anything else */
-    bool elastic; /* whether that wall loses no energy */
+    int feature;  /* feature of a finite wall without friction; NO_FEATURE otherwise */
+    bool elastic; /* whether the wall loses no energy */
 } LastContact;
 
-typedef struct Recent { /* the earlier impacts of a disc that decide whether its next one is ambiguous: record.h */
+typedef struct Recent { /* earlier impacts of a disc that decide whether its next one is ambiguous; see record.h */
     LastContact furthest;
     LastContact across;
 } Recent;
 
-/* Whether a disc that meets two features at one instant goes on in the same way in either order. */
+/* Return whether a disc that hits two features at one instant continues in the same way in either order. */
 typedef bool (*IsOrderFree)(void *context, int one, int other, bool elastic);
 
 typedef struct Corners {
-    IsOrderFree is_order_free; /* called for numbers of features only */
+    IsOrderFree is_order_free; /* called with numbers of features only */
     void *context;
 } Corners;
 
 typedef struct Record {
     Impact *rows;
-    Spins *spins;       /* one a row, in a scene with spin */
-    Contact *contacts;  /* one a row, in a scene with finite walls */
+    Spins *spins;       /* one per row, in a scene with spin */
+    Contact *contacts;  /* one per row, in a scene with finite walls */
     bool has_spins;
     bool has_contacts;
     Corners corners;
-    Resize resize; /* of rows, spins, contacts and ambiguous; the caller frees them */
+    Resize resize; /* resizes rows, spins, contacts and ambiguous; the caller frees them */
     Index count;
     Index capacity;
-    int64_t *ambiguous; /* numbers of ambiguous rows, from the first one of the run on */
+    int64_t *ambiguous; /* numbers of ambiguous rows; row 0 is the first of the run */
     Index ambiguous_count;
     Index ambiguous_capacity;
-    Index released; /* rows that were moved to the caller before those in `rows` */
-    Recent *recent; /* one a disc */
+    Index released; /* number of rows that the caller has already taken */
+    Recent *recent; /* one per disc */
     bool is_wanted;
-    double begin; /* impacts from this time to the other are recorded, since the start */
+    double begin; /* impacts from `begin` to `end` are recorded; times since the start */
     double end;
 } Record;

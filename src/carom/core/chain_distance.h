@@ -1,6 +1,6 @@
-/* Chains as PIT sees them: the point of a finite wall's line that is nearest to a disc's centre.
+/* Distance from a chain in PIT: the point of a finite wall's line that is nearest to a disc's centre.
 
-   The operations and their order are those of `carom.model.chain_geometry`. */
+   Operations and their order are those of `carom.model.chain_geometry`. */
 
 #pragma once
 
@@ -11,17 +11,17 @@
 #include "carom/core/double_double.h"
 
 typedef struct ChainEdge { /* an edge of a chain, or a circle */
-    double ax;             /* where it begins */
+    double ax;             /* start point */
     double ay;
-    double bx; /* where it ends; of a whole circle the same */
+    double bx; /* end point; for a whole circle the same as the start */
     double by;
     double bulge;
-    double cx; /* of an arc, the centre of its circle */
+    double cx; /* of an arc: centre of its circle */
     double cy;
     double radius;
     bool is_arc;
-    bool is_whole; /* whether it is a whole circle, or a point */
-    double mx;     /* of a circle around all of it, the centre and the radius: see `enclose_edge` */
+    bool is_whole; /* whether it is a whole circle or a point */
+    double mx;     /* centre and radius of a circle that encloses the edge: see `enclose_edge` */
     double my;
     double extent;
 } ChainEdge;
@@ -30,7 +30,7 @@ typedef struct Chain { /* a finite wall; a half-plane has no edges */
     ChainEdge *edges;
     Index edge_count;
     double half_width;
-    double size; /* more than any of its coordinates and radii */
+    double size; /* an upper bound of all its coordinates and radii */
 } Chain;
 
 typedef struct Point {
@@ -44,16 +44,16 @@ typedef struct Nearest { /* point of a chain */
     Index edge;
 } Nearest;
 
-typedef enum ChainPart { /* what of an edge is nearest to a point */
+typedef enum ChainPart { /* the part of an edge that is nearest to a point */
     AT_BEGIN = 0,
     AT_END = 1,
-    ON_LEFT = 2,  /* of a segment; of an arc its outside */
-    ON_RIGHT = 3, /* of a segment; of an arc its inside */
+    ON_LEFT = 2,  /* left side of a segment, or outside of an arc */
+    ON_RIGHT = 3, /* right side of a segment, or inside of an arc */
 } ChainPart;
 
 enum {
     CHAIN_PARTS = 4,
-    EDGE_KINDS = 4, /* room for `carom.model.trace.EdgeKind` */
+    EDGE_KINDS = 4, /* capacity for the values of `carom.model.trace.EdgeKind` */
 };
 
 /* Return the power of a point with respect to the circle of an arc. */
@@ -63,14 +63,15 @@ static inline double power_of(const ChainEdge *e, double x, double y) {
     return chord - across * (0.5 * (1.0 / e->bulge - e->bulge));
 }
 
-/* Return whether a point is in the sector of an arc. The ends decide: the centre of a flat arc is far away. */
+/* Return whether a point is in the sector of an arc. The test uses the ends only, because the centre of a flat arc is
+   far away. */
 static inline bool is_in_sector(const ChainEdge *e, double x, double y) {
     bool begun = ((e->ax - e->cx) * (y - e->ay) - (e->ay - e->cy) * (x - e->ax)) * e->bulge > 0.0;
     bool not_ended = ((e->bx - e->cx) * (y - e->by) - (e->by - e->cy) * (x - e->bx)) * e->bulge < 0.0;
     return fabs(e->bulge) > 1.0 ? begun || not_ended : begun && not_ended;
 }
 
-/* Return whether a point is at least as near to where an edge begins as to where it ends. */
+/* Return whether a point is at least as near to the start of an edge as to its end. */
 static inline bool is_nearer_to_begin(const ChainEdge *e, double x, double y) {
     double to_a = (x - e->ax) * (x - e->ax) + (y - e->ay) * (y - e->ay);
     double to_b = (x - e->bx) * (x - e->bx) + (y - e->by) * (y - e->by);
@@ -95,7 +96,7 @@ static inline Point find_nearest_on_arc(const ChainEdge *e, double x, double y) 
     return is_nearer_to_begin(e, x, y) ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
 }
 
-/* Return where on a segment's line the foot of a point is: 0 where the segment begins, 1 where it ends. */
+/* Return where the foot of a point is on a segment's line: 0 at the start of the segment, 1 at its end. */
 static inline double foot_on_segment(const ChainEdge *e, double x, double y) {
     double ex = e->bx - e->ax;
     double ey = e->by - e->ay;
@@ -119,7 +120,7 @@ static inline void enclose_edge(ChainEdge *e) {
     e->extent = e->is_arc ? e->radius : 0.5 * length;
 }
 
-/* Return whether an edge is certainly farther from a point than a distance. `slack` is above all roundings, metres. */
+/* Return whether an edge is certainly farther from a point than a distance. `slack` exceeds all roundings, metres. */
 static inline bool is_farther(const ChainEdge *e, double x, double y, double distance, double slack) {
     double dx = x - e->mx;
     double dy = y - e->my;
@@ -127,19 +128,19 @@ static inline bool is_farther(const ChainEdge *e, double x, double y, double dis
     return dx * dx + dy * dy > reach * reach;
 }
 
-/* Return what is above the roundings of a point's distance from an edge, metres. */
+/* Return an upper bound of the roundings of a point's distance from an edge, metres. */
 static inline double distance_slack(const Chain *chain, double x, double y) {
     return CAROM_REACH_SLACK * (fabs(x) + fabs(y) + chain->size);
 }
 
-/* Return the point of an edge that is nearest to another. */
+/* Return the point of an edge that is nearest to a given point. */
 static inline Point find_nearest_on_edge(const ChainEdge *e, double x, double y) {
     return e->is_arc ? find_nearest_on_arc(e, x, y) : find_nearest_on_segment(e, x, y);
 }
 
-/* Return the point of a chain's line that is nearest to another; of several, that of the first edge.
+/* Return the point of a chain's line that is nearest to a given point. In a tie the first edge counts.
 
-   `hint` is an edge that may be near: the nearer it is, the more of the others are left out. */
+   `hint` is an edge that is probably near. The nearer it is, the more other edges are skipped. */
 static inline Nearest find_nearest(const Chain *chain, double x, double y, Index hint) {
     Nearest best = {0.0, 0.0, chain->edge_count};
     double slack = distance_slack(chain, x, y);
@@ -163,7 +164,7 @@ static inline Nearest find_nearest(const Chain *chain, double x, double y, Index
     return best;
 }
 
-/* Return what of an edge is nearest to a point. */
+/* Return the part of an edge that is nearest to a point. */
 static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
     if (e->is_arc) {
         double dx = x - e->cx;
@@ -180,8 +181,8 @@ static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
     return (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax) > 0.0 ? ON_LEFT : ON_RIGHT;
 }
 
-/* Return a lower bound, except for rounding, of the distance of a point from an edge: an arc is no nearer than its
-   circle. */
+/* Return a lower bound of the distance of a point from an edge, except for rounding. For an arc it is the distance from
+   the circle. */
 static inline double bound_edge_distance(const ChainEdge *e, double x, double y) {
     if (e->is_arc) {
         double dx = x - e->cx;
@@ -194,8 +195,8 @@ static inline double bound_edge_distance(const ChainEdge *e, double x, double y)
     return sqrt(dx * dx + dy * dy);
 }
 
-/* Return a lower bound, except for rounding, of the distance of a point from a chain's line. `edge` is one that may be
-   near, and becomes the one that is nearest. */
+/* Return a lower bound of the distance of a point from a chain's line, except for rounding. `edge` is an edge that is
+   probably near; it is set to the nearest one. */
 static inline double bound_distance(const Chain *chain, double x, double y, Index *edge) {
     double slack = distance_slack(chain, x, y);
     double least = bound_edge_distance(&chain->edges[*edge], x, y);

@@ -1,6 +1,6 @@
 /* Constants of the core: the value of each, its unit where it has one, and its reason.
 
-   A constant without a unit is a ratio or a count. Constants that plain Python also has are compared with it by
+   A constant without a unit is a ratio or a count. Constants that Python code also defines are compared with it by
    tests/unit/core/test_constants.py. Sizes of structs and numbers of kinds are enums next to what they count. */
 
 #pragma once
@@ -9,8 +9,8 @@
 
 /* ---- compilers ---- */
 
-/* Branch hints, a mark for functions that stay calls (inlined into a hot loop that rarely calls them, they would take
-   its registers), and one for functions of which a constant argument makes another function. */
+/* Branch hints. CAROM_NOINLINE marks functions that are not inlined: inlined into a hot loop that rarely calls them,
+   they would occupy its registers. CAROM_ALWAYS_INLINE marks functions that a constant argument specialises. */
 #if defined(__GNUC__)
 #define CAROM_LIKELY(condition) __builtin_expect(!!(condition), 1)
 #define CAROM_UNLIKELY(condition) __builtin_expect(!!(condition), 0)
@@ -30,165 +30,174 @@
 
 /* ---- all files ---- */
 
-/* As a time, in seconds: never. As a resolution: unknown at any time. */
+/* For a time, in seconds: never. For a resolution: unknown at any time. */
 #define CAROM_INF HUGE_VAL
 
 /* ---- primitives: double_double.h, pair.h, half_plane.h, face.h, arc.h ---- */
 
-/* 2^27 + 1, Veltkamp's constant: splits 53 bits into 26, 26 and a sign. */
+/* 2^27 + 1, Veltkamp's constant: splits 53 bits into two parts of 26 bits and a sign. */
 #define CAROM_SPLITTER 134217729.0
-/* 8 roundings: more than accumulate before the last sum in the terms of b (4), of c (5) and, with the factor 2 of its
-   bound, of D. */
+/* 8 roundings: more than accumulate before the last sum in the terms of b (4), of c (5), and of D with the factor 2 of
+   its bound. */
 #define CAROM_ERROR 0x1p-50
-/* Where products of this size matter, underflow (2^-1075 each, at most) may matter too: the error-free form decides. */
+/* If products are smaller than this, underflow (at most 2^-1075 each) may matter too, so the error-free form is
+   used. */
 #define CAROM_NEGLIGIBLE 0x1p-900
-/* Adding and subtracting 2^28 R rounds to a grid of 2^-25 R to 2^-24 R: about 25 bits for any coordinate up to R. */
+/* Adding and subtracting 2^28 R rounds to a grid of 2^-25 R to 2^-24 R: a coordinate up to R keeps about 25 bits. */
 #define CAROM_GRID 0x1p28
-/* b and c have errors of about 2^-150 of their largest product. Below this part of it, the sum is computed exactly. */
+/* b and c have errors of about 2^-150 of their largest product. If the sum is smaller than this part of that product,
+   it is computed exactly. */
 #define CAROM_DOUBTFUL_SUM 0x1p-140
-/* D has an error of about 2^-99 of its terms. Where D is above this part of them, its root has an error of 2^-55 of the
-   roots of its terms. */
+/* D has an error of about 2^-99 of its terms. If D is larger than this part of them, its root has an error of 2^-55 of
+   the roots of its terms. */
 #define CAROM_DOUBTFUL_DISCRIMINANT 0x1p-90
-/* The length of a face has a relative error of 2^-106. Below this part of its terms, a gap is computed from squares. */
+/* The length of a face has a relative error of 2^-106. If a gap is smaller than this part of its terms, it is computed
+   from squares. */
 #define CAROM_DOUBTFUL_GAP 0x1p-44
-/* Above the error of the cross product of an end's direction and a place, both of which are rounded pairs. */
+/* An upper bound of the error of the cross product of an end's direction and a position, both of which are rounded
+   pairs. */
 #define CAROM_PAIR_ERROR 0x1p-100
-/* Returned instead of a time of impact, which is 0 or more: the error-free form must decide. */
+/* Returned instead of a time of impact, which is never negative: the error-free form must be used. */
 #define CAROM_UNCERTAIN (-1.0)
-/* Range of relative positions, relative velocities and sums of radii whose terms of fourth degree stay within the range
-   of floats: `math.frexp` returns exponents from -100 to 100 for them. */
+/* Range of relative positions, relative velocities and sums of radii for which terms of fourth degree stay within the
+   range of floats. `math.frexp` returns exponents from -100 to 100 for them. */
 #define CAROM_PAIR_LEAST 0x1p-101
 #define CAROM_PAIR_MOST 0x1p100
 
-/* ---- numbers that are used unscaled, in metres, metres per second, seconds and kilograms ---- */
+/* ---- ordinary numbers: used without scaling, in metres, metres per second, seconds and kilograms ---- */
 
-/* Formulas are of fourth degree at most: their terms, and the errors of these, stay within the range of floats. */
+/* Formulas have at most the fourth degree, so their terms and the errors of these terms stay within the range of
+   floats. */
 #define CAROM_ORDINARY 0x1p200
 #define CAROM_LEAST_ORDINARY 0x1p-200
 
 /* ---- resolution.h ---- */
 
-/* A unit in the last place of 1. Relative to any number, it is at least one unit in the last place of that number. */
+/* The distance from 1 to the next float. Relative to any number, it is at least one unit in the last place of that
+   number. */
 #define CAROM_ULP 0x1p-52
-/* Largest coordinates over the sum of the radii. Each has at most three roundings at an impact, so the offset of one
-   centre from the other has an error of at most 3/16 of their distance. */
+/* Largest ratio of coordinates to the sum of the radii. At an impact each coordinate has at most three roundings. So
+   the offset between the centres has an error of at most 3/16 of their distance. */
 #define CAROM_FARTHEST 0x1p49
 
 /* ---- event_driven.c ---- */
 
 /* Impacts per disc after which a new time epoch begins: see epochs.h. */
 #define CAROM_EPOCH_IMPACTS 32
-/* By how much a cell is wider than the largest sum of two radii, in parts of that sum. Any value works that covers the
-   roundings of a path and of the edges. Where coordinates are too large for it, the second applies, in parts of the
-   largest coordinate: twice the eight roundings (2^-53) of each of two discs' places. */
+/* How much wider a cell is than the largest sum of two radii, relative to that sum. Any value works that covers the
+   roundings of a path and of the edges. For very large coordinates the second constant applies, relative to the largest
+   coordinate. It is twice the eight roundings (2^-53) of the positions of two discs. */
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
-/* Cells per disc, at most: more cells hold too few discs to be worth crossing. Chosen, not tuned: bounds memory. */
+/* Largest number of cells per disc, which limits memory. With more cells, too few discs are in each to justify the
+   crossings. Chosen, not tuned. */
 #define CAROM_CELLS_PER_DISC 4.0
-/* Additional cells for each edge, arc or vertex of a wall. With n of these along the rim of m by m cells, a cell at the
-   rim lists n / 4m of them, and as many cells are crossed on the way to it where m^2 = n / 4. */
+/* Additional cells for each edge, arc or vertex of a wall. Let n of these be along the rim of m by m cells. Then a cell
+   at the rim lists n / 4m of them, and a disc crosses about as many cells on the way to it if m^2 = n / 4. */
 #define CAROM_CELLS_PER_FEATURE 0.25
-/* Obstacles that are checked in about the time of one disc's prediction. */
+/* Number of obstacles that are checked in about the time of one disc's prediction. */
 #define CAROM_LOOKS_PER_PREDICTION 16.0
-/* Two waits that differ by more than this part of the later time never round to the same time. */
+/* Two waits whose difference is larger than this part of the later time never round to the same time. */
 #define CAROM_TIME_ERROR 0x1p-51
-/* Largest relative error of a root of the plain form. The second is the factor by which each of its three terms must
-   exceed its own error to guarantee that. */
+/* Largest relative error of a root of the plain form. To guarantee this, each of its three terms must exceed its own
+   error by the second factor. */
 #define CAROM_ROOT_ERROR 0x1p-22
 #define CAROM_CERTAIN 0x1p24
 
 /* ---- frame_sampled.c ---- */
 
-/* A root that rounds to R belongs to a square within two roundings (2^-53) of R^2. */
+/* If a root rounds to R, its square is within two roundings (2^-53) of R^2. */
 #define CAROM_ROOT_ROOM 0x1p-50
-/* Largest rounding error of a disc's path over the frames that a bound is valid for, in parts of its extent, including
-   that of the bound itself: derived in docs/theory/pit.md. */
+/* Largest rounding error of a disc's path over the frames for which a bound is valid, relative to the path's extent. It
+   includes the error of the bound itself. Derived in docs/theory/pit.md. */
 #define CAROM_PATH_MARGIN 0x1p-34
-/* Above the rounding errors of a sum of times and of a frame's time, in parts of it. */
+/* An upper bound of the rounding errors of a sum of times and of a frame's time, relative to them. */
 #define CAROM_TIME_MARGIN 0x1p-50
-/* Returned instead of a wait, which is 0 or more: the two bodies approach and may overlap at this frame. */
+/* Returned instead of a wait, which is never negative: the two bodies approach and may overlap at this frame. */
 #define CAROM_IN_CONTACT (-1.0)
-/* 2^64 over the golden ratio, odd: spreads rows evenly over any power of 2 of chains (D. E. Knuth, TAOCP vol. 3, 6.4),
-   while neighbouring columns stay neighbours. The second, also odd, separates levels. */
+/* 2^64 over the golden ratio, odd. It spreads rows evenly over any power of 2 of chains (D. E. Knuth, TAOCP vol. 3,
+   6.4), while neighbouring columns stay neighbours. The second constant, also odd, separates levels. */
 #define CAROM_ROW_STEP 0x9E3779B97F4A7C15ull
 #define CAROM_LEVEL_STEP 0xC2B2AE3D27D4EB4Full
-/* Cells beyond this one share its number. Floats of this size still represent halves. */
+/* Cells with larger numbers share the number of this one. Floats of this size still represent halves. */
 #define CAROM_LAST_CELL 0x1p51
-/* Leeway of a level of cells, in parts of the mean distance of its discs. The second is the least, in parts of their
-   largest radius. A larger leeway puts discs into cells less often, and more discs are near each. Measured at packing
-   fractions from .05 to .6. */
+/* Leeway of a level of cells, relative to the mean distance of its discs. The second constant is the minimum, relative
+   to their largest radius. With a larger leeway, discs change cells less often, but more discs are near each one.
+   Measured at packing fractions from .05 to .6. */
 #define CAROM_LEEWAY_PART 0.2
 #define CAROM_LEAST_LEEWAY_PART 0.25
-/* Many times the rounding errors of a cell's number and of a reach together, in parts of the reach. */
+/* Many times the rounding errors of a cell's number and of a reach together, relative to the reach. */
 #define CAROM_REACH_MARGIN 0x1p-20
-/* Cost of a search around a disc, in a cell, and of a body, in units of one test of the plain loop. Fitted to the times
+/* Cost of a search around a disc, in a cell, and of a body. The unit is one test of the plain loop. Fitted to the times
    of about a hundred gases, crowds and lattices, and rounded up. */
 #define CAROM_DISC_WORK 24.0
 #define CAROM_CELL_WORK 6.0
 #define CAROM_BODY_WORK 3.0
-/* Above the roundings of a distance from an edge, in parts of all coordinates and radii. */
+/* An upper bound of the roundings of a distance from an edge, relative to all coordinates and radii. */
 #define CAROM_REACH_SLACK 0x1p-44
-/* Cost of one disc in a sweep, in the same unit, and width of a cell in a sweep, in radii. Measured at packings .05 to .8. */
+/* Cost of one disc in a sweep, in the same unit, and width of a sweep's cell, in radii. Measured at packing fractions
+   from .05 to .8. */
 #define CAROM_SWEEP_WORK 12.0
 #define CAROM_SWEEP_WIDTH 4.0
-/* Where skipping has cost more than it saved, frames use the plain loop until the excess is at most this part of their
-   cost. Chosen. */
+/* If skipping has cost more than it saved, frames use the plain loop until the excess is at most this part of their
+   cost. Chosen, not tuned. */
 #define CAROM_EXCESS_PART 0x1p-6
-/* Number of frames for which savings count. Chosen. */
+/* Number of frames for which savings count. Chosen, not tuned. */
 #define CAROM_SAVED_FRAMES 64.0
 
 /* ---- quartic.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
 
-/* Error of a power in pairs, in parts of the magnitudes of its terms: 20 u^2 for the terms and their sum, and 24 u^2 for
-   each of at most 9 shifts of the origin. */
+/* Error of a power in pairs, relative to the magnitudes of its terms: 20 u^2 for the terms and their sum, and 24 u^2
+   for each of at most 9 shifts of the origin. */
 #define CAROM_QUARTIC_PAIR_ERROR 0x1p-98
-/* Error of a coefficient of Bernstein's basis, in parts of the largest sum of the magnitudes of the terms of one:
-   CAROM_ERROR, 10 u for powers, binomials and sums, and 4 u for each of at most 52 halvings. */
+/* Error of a Bernstein coefficient, relative to the largest sum of the magnitudes of one coefficient's terms. It
+   consists of CAROM_ERROR, 10 u for powers, binomials and sums, and 4 u for each of at most 52 halvings. */
 #define CAROM_BERNSTEIN_ERROR 0x1p-45
-/* The same in pairs: CAROM_QUARTIC_PAIR_ERROR, and 3 u^2 in place of each u for at most 120 halvings. */
+/* The same in pairs: CAROM_QUARTIC_PAIR_ERROR, and 3 u^2 instead of each u for at most 120 halvings. */
 #define CAROM_BERNSTEIN_PAIR_ERROR 0x1p-95
-/* Scales of time for which neither the terms of a quartic nor the errors of underflow leave the range of floats. */
+/* Range of time scales for which the terms of a quartic and their underflow errors stay within the range of floats. */
 #define CAROM_LEAST_SCALE 0x1p-90
 #define CAROM_MOST_SCALE 0x1p90
-/* Size of power 0 from which on underflow of any term is below its error. */
+/* If power 0 is at least this large, underflow of any term is smaller than its error. */
 #define CAROM_LEAST_SIZE 0x1p-600
-/* 32 u: more roundings than enter any term of a lower bound. */
+/* 32 u: more roundings than any term of a lower bound contains. */
 #define CAROM_BOUND_ERROR 0x1p-48
-/* Above the errors of underflow in a product, and in the root of a sum of products. */
+/* Upper bounds of the underflow errors of a product, and of the root of a sum of products. */
 #define CAROM_BOUND_UNDERFLOW 0x1p-1000
 #define CAROM_BOUND_LENGTH_UNDERFLOW 0x1p-500
 
 /* ---- damping, exponentials ---- */
 
-/* A product c t below this changes a time by less than half a unit in its last place: s = t (1 - c t / 2 + ...). */
+/* If the product c t is smaller than this, damping changes a time by less than half a unit in its last place: s = t (1
+   - c t / 2 + ...). */
 #define CAROM_DAMPING_LEAST 0x1p-54
-/* Up to this size of x, e^x rounds to 1. Below it, e^x - 1 and the logarithm of 1 + x round to x: what follows in their
-   series is about x^2 / 2. */
+/* If |x| is at most this, e^x rounds to 1. If it is smaller, e^x - 1 and the logarithm of 1 + x round to x, since the
+   next term of both series is about x^2 / 2. */
 #define CAROM_EXP_LINEAR 0x1p-54
-/* Above the relative errors of e^x, e^x - 1 and the logarithm as pairs: the errors that comments below state add up to
-   less. Measured, they are at most 2^-103. */
+/* An upper bound of the relative errors of e^x, e^x - 1 and the logarithm as pairs. The comments in exponentials.h
+   state the single errors, whose sum is smaller. Measured errors are at most 2^-103. */
 #define CAROM_EXP_ERROR 0x1p-100
-/* The logarithm of 2 over 32, in three parts. The first two have 37 bits, so that a multiple of up to 2^16 of each is
-   exact. The sum has an error of 2^-137. */
+/* The logarithm of 2 over 32, in three parts. The first two have 37 bits, so that their multiples by integers up to
+   2^16 are exact. The sum has an error of 2^-137. */
 #define CAROM_STEP_HIGH 0x1.62e42fefa0000p-6
 #define CAROM_STEP_MIDDLE 0x1.cf79abc9e0000p-45
 #define CAROM_STEP_LOW 0x1.d9cc01f97b57ap-84
 #define CAROM_STEPS_PER_UNIT 0x1.71547652b82fep+5
 #define CAROM_LN2 0x1.62e42fefa39efp-1
-/* Beyond this e^x is larger than any float. */
+/* For larger x, e^x exceeds the largest float. */
 #define CAROM_EXP_MOST 710.0
 
-/* ---- solvers/certified/bounds.pyx, in numbers scaled by powers of two of `carom.solvers.units` ---- */
+/* ---- solvers/certified/bounds.pyx: numbers are scaled by powers of two, see `carom.solvers.units` ---- */
 
 /* Half a unit in the last place of 1. */
 #define CAROM_ROUNDOFF 0x1p-53
-/* 1 and 32 ROUNDOFF. */
+/* 1 plus 32 ROUNDOFF. */
 #define CAROM_WIDER (1.0 + 0x1p-48)
-/* Least error of a coordinate and of a component of a velocity. */
+/* Smallest error of a coordinate and of a velocity component. */
 #define CAROM_TINY 0x1p-500
-/* Above the error of underflow in two products. */
+/* An upper bound of the underflow error in two products. */
 #define CAROM_FLOOR 0x1p-1060
-/* From this size on, a float has all its bits, and scaling keeps them. */
+/* A float of at least this size has all its bits, and scaling preserves them. */
 #define CAROM_NORMAL 0x1p-1020
-/* Speed up to which an underflow of a wait is covered by TINY. */
+/* Largest speed for which TINY covers the underflow of a wait. */
 #define CAROM_FASTEST 0x1p400

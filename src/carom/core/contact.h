@@ -1,8 +1,8 @@
-/* Discs in contact with a wall that gravity presses them to: how they move there, and when that changes.
+/* Motion of discs that gravity presses against a wall, and the instants at which this motion changes.
 
-   In contact a disc moves on a parabola as well, with an acceleration along the wall, so all that predicts discs in flight
-   predicts these. What the law makes 0 is set to 0 and not computed: the gap and the speed along the normal of a disc in
-   contact, and the slip of one that rolls. docs/theory/contact.md derives the law. */
+   A disc in contact has a constant acceleration along the wall, so its path is a parabola. The functions that predict
+   discs in flight therefore predict it, too. Quantities that the law makes 0 are set to 0 and not computed: the gap and
+   the normal speed of a disc in contact, and the slip of a rolling disc. docs/theory/contact.md derives the law. */
 
 #pragma once
 
@@ -34,14 +34,14 @@ static inline double ground_gap(const State *s, Index i, Index k) {
     return wall_gap(a->x, a->y, a->radius, g->x, g->y, f->nx, f->ny).high;
 }
 
-/* Return how well that distance is known. */
+/* Return the resolution of that distance. */
 static inline double ground_gap_resolution(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Ground *g = &s->accelerated.grounds[k];
     return gap_resolution(size_of(a->x, a->y, a->radius) + size_of(g->x, g->y, 0.0));
 }
 
-/* Remove what rounding has made of the gap between a disc and its ground. */
+/* Remove the gap between a disc and its ground, which is a rounding error. */
 static inline void set_on_ground(State *s, Index i, Index k) {
     Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -50,7 +50,7 @@ static inline void set_on_ground(State *s, Index i, Index k) {
     a->y -= gap * f->ny;
 }
 
-/* Return how far a disc is along a face, from its first end. */
+/* Return the position of a disc along a face, from the face's start. */
 static inline double place_on_face(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -58,7 +58,7 @@ static inline double place_on_face(const State *s, Index i, Index k) {
     return (a->x - g->x) * f->ny - (a->y - g->y) * f->nx;
 }
 
-/* Return after how many seconds a disc reaches an end of its face; infinity for never, as on a half-plane. */
+/* Return the seconds until a disc reaches an end of its face; infinity for never, as on a half-plane. */
 static inline double time_to_face_end(const State *s, Index i, Index k, double speed, double rate) {
     const Feature *f = &s->features[k];
     if (f->kind != FACE) {
@@ -92,7 +92,7 @@ static inline Mode mode_of(double speed, double along, bool sticks, bool blocks)
     return blocks ? BLOCK : SLIDE;
 }
 
-/* Return how a disc moves from now on, as a row of the trace: `Outcome.mode` is what it was before. */
+/* Return the present motion of a disc as a row of the trace. `before` is the mode that it had. */
 static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -109,7 +109,7 @@ static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before)
     };
 }
 
-/* Let a disc move on in contact with feature k, with a slip and a speed of its rim. */
+/* Continue the motion of a disc in contact with feature k, with a given slip and rim speed. */
 static inline ModeRow settle(State *s, Index i, Index k, Slips now) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -119,7 +119,7 @@ static inline ModeRow settle(State *s, Index i, Index k, Slips now) {
     Press press = press_on(s, i, f);
     double speed = a->vx * f->ny - a->vy * f->nx;
     bool resists = press.rolling_resistance > 0.0;
-    if (resists && now.slip == 0.0) { /* of two numbers that the law makes one */
+    if (resists && now.slip == 0.0) { /* the two numbers are equal by the law, but not after rounding */
         speed = now.rim != 0.0 ? speed : 0.0;
         now.rim = 0.0 - speed;
     }
@@ -146,7 +146,7 @@ static inline ModeRow settle(State *s, Index i, Index k, Slips now) {
     p->never_met = NEVER_ALL;
     p->ground = (int)k;
     p->mode = mode_of(speed, rates.along, rates.sticks, rates.blocks);
-    /* Of a disc that rolls both pass 0 at once, which changes nothing without rolling resistance. */
+    /* For a rolling disc both reach 0 at the same time. That changes nothing without rolling resistance. */
     double slip_wait = time_to_zero(now.slip, rates.along + rates.rim);
     double rim_wait = resists ? time_to_zero(now.rim, rates.rim) : CAROM_INF;
     double wait = rim_wait < slip_wait ? rim_wait : slip_wait;
@@ -160,7 +160,7 @@ static inline ModeRow settle(State *s, Index i, Index k, Slips now) {
     return mode_row(s, i, f->wall, before);
 }
 
-/* Begin the contact of a disc, moved there, with feature k: nothing is left of its bounces. */
+/* Begin the contact of a disc, which is at the present instant, with feature k. No bounces remain. */
 static inline ModeRow land(State *s, Index i, Index k, double approach) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -170,9 +170,11 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     Press press = press_on(s, i, f);
     Slips now = {slip_on(s, i, f), rim_speed(s, i)};
     bool sticks = p->sticks && a->last < 0 && a->last != NO_BODY && s->features[-1 - a->last].wall == f->wall;
-    /* What an impact has given back of a slip is left; what infinitely many leave of it is slip_after_bounces. */
+    /* A slip that an impact has reversed remains. If infinitely many bounces follow, `slip_after_bounces` returns what
+       remains. */
     sticks = sticks && law->wall_contact.restitution == 0.0;
-    /* What the remaining bounces take of a slip that they do not end, contact takes in the time that they would last. */
+    /* If the remaining bounces do not stop the slip, they reduce it. The contact reduces it by as much during the time
+       that those bounces would last. */
     double by = 0.0;
     if (press.rolling_resistance != 0.0 && approach > 0.0 && restitution < 1.0) {
         double speed = now.slip - now.rim;
@@ -184,14 +186,14 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
         } else if (left.rim == 0.0) {
             now = (Slips){speed, 0.0};
         }
-    } else if (sticks) { /* what is left of the slip is rounding */
+    } else if (sticks) { /* the rest of the slip is rounding */
         now.slip = 0.0;
     } else if (approach > 0.0 && restitution < 1.0 &&
                slip_after_bounces(&press, now.slip, approach, restitution) == 0.0) {
         by = now.slip / (1.0 + press.inverse_inertia_ratio);
         now.slip = 0.0;
     }
-    if (by != 0.0) { /* by friction, from the disc and from its rim; the speed across is as it was */
+    if (by != 0.0) { /* the impulse of friction on the disc and its rim; the normal speed does not change */
         a->vx -= by * f->ny;
         a->vy += by * f->nx;
     }
@@ -199,7 +201,7 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     return settle(s, i, k, now);
 }
 
-/* Let a disc leave the wall that it is in contact with. */
+/* Make a disc leave the wall that it is in contact with. */
 static inline ModeRow take_off(State *s, Index i) {
     Parabola *p = &s->accelerated.paths[i];
     Mode before = p->mode;
@@ -213,9 +215,9 @@ static inline ModeRow take_off(State *s, Index i) {
     return mode_row(s, i, wall, before);
 }
 
-/* Let a disc that has reached an end of its face fly off; return false if it does not, which is not solved.
+/* Make a disc at an end of its face fly off. Return false if it does not fly off, which is not solved.
 
-   Its rim is then on the vertex at the end and moves along it; the face it never meets again on this path. */
+   Its rim is then at the vertex at that end and moves along it. The disc never hits the face again on this path. */
 static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -229,7 +231,8 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     if (vertex == NO_OBSTACLE) {
         return false;
     }
-    /* u^2 >= P (R + half width), by the very numbers by which it would otherwise meet the vertex at once. */
+    /* The condition is u^2 >= P (R + half width). It is tested by the function that would otherwise find an immediate
+       impact with the vertex, so that both use the same rounded numbers. */
     Mover disc = mover_of(a);
     if (!(arc_fall_time(&s->accelerated.exact, &disc, &s->features[vertex], s->accelerated.gx, s->accelerated.gy, true,
                         0.0) > 0.0)) {
@@ -244,12 +247,12 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Let a disc, moved there, go on after the end of its mode: its slip, or its spin, or both are 0. Return false where it is
-   at the end of its face and does not fly off. */
+/* Continue the motion of a disc, which is at the present instant, after the end of its mode: its slip, its spin, or
+   both are 0. Return false if it is at the end of its face and does not fly off. */
 static inline bool end_mode(State *s, Index i, ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
-    s->discs[i].last = NO_BODY; /* a path of its own: it may meet again what it met before */
+    s->discs[i].last = NO_BODY; /* this is a new path, on which it may hit the last body again */
     if (p->ends_at_face_end) {
         return leave_at_face_end(s, i, row);
     }
@@ -261,12 +264,12 @@ static inline bool end_mode(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Let a disc that an impact on `struck`, a feature or NO_OBSTACLE for a disc, has just struck go on: in contact it stays
-   so, or leaves its wall. Return whether that changes more of its motion than its velocity.
+/* Continue the motion of a disc in contact after an impact on `struck`, a feature or NO_OBSTACLE for a disc. The disc
+   stays in contact or leaves its wall. Return whether more than its velocity changes.
 
-   It stays where its speed along the normal makes a hop that is lower than the gap is known to; between two walls, where
-   one hop after another is lower, it stays where there is no hop. One that is driven into its wall is in flight, too, and
-   meets the wall at once. */
+   The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. Between two
+   walls one such hop follows another, so there it stays only if there is no hop at all. A disc that is pushed into its
+   wall is also in flight, and hits the wall at once. */
 static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
@@ -289,7 +292,7 @@ static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row)
     }
     set_on_ground(s, i, k);
     *row = take_off(s, i);
-    if (hops) { /* no rounded gap bears on when it comes back */
+    if (hops) { /* the time of its return is computed without a rounded gap */
         p->left_ground = (int)k;
         p->left = own_instant(&s->discs[i], p);
         p->left_speed = -approach;
@@ -299,7 +302,7 @@ static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row)
 
 /* ---- recorded changes of mode ---- */
 
-/* Make room for the changes that one event can make: one for each of two discs. Return whether there is any. */
+/* Make room for the changes of mode in one event, at most one for each of two discs. Return whether there is memory. */
 static inline bool reserve_modes(State *s) {
     Accelerated *run = &s->accelerated;
     if (run->mode_count + 2 > run->mode_capacity) {
@@ -314,7 +317,7 @@ static inline bool reserve_modes(State *s) {
     return true;
 }
 
-/* Record a change of mode at the reported time, if that is wanted. */
+/* Record a change of mode at the reported time, if it is wanted. */
 static inline void record_mode(State *s, const ModeRow *row) {
     Accelerated *run = &s->accelerated;
     if (is_recorded(&s->record, s->clock.reported)) {

@@ -1,14 +1,15 @@
-/* Coulomb's law for a disc that gravity presses to a straight wall: it slides, rolls or rests.
+/* Coulomb's law for a disc that gravity presses against a straight wall: the disc slides, rolls or rests.
 
-   Per unit of mass, with n the wall's normal, t = n turned by -90 degrees (along the wall), u the speed along t, q = R w
-   the rim's, the slip s = u + q, k the inertia factor, P > 0 gravity into the wall, a gravity along t, friction f and
-   rolling resistance h:
+   All quantities are per unit of mass. The wall has the normal n and the tangent t, which is n turned by -90 degrees.
+   The disc has the speed u along t, the rim speed q = R w, and the slip s = u + q. The inertia factor is k. Gravity has
+   the component P > 0 into the wall and a along t. The coefficient of friction is mu, and that of rolling resistance is
+   c. The law with friction f and rolling resistance h is
 
        u' = a - f,    q' = -(f + h) / k,    f in mu P sign(s),    h in c P sign(q).
 
-   Where s is 0, friction holds it there if it can; where q is 0, rolling resistance does. The law has exactly one solution
-   forward in time. In an impact of impulse J the same holds of changes of speed for rates. docs/theory/contact.md
-   derives it. */
+   If s is 0, friction keeps it at 0 if it can. If q is 0, rolling resistance does so. The law has exactly one solution
+   forward in time. In an impact with the impulse J, the same law holds with changes of speed instead of rates.
+   docs/theory/contact.md derives it. */
 
 #pragma once
 
@@ -19,24 +20,24 @@
 #include "carom/core/constants.h"
 #include "carom/core/impact.h"
 
-/* What presses a disc to a wall, and what resists. */
+/* What presses a disc against a wall, and what resists its motion. */
 typedef struct Press {
-    double normal; /* P, above 0: gravity into the wall, m/s2 */
-    double along;  /* a: gravity along the wall, m/s2 */
+    double normal; /* P, above 0: gravity into the wall, m/s^2 */
+    double along;  /* a: gravity along the wall, m/s^2 */
     double friction;
-    double inverse_inertia_ratio; /* 1/k, 0 of a disc that does not turn */
+    double inverse_inertia_ratio; /* 1/k; 0 for a disc that does not turn */
     double rolling_resistance;
 } Press;
 
-/* What the two frictions take, and what they hold at 0. */
+/* The two friction forces or impulses, and whether each keeps its speed at 0. */
 typedef struct Frictions {
     double friction; /* f */
     double rolling;  /* h */
-    bool sticks;     /* whether friction holds the slip at 0 */
-    bool blocks;     /* whether rolling resistance holds the rim at 0; never of a disc that does not turn */
+    bool sticks;     /* whether friction keeps the slip at 0 */
+    bool blocks;     /* whether rolling resistance keeps the rim speed at 0; false for a disc that does not turn */
 } Frictions;
 
-/* How the speed along the wall and the rim's speed change, m/s2. */
+/* Rates of the speed along the wall and of the rim speed, m/s^2. */
 typedef struct ContactRates {
     double along;
     double rim;
@@ -44,7 +45,7 @@ typedef struct ContactRates {
     bool blocks;
 } ContactRates;
 
-/* Slip and speed of the rim, m/s. */
+/* Slip and rim speed, m/s. */
 typedef struct Slips {
     double slip;
     double rim;
@@ -54,11 +55,12 @@ static inline double clip(double x, double most) {
     return x > most ? most : x < -most ? -most : x;
 }
 
-/* Return f and h with s = s1 - f (1 + y) - h y and q = q1 - (f + h) y, y = 1/k.
+/* Return f and h with s = s1 - f (1 + y) - h y and q = q1 - (f + h) y, where y = 1/k.
 
-   With F and H the most of f and h, f is F where s is above 0, -F where it is below, and between them where it is 0; so
-   is h of H and q. q falls as h grows, whatever friction makes of it: at the h that makes it 0, f is s1 - q1 cut to F,
-   and cut to H, that h is the law's. `signs` are those that s and q have already, which fix f and h; 0 for none. */
+   F and H are the largest values of f and h. f is F if s is positive, -F if s is negative, and between them if s is 0.
+   The same rule connects h, H and q. q decreases as h grows, for any friction. To make q 0, f must be s1 - q1 limited
+   to [-F, F]; the h that follows, limited to [-H, H], is the law's. If s or q is not 0 at present, its sign fixes f or
+   h. `signs` are these signs, and 0 for none. */
 static inline Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs) {
     double f = 0.0, h = 0.0;
     bool blocks = false;
@@ -79,8 +81,7 @@ static inline Frictions share_frictions(double s1, double q1, double f_most, dou
     return (Frictions){left > 0.0 ? f_most : -f_most, h, false, blocks};
 }
 
-/* Return the rates of a disc in contact. A slip or a rim's speed that is 0 by the law is passed as 0: rounding must not
-   decide it. */
+/* Return the rates of a disc in contact. A slip or rim speed that is 0 by the law must be passed as exactly 0. */
 static inline ContactRates contact_rates(const Press *press, Slips now) {
     const double y = press->inverse_inertia_ratio;
     const double f_most = press->friction * press->normal;
@@ -94,8 +95,8 @@ static inline ContactRates contact_rates(const Press *press, Slips now) {
     return (ContactRates){press->along - by.friction, turns, false, by.blocks};
 }
 
-/* Return the impulses of both frictions in an impact on a wall, a unit of mass; `pressed` is the normal one, 0 or more.
-   With rolling resistance friction gives back nothing of a slip. */
+/* Return the impulses of both frictions in an impact on a wall, per unit of mass. `pressed` is the normal impulse, 0 or
+   more. With rolling resistance, friction does not reverse a slip. */
 static inline Frictions frictional_impulses(
     const ContactFriction *contact, double rolling_resistance, Slips before, double y, double pressed
 ) {
@@ -109,24 +110,26 @@ static inline Frictions frictional_impulses(
     return (Frictions){tangential_impulse(contact, before.slip, 1.0 + y, pressed), 0.0, sticks, false};
 }
 
-/* Return after how many seconds a slip, or a rim's speed, of this rate is 0; infinity for never. */
+/* Return the seconds until a slip or rim speed with this rate is 0; infinity for never. */
 static inline double time_to_zero(double value, double rate) {
     return value != 0.0 && value * rate < 0.0 ? -value / rate : CAROM_INF;
 }
 
-/* Return the slip at the end of the infinitely many bounces that begin now.
+/* Return the slip after the infinitely many bounces that begin now.
 
-   Bounce n comes at w e^n. Sliding, it takes C w e^n off the slip, C = f (1 + e)(1 + 1/k), and the hop after it adds
-   2 a e w e^n / P. So bounces that slide one way change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all, and if a
-   slip of that sign is left none of them holds it. Else one does, or it turns round in a hop, and from there on it is as
-   small as the bounces are: nothing is left. `approach` is w, the speed at which the disc comes, `restitution` e < 1. */
+   Bounce n has the normal speed w e^n. While it slides, it reduces the slip by C w e^n, where C = f (1 + e)(1 + 1/k).
+   The hop after it adds 2 a e w e^n / P. Bounces that slide in one direction therefore change the slip by (2 a e / P -
+   C sign(s)) w / (1 - e) in all. If a slip of that sign remains, no bounce stops it. Otherwise one bounce stops it, or
+   a hop reverses it. From there on the slip is as small as the bounces are, so none remains. `approach` is w, the
+   normal speed of the disc, and `restitution` is e < 1. */
 static inline double slip_after_bounces(const Press *press, double slip, double approach, double restitution) {
     if (slip == 0.0) {
         return 0.0;
     }
     const double most = press->friction * (1.0 + restitution) * (1.0 + press->inverse_inertia_ratio);
     const double a_hop = 2.0 * press->along * restitution / press->normal;
-    if (fabs(slip) <= most * approach) { /* held by the first of them; the second slides if the hop between gives more */
+    /* the first bounce stops it; the second one slides if the hop between them adds more than it can stop */
+    if (fabs(slip) <= most * approach) {
         if (fabs(a_hop) <= most * restitution) {
             return 0.0;
         }
@@ -138,10 +141,11 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
     return left * sign > 0.0 ? left : 0.0;
 }
 
-/* Return slip and rim's speed after infinitely many bounces with rolling resistance, which the clock can't tell apart.
+/* Return the slip and rim speed after infinitely many bounces with rolling resistance, all of which are too short for
+   the clock.
 
-   All their impulses are taken as one, (1 + e) w / (1 - e), and all that their hops add to it: so the law of impact gives
-   an end that rest and rolling are ends of, too. What that leaves out is as small as these bounces are. */
+   Their impulses, (1 + e) w / (1 - e) in all, act as one impulse, and so do the contributions of their hops. The law of
+   impact then gives the result, which may be rest or rolling. The error of this is as small as the bounces are. */
 static inline Slips both_after_bounces(const Press *press, Slips now, double approach, double restitution) {
     const double y = press->inverse_inertia_ratio, left = approach / (1.0 - restitution);
     const double pressed = (1.0 + restitution) * left, fallen = 2.0 * restitution * left / press->normal;

@@ -1,6 +1,6 @@
-/* Crushes: discs that go to and fro between two bodies that close in on them.
+/* Crushes: discs that bounce to and fro between two bodies that close in on them.
 
-   Here impacts in a row are counted. After many, `crush_rule.h` decides whether the disc is crushed. */
+   This file counts such impacts in succession. After many, `crush_rule.h` decides whether the disc is crushed. */
 
 #pragma once
 
@@ -9,7 +9,7 @@
 #include "carom/core/crush_rule.h"
 #include "carom/core/state.h"
 
-/* Count an impact of a disc on a body, from which a normal leads to the disc; return whether it goes to and fro. */
+/* Count an impact of a disc on a body. The normal points to the disc. Return whether the disc bounces to and fro. */
 static inline bool goes_to_and_fro(ToAndFro *t, int body, int obstacle, double nx, double ny) {
     bool is_opposite = t->last != NO_BODY && t->last != body && t->nx == -nx && t->ny == -ny;
     if (is_opposite) {
@@ -27,7 +27,7 @@ static inline bool goes_to_and_fro(ToAndFro *t, int body, int obstacle, double n
     return t->row > 0;
 }
 
-/* Return whether a disc that goes to and fro is crushed before the requested end, and set `State.crush`. */
+/* Return whether a disc that bounces to and fro is crushed before the requested end. If so, set `State.crush`. */
 static CAROM_NOINLINE bool is_crushed(State *s, Index disc) {
     Crush crush;
     if (!find_crush(s, disc, &crush))

@@ -1,10 +1,10 @@
-/* Rule that decides whether a disc that goes to and fro between closing bodies is crushed, and when.
+/* Rule that decides whether a disc that bounces between closing bodies is crushed, and when.
 
-   Between a wall and a parallel one that approaches at a speed U, the relative speed of a disc after each impact on the
-   latter times its remaining free path is constant. So the speed grows as one over the path, and infinitely many impacts
-   come before the path is used up. Time never stands still, so no count of impacts at one instant ends such a run.
-   docs/theory/walls.md derives it. A row of discs between two bodies that no impact moves is crushed in the same way.
-   */
+   A wall and a parallel one approach each other at the speed U, and a disc bounces between them. After each impact on
+   the moving wall, the relative speed of the disc times its remaining free path is the same. So the speed grows as one
+   over the path, and infinitely many impacts occur before the path is 0. Time always advances, so the limit on impacts
+   at one instant does not stop such a run. docs/theory/walls.md derives the rule. A row of discs between two bodies
+   that no impact moves is crushed in the same way. */
 
 #pragma once
 
@@ -17,21 +17,22 @@
 
 /* ---- one disc between two walls ---- */
 
-typedef struct Drift { /* of a disc along a wall, to the right of its normal */
+typedef struct Drift { /* motion of a disc along a wall, to the right of the wall's normal */
     double velocity;
     double pull; /* acceleration */
 } Drift;
 
-typedef struct Drifts { /* bounds of what it may have; none for anything */
+typedef struct Drifts { /* bounds of the drift; a count of 0 means that any drift is possible */
     Drift drift[2];
     int count;
 } Drifts;
 
-/* Return how disc `i` may move along wall `k` while it bounces between it and another one.
+/* Return how disc `i` may move along wall `k` while it bounces between this wall and another one.
 
-   Without friction impacts leave its velocity as it is. With friction, one velocity u and spin w slip on neither wall. To
-   each of the two an impact is a step in the direction that lowers the slip, at most to where there is none, or beyond by
-   as much again. So the distance from (u, w), squared by kinetic energy, never grows. */
+   Without friction, impacts leave its velocity along the wall unchanged. With friction, there is one velocity u and
+   spin w for which the disc slips on neither wall. An impact on either wall is a step in the direction that reduces the
+   slip. The step ends at the latest when the slip is reversed. So the distance from (u, w), with kinetic energy as its
+   square, never grows. */
 static inline Drifts drifts_along(const State *s, Index i, Index k, Index other, const Leg *leg, const Leg *other_leg) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;
@@ -51,7 +52,8 @@ static inline Drifts drifts_along(const State *s, Index i, Index k, Index other,
     return (Drifts){{{steady - most, -fabs(pull)}, {steady + most, fabs(pull)}}, 2};
 }
 
-/* Return the plane of a half-plane, or the flat face of a finite wall that disc `i` struck last; NULL if that is bent. */
+/* Return the half-plane, or the flat face of a finite wall, that disc `i` hit last. Return NULL if the feature is
+   curved. */
 static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
     const ToAndFro *t = &s->to_and_fro[i];
     int bodies[2] = {t->last, t->across}, obstacles[2] = {t->last_obstacle, t->across_obstacle};
@@ -62,7 +64,8 @@ static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
     return NULL;
 }
 
-/* Return whether disc `i` stays in front of a flat feature for some seconds, for each of its drifts along the tangent. */
+/* Return whether disc `i` stays in front of a flat feature for some seconds, for each of its drifts along the
+   tangent. */
 static inline bool stays_before(const State *s, Index i, const Feature *face, double tx, double ty, const Drifts *drifts,
                                 double seconds) {
     if (face->kind == PLANE)
@@ -72,7 +75,7 @@ static inline bool stays_before(const State *s, Index i, const Feature *face, do
     double ex = face->fx.high - face->x.high, ey = face->fy.high - face->y.high;
     double now = (seen.x - face->x.high) * ex + (seen.y - face->y.high) * ey;
     double way = tx * ex + ty * ey;
-    double own = (a->vx - seen.vx) * tx + (a->vy - seen.vy) * ty; /* the velocity of the wall */
+    double own = (a->vx - seen.vx) * tx + (a->vy - seen.vy) * ty; /* relative to the wall */
     for (int n = 0; n < drifts->count; n++) {
         double rate = (drifts->drift[n].velocity - own) * way, bend = drifts->drift[n].pull * way;
         double turn = bend != 0.0 ? -rate / bend : 0.0;
@@ -92,10 +95,11 @@ static inline bool is_one_of_two(const State *s, const void *bodies, Index body)
     return body == two[0] || body == two[1];
 }
 
-/* Find when disc `i`, which is at wall `k`, is crushed between a flat feature of it and one of another; return whether.
+/* Find when disc `i`, which is at wall `k`, is crushed between flat features of this wall and another. Return whether
+   it is.
 
-   Nothing else may come near until then, no wall may change to another leg of its path, and the disc may not leave
-   sideways. */
+   There are three conditions until then: no other body comes near, no wall begins another leg of its path, and the disc
+   does not leave sideways. */
 static inline bool find_crush_between(const State *s, Index i, Index k, Index other, Crush *crush) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;
@@ -124,12 +128,12 @@ static inline bool find_crush_between(const State *s, Index i, Index k, Index ot
 
 /* ---- the rule ---- */
 
-/* Find when a disc is crushed that has just struck a body, as it goes to and fro; return whether it is.
+/* Find when a disc that has just hit a body is crushed, if it is. Return whether it is.
 
    The time is counted from the epoch. */
 static inline bool find_crush(const State *s, Index i, Crush *crush) {
     const ToAndFro *t = &s->to_and_fro[i];
-    if (t->last == NO_BODY || t->across == NO_BODY) /* it has struck one disc again and again */
+    if (t->last == NO_BODY || t->across == NO_BODY) /* it has hit one disc again and again */
         return false;
     if (t->last < 0 && t->across < 0 && find_crush_between(s, i, -1 - t->last, -1 - t->across, crush))
         return true;

@@ -1,4 +1,4 @@
-/* Bodies as the rule of crushes sees them: their state and legs at an instant, and whether others may come near. */
+/* Bodies as the crush rule sees them: their state and legs at an instant, and whether other bodies may come near. */
 
 #pragma once
 
@@ -22,7 +22,7 @@ static inline Motion disc_motion(const State *s, Index i, double time) {
     return (Motion){centre.x, centre.y, a->vx, a->vy};
 }
 
-typedef struct LegsAhead { /* of a body's path, from a time on */
+typedef struct LegsAhead { /* the legs of a body's path from a time on */
     const Leg *legs;
     Index count; /* 1 for a body that is not driven */
 } LegsAhead;
@@ -37,7 +37,7 @@ static inline LegsAhead legs_ahead(const State *s, Index body, double time) {
     return (LegsAhead){&s->driving.legs[first], row->first_leg + row->leg_count - first};
 }
 
-/* Return the greatest speed of a body from a time on, if it is driven. */
+/* Return the greatest speed of a body from a time on; 0 if it is not driven. */
 static inline double top_speed(const State *s, Index body, double time) {
     LegsAhead ahead = legs_ahead(s, body, time);
     double fastest = 0.0;
@@ -46,7 +46,7 @@ static inline double top_speed(const State *s, Index body, double time) {
     return fastest;
 }
 
-/* Return a disc at its own time as a wall sees it. */
+/* Return a disc at its own time relative to a wall. */
 static inline Motion motion_seen_from_wall(const State *s, Index i, Index wall) {
     const Disc *a = &s->discs[i];
     const Driven *row = driven_row(&s->driving, -1 - wall);
@@ -63,7 +63,7 @@ static inline double belt_of(const State *s, Index wall) {
     return row == NULL ? 0.0 : row->belt;
 }
 
-/* Return whether an impact on a wall changes more than the speed along its normal. */
+/* Return whether an impact on a wall changes more than the normal speed. */
 static inline bool rubs_on(const State *s, Index wall) {
     return s->wall_laws[wall].wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0;
 }
@@ -72,19 +72,19 @@ static inline double stored_spin(const State *s, Index i) {
     return s->turning == NULL ? 0.0 : s->turning[i].spin;
 }
 
-/* Return how far the rim of a disc, seen from a wall, is from a feature of it. */
+/* Return the distance between a disc's rim and a feature. The disc's position is relative to the feature's wall. */
 static inline double room_to_feature(const Feature *f, const Motion *seen, double radius) {
     if (f->kind == PLANE)
         return (seen->x - f->x.high) * f->nx + (seen->y - f->y.high) * f->ny - radius;
     return distance_to(f, seen->x, seen->y).value - f->half_width - radius;
 }
 
-/* ---- what disturbs discs between closing bodies ---- */
+/* ---- other bodies that may hit discs between closing bodies ---- */
 
 typedef bool (*IsAmong)(const State *s, const void *bodies, Index body);
 
-/* Return whether another body may come within some seconds to disc `i`, which moves at most `way` beside its fall, as all
-   move now. Bodies that are `among` those that close in are ignored. */
+/* Return whether another body may come near disc `i` within some seconds, if no path changes. The disc moves at most
+   `way`, apart from its fall. The closing bodies, for which `is_among` is true, are ignored. */
 static inline bool is_disturbed(const State *s, Index i, IsAmong is_among, const void *bodies, double way, double seconds) {
     const Disc *a = &s->discs[i];
     double now = a->time;

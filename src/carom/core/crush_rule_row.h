@@ -7,12 +7,12 @@
 /* ---- the row ---- */
 
 
-typedef struct Struck { /* what a disc has struck last on one side */
-    int body;           /* NO_BODY for nothing */
+typedef struct Struck { /* the body that a disc hit last on one side */
+    int body;           /* NO_BODY for none */
     int obstacle;
 } Struck;
 
-/* Return what a disc struck last on a side, given by a unit vector from there. */
+/* Return what a disc hit last on a side. The unit vector points from that side to the disc. */
 static inline Struck struck_on_side(const ToAndFro *t, double nx, double ny) {
     if (nx == t->nx && ny == t->ny)
         return (Struck){t->last, t->last_obstacle};
@@ -25,15 +25,16 @@ static inline bool is_moved_by_impacts(const State *s, Index body) {
     return body >= 0 && s->discs[body].inverse_mass > 0.0;
 }
 
-typedef struct RowSide { /* the part of a row on one side of a disc */
-    double nx;           /* unit vector from there to the disc */
+typedef struct RowSide { /* part of a row on one side of a disc */
+    double nx;           /* unit vector from this side to the disc */
     double ny;
     Struck end;
     Index next_to_end; /* disc */
-    Index count;       /* of bodies, the end included */
+    Index count;       /* number of bodies, including the end */
 } RowSide;
 
-/* Find who strikes whom on one side of disc `i`, up to a body that no impact moves; return whether there is one. */
+/* Find the discs that hit each other on one side of disc `i`, up to a body that no impact moves. Return whether there
+   is such a body. */
 static inline bool find_row_side(const State *s, Index i, double nx, double ny, RowSide *side) {
     *side = (RowSide){.nx = nx, .ny = ny};
     Index disc = i;
@@ -47,15 +48,15 @@ static inline bool find_row_side(const State *s, Index i, double nx, double ny, 
             return true;
         disc = side->end.body;
     }
-    return false; /* in a circle */
+    return false; /* the discs form a circle */
 }
 
-typedef struct Row { /* disc `i` and the discs next to it, in the order of its normal, with the body at each end */
+typedef struct Row { /* disc `i` and the discs on both sides of it, with the body at each end */
     Index disc;
     RowSide side[2];
 } Row;
 
-/* Return the disc after another one on a side of a row. */
+/* Return the disc that follows another one on a side of a row. */
 static inline Index next_in_row(const State *s, const RowSide *side, Index disc) {
     return struck_on_side(&s->to_and_fro[disc], side->nx, side->ny).body;
 }
@@ -73,14 +74,16 @@ static inline bool is_in_row(const State *s, const void *bodies, Index body) {
     return found;
 }
 
-/* Return the component of a vector across a normal along an axis. */
+/* Return the component of a vector perpendicular to a normal along an axis. */
 static inline double component_across(double x, double y, double nx) {
     return nx != 0.0 ? y : x;
 }
 
-/* Find where the surface of a row's last body is on the line, and its velocity, at a time; return whether it is flat there.
+/* Find the position of the surface of a row's last body on the row's line, and its velocity, at a time. Return whether
+   it is flat there.
 
-   It is not for a wall that moves across the line, or of which what the disc meets is not perpendicular to it. */
+   The result is false if the wall moves across the line, or if the feature that the disc hits is not perpendicular to
+   it. */
 static inline bool find_row_end(const State *s, const RowSide *side, double nx, double ny, double time, Motion *end) {
     Index body = side->end.body;
     if (body >= 0) {
@@ -111,7 +114,7 @@ static inline bool find_row_end(const State *s, const RowSide *side, double nx, 
     return fits;
 }
 
-/* Return whether the discs of a row, and the discs at its ends, are on one line at a time, without velocity across it. */
+/* Return whether the discs of a row, and discs at its ends, are on one line at a time, without velocity across it. */
 static inline bool is_on_line(const State *s, const Row *row, double nx, double time) {
     Motion from = disc_motion(s, row->disc, time);
     if (component_across(from.vx, from.vy, nx) != 0.0)
@@ -131,7 +134,8 @@ static inline bool is_on_line(const State *s, const Row *row, double nx, double 
     return true;
 }
 
-/* Return whether the impacts of a row rub although it has no velocity across: friction turns what slips off the line. */
+/* Return whether friction acts in the impacts of a row although there is no velocity across it. Friction would move
+   slipping discs off the line. */
 static inline bool row_slips(const State *s, const Row *row) {
     bool rubs = false, slips = stored_spin(s, row->disc) != 0.0;
     for (int n = 0; n < 2; n++) {
@@ -146,7 +150,8 @@ static inline bool row_slips(const State *s, const Row *row) {
     return rubs && slips;
 }
 
-/* Return the sum of the diameters of a row's discs. The sum is error-free, so it does not depend on their order. */
+/* Return the sum of the diameters of a row's discs. The sum is error-free, so the order of the discs does not
+   matter. */
 static inline double row_length(const State *s, const Row *row) {
     DoubleDouble sum = {2.0 * s->discs[row->disc].radius, 0.0};
     for (int n = 0; n < 2; n++) {
@@ -178,10 +183,12 @@ static inline bool end_loses(const State *s, const RowSide *side) {
     return body < 0 && s->wall_laws[-1 - body].wall_restitution < 1.0;
 }
 
-/* Find when disc `i` and those that it strikes are crushed between two bodies that no impact moves; return whether.
+/* Find when disc `i` and the discs that it hits are crushed between two bodies that no impact moves. Return whether
+   they are.
 
-   They must be on one line to the bit, which is one along an axis, with no speed, fall or slip across it: then nothing
-   takes them off it. Several discs may lose no energy, or they might come to rest on each other before. */
+   All discs must be exactly on one line, which must be along an axis, without speed, fall or slip across it. Then
+   nothing moves them off the line. If there are several discs, no impact may lose energy. Otherwise they might come to
+   rest on each other before. */
 static inline bool find_crush_in_row(const State *s, Index i, Crush *crush) {
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny, now = s->discs[i].time;
     Row row = {.disc = i};

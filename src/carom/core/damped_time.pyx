@@ -10,22 +10,22 @@ cdef extern from "carom/core/damping.h" nogil:
 
 
 def kept(double rate, double seconds):
-    """Return the part of a speed that remains after some seconds of a damping rate."""
+    """Return the factor by which damping has decreased a speed after some seconds."""
     return remaining_velocity(rate, seconds)
 
 
 def undamped(double rate, double seconds):
-    """Return the time in which an undamped disc gets as far as a damped one does in some seconds."""
+    """Return the time in which an undamped disc moves as far as a damped one does in some seconds."""
     return undamped_time(rate, seconds)
 
 
 def damped(double rate, double undamped_s):
-    """Return how long a damped disc takes to get as far as an undamped one in a time; infinity for never."""
+    """Return the time in which a damped disc moves as far as an undamped one in `undamped_s`; infinity for never."""
     return damped_time(rate, undamped_s)
 
 
 def latest_undamped(double rate, double seconds):
-    """Return the greatest undamped time that `damped` maps to no later than some seconds."""
+    """Return the greatest undamped time that `damped` maps to at most `seconds`."""
     return latest_undamped_time(rate, seconds)
 
 

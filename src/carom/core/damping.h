@@ -1,7 +1,8 @@
 /* Linear damping v' = -c v as a change of time: docs/theory/damping.md.
 
-   A damped disc moves as an undamped one does in the undamped time s = (1 - e^(-c t)) / c, and 1 - c s of its velocity
-   remains. Rates c are per second and 0 or more, times are in seconds. `carom/model/damping.py` has the same for arrays. */
+   A damped disc moves like an undamped one in the undamped time s = (1 - e^(-c t)) / c. Its velocity is 1 - c s times
+   the undamped one. Rates c are per second, 0 or more; times are in seconds. `carom/model/damping.py` has the same
+   formulas for arrays. */
 
 #pragma once
 
@@ -10,12 +11,13 @@
 
 #include "carom/core/exponentials.h"
 
-/* Return the part of a velocity that remains after a time. For a time below 0, it is more than 1, up to infinity. */
+/* Return the factor by which a velocity has decreased after a time. For a negative time it is more than 1, up to
+   infinity. */
 static inline double remaining_velocity(double rate, double time) {
     return nearest_exp(-rate * time);
 }
 
-/* Return the undamped time in which a disc gets as far as a damped one does in a time. */
+/* Return the time in which an undamped disc moves as far as a damped one does in `time`. */
 static inline double undamped_time(double rate, double time) {
     if (!(fabs(rate * time) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */
         return time;
@@ -24,7 +26,7 @@ static inline double undamped_time(double rate, double time) {
     return change == CAROM_INF ? -CAROM_INF : -change / rate;
 }
 
-/* Return the time in which a damped disc gets as far as an undamped one does in a time: infinity for never. */
+/* Return the time in which a damped disc moves as far as an undamped one does in `undamped`; infinity for never. */
 static inline double damped_time(double rate, double undamped) {
     double way = rate * undamped;
     if (!(fabs(way) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */
@@ -33,7 +35,8 @@ static inline double damped_time(double rate, double undamped) {
     return way >= 1.0 ? CAROM_INF : -nearest_log1p(-way) / rate;
 }
 
-/* Return the next float above a time of 0 or more (`step` 1), or below it (-1). It stops at infinity and at 0. */
+/* Return the next float after a time of 0 or more (`step` 1), or before it (-1). The result is at most infinity and at
+   least 0. */
 static inline double neighbouring_time(double time, int step) {
     if (step > 0 ? time == CAROM_INF : time == 0.0) {
         return time;
@@ -45,12 +48,12 @@ static inline double neighbouring_time(double time, int step) {
     return time;
 }
 
-/* Return the greatest undamped time, 0 or more, that `damped_time` maps to no later than a time, 0 or more.
+/* Return the greatest undamped time, 0 or more, that `damped_time` maps to at most `time`, which is 0 or more.
 
-   So what is mapped back is never later than the time that was asked for. The result is a few floats from that of
-   `undamped_time`, which is how far the two functions round. */
+   An event before the returned time is therefore never later than `time`. The result is within a few floats of
+   `undamped_time`, since both functions round. */
 static inline double latest_undamped_time(double rate, double time) {
-    if (time > DBL_MAX) { /* what is never met is not met at the end of time */
+    if (time > DBL_MAX) { /* what never happens must not happen at the latest time */
         time = DBL_MAX;
     }
     double found = undamped_time(rate, time);

@@ -1,11 +1,11 @@
 /* Double-double arithmetic: a number as the exact sum of two floats, longer sums, and error-free sums and products.
 
-   Every step is one correctly rounded operation of IEEE 754, and none may be fused or reordered. All results are exact
-   as stated if nothing overflows or underflows.
+   Every step is one correctly rounded operation of IEEE 754. No step may be fused or reordered. Results are as exact as
+   stated if nothing overflows or underflows.
 
-   Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971);
-   D. E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J.
-   Sci. Comput. 26 (2005) (sums in three parts: SumK with K = 3); J. R. Shewchuk, "Adaptive precision floating-point
+   Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971); D.
+   E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
+   Comput. 26 (2005) (sums in three parts: SumK with K = 3); J. R. Shewchuk, "Adaptive precision floating-point
    arithmetic", Discrete Comput. Geom. 18 (1997) (exact_sum: grow-expansion with zero elimination). */
 
 #pragma once
@@ -20,17 +20,17 @@ typedef struct DoubleDouble {
     double low;
 } DoubleDouble;
 
-/* A sum carried in three parts. */
+/* A sum in three parts. */
 typedef struct TripleDouble {
     double high;
     double middle;
     double low;
 } TripleDouble;
 
-/* Terms of an exact sum, at most: those of the discriminant of two discs. */
+/* Largest number of terms of an exact sum: the discriminant of two discs has as many. */
 enum { MOST_TERMS = 768 };
 
-/* One instruction, where `fmin` would be a call. Neither argument is NaN. */
+/* One machine instruction, whereas `fmin` would be a call. Neither argument may be NaN. */
 static inline double lesser(double a, double b) {
     return a < b ? a : b;
 }
@@ -135,8 +135,8 @@ static inline int write_pair_products(double *terms, DoubleDouble p, DoubleDoubl
     return write_products(terms, a, 2, b, 2, sign);
 }
 
-/* Write parts that do not overlap, the smallest first, whose exact sum is that of the terms; return their number, which is
-   at most that of the terms. `parts` may be `terms`. */
+/* Write parts that do not overlap, the smallest first, with the same exact sum as the terms. Return their number, which
+   is at most the number of terms. `parts` may be the same array as `terms`. */
 static inline int write_parts(double *parts, const double *terms, int count) {
     int size = 0;
     for (int i = 0; i < count; i++) {
@@ -169,8 +169,8 @@ static inline DoubleDouble exact_sum(const double *terms, int count) {
     return two_sum(sum.high, sum.low);
 }
 
-/* Return the length of a vector of any size to the nearest float: the root of an error-free sum of squares, corrected
-   once. */
+/* Return the length of a vector of any size to the nearest float. It is the root of an error-free sum of squares,
+   corrected once. */
 static inline double nearest_length(double x, double y) {
     double largest = greater(fabs(x), fabs(y));
     if (!(largest > 0.0 && largest < CAROM_INF))

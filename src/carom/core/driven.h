@@ -1,10 +1,11 @@
-/* Driven bodies: when a disc meets one, and impacts in runs with driven bodies, features or spins.
+/* Driven bodies: when a disc hits one, and how impacts are applied in runs with driven bodies, features or spins.
 
-   A driven body is in no cell and in no list of obstacles. There are few of them, so each disc checks all of them when its
-   path changes, and driven walls also when it crosses an edge. A prediction goes from leg to leg of the body's path, up to
-   the time of what the disc meets earlier anyway.
+   A driven body is in no cell and in no list of obstacles. There are few of them, so a disc checks all of them when its
+   path changes. It also checks driven walls when it crosses an edge of its cell. A prediction goes through the legs of
+   the body's path, up to the time of the disc's next known event.
 
-   The event loop calls `predict_special` and `apply_special_impact`. Inlined there, they would slow down all other runs. */
+   The event loop calls `predict_special` and `apply_special_impact`. They are not inlined, because that would slow down
+   all other runs. */
 
 #pragma once
 
@@ -20,15 +21,16 @@
 
 /* ---- driven walls ---- */
 
-typedef struct FeatureImpact { /* of a disc with one of the features of a wall */
+typedef struct FeatureImpact { /* impact of a disc with one of a wall's features */
     double wait;               /* seconds until then; INF for never */
     Index feature;
 } FeatureImpact;
 
-/* Return which feature of a wall a disc, as seen from the wall, meets first; those certainly later than `wait` left out.
+/* Return the feature of a wall that a disc, given relative to the wall, hits first. Impacts that are certainly later
+   than `wait` are left out.
 
-   Of equal times that of the lower number comes first. `is_on_path` says that the disc is still on the path on which it
-   met its last feature. */
+   In a tie the lower number is first. `is_on_path` says that the disc is still on the path on which it hit its last
+   feature. */
 static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const Disc *seen, const Driven *wall, bool is_on_path,
                                                  double wait) {
     Mover mover = mover_of(seen);
@@ -43,7 +45,8 @@ static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const 
     return first;
 }
 
-/* Let disc `i`'s stay in its cell end on a driven wall if it meets that earlier; of walls met at one time the last counts. */
+/* If disc `i` hits a driven wall before it leaves its cell, predict that impact. If it hits several walls at one time,
+   the last wall counts. */
 static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
     const Disc *a = &s->discs[i];
     Prediction *p = &s->predictions[i];
@@ -70,7 +73,7 @@ static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
     }
 }
 
-/* Return whether disc `i`, whose next impact would be on feature `k` at a time, begins to glide along it. */
+/* Return whether disc `i` begins to glide along feature `k` at a time. The feature is the next one that it hits. */
 static inline bool begins_to_glide(const State *s, Index i, Index k, double time) {
     const Feature *f = &s->features[k];
     if (f->kind != INNER_ARC)
@@ -89,7 +92,8 @@ static inline bool begins_to_glide(const State *s, Index i, Index k, double time
 
 /* ---- driven discs ---- */
 
-/* Return when disc `i` meets a driven disc on its present path; if that is after `latest`, that time or infinity. */
+/* Return when disc `i` hits a driven disc on its present path. If that is after `latest`, return `latest` or
+   infinity. */
 static inline double driven_disc_time(const State *s, Index i, const Driven *row, double latest) {
     Index j = row->body;
     double start = s->discs[i].time;
@@ -100,7 +104,7 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
         if (begin > latest)
             break;
         bool is_parting = s->discs[i].last == j || (s->touched != NULL && is_touched(&s->touched[i], j));
-        if (n == first && is_parting) /* they separate on their present paths: see `last_partner` */
+        if (n == first && is_parting) /* the two separate on their present paths: see `last_partner` */
             continue;
         Disc a = s->discs[i];
         move_to(&a, begin);
@@ -113,7 +117,7 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
     return CAROM_INF;
 }
 
-/* Let disc `i`'s next impact be one with a driven disc if that comes earlier; of a tie the lower number counts. */
+/* If disc `i` hits a driven disc before its predicted impact, predict that impact. In a tie the lower number counts. */
 static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
     Prediction *p = &s->predictions[i];
     double latest = predicted_impact(p).high;
@@ -130,17 +134,17 @@ static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
     }
 }
 
-/* ---- what the event loop calls ---- */
+/* ---- functions for the event loop ---- */
 
-/* Predict what has changed of the future of a disc that accelerates. */
+/* Predict the changed part of the future of a disc that accelerates. */
 static CAROM_NOINLINE void predict_accelerated(State *s, Index i, Change change) {
     predict_parabola_impact(s, i, change);
     if (change != OF_PARTNER)
         predict_parabola_exit(s, i);
 }
 
-/* Apply the event of a disc that accelerates: an impact, or the end of its motion (`second` is the disc itself). Return
-   false, with `State.stopped`, if the run ends. */
+/* Apply the event of a disc that accelerates: an impact, or the end of its motion if `second` is the disc itself.
+   Return false and set `State.stopped` if the run ends. */
 static CAROM_NOINLINE bool apply_accelerated(State *s, Index first, Index second, Instant at, bool is_wanted) {
     if (is_wanted && !reserve_modes(s)) {
         s->stopped = NO_MEMORY;
@@ -153,7 +157,7 @@ static CAROM_NOINLINE bool apply_accelerated(State *s, Index first, Index second
     return apply_parabola_wall(s, first, -1 - second, at, is_wanted);
 }
 
-/* Predict what has changed of disc `i`'s future, after `predict_impact`, in a run with features or driven bodies. */
+/* Predict the changed part of disc `i`'s future, after `predict_impact`, in a run with features or driven bodies. */
 static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {
     if (change != OF_CELL) {
         for (Index k = 0; k < s->driving.count; k++) {
@@ -170,7 +174,8 @@ static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {
     }
 }
 
-/* Apply an impact in a run with spins, features or driven bodies; return false, with `State.stopped`, if the run ends. */
+/* Apply an impact in a run with spins, features or driven bodies. Return false and set `State.stopped` if the run
+   ends. */
 static CAROM_NOINLINE bool apply_special_impact(State *s, Index first, Index second, double time, bool is_wanted) {
     bool is_crushed = false;
     if (second >= 0) {

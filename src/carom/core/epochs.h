@@ -1,7 +1,7 @@
-/* Epochs: now and then all discs are moved to the present, and time is counted from there.
+/* Epochs: from time to time all discs are moved to the present, and time is counted from 0 again.
 
-   Times of 32 free flights are right to 2^-53 of that time, in which a disc moves less than its place is rounded by. A new
-   epoch costs a prediction a disc, compared with two an impact. */
+   After 32 free flights, times have a relative error of 2^-53. In that time error a disc moves less than the rounding
+   error of its position. A new epoch costs one prediction per disc; the impacts of an epoch cost two each. */
 
 #pragma once
 
@@ -11,14 +11,15 @@
 #include "carom/core/prescribed.h"
 #include "carom/core/state.h"
 
-/* Clear what disc `i` met last if that was the inside of an arc and the disc has left it: it will not be at the arc. */
+/* Forget the last body of disc `i` if that was the inside of an arc which the disc has left. The disc will not be at
+   the arc. */
 static inline void clear_last_arc(State *s, Index i) {
     Disc *a = &s->discs[i];
     if (NO_BODY < a->last && a->last < 0 && s->features[-1 - a->last].kind == INNER_ARC && a->time < s->clock.now)
         a->last = NO_BODY;
 }
 
-/* Move every disc to the present and count time from there; everything is predicted again. */
+/* Move every disc to the present and count time from there. Everything is predicted again. */
 static inline void begin_epoch(State *s) {
     for (Index i = 0; i < s->disc_count; i++) {
         if (s->feature_count > 0)
@@ -30,7 +31,7 @@ static inline void begin_epoch(State *s) {
         if (s->law.contact_duration > 0.0)
             s->last_impact[i] -= s->clock.now;
     }
-    /* The epoch is a pair of floats: the second holds what the first loses by rounding. */
+    /* The epoch is a pair of floats. The second float is the rounding error of the first. */
     DoubleDouble total = two_sum(s->clock.epoch, s->clock.now);
     s->clock.epoch = total.high;
     s->clock.epoch_rest += total.low;

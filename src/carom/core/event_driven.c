@@ -1,6 +1,6 @@
-/* Event-driven PIC: the loop that takes a run from event to event, and the functions that bindings call.
+/* Event-driven loop (PIC), and the functions that bindings call.
 
-   Start with `state.h`. No result depends on the cells, on prefetching, or on the pieces in which a run is advanced. */
+   Read `state.h` first. No result depends on the cells, on prefetching, or on the pieces in which a run is advanced. */
 
 #include "carom/core/all_pairs.h"
 #include "carom/core/driven.h"
@@ -19,13 +19,13 @@
 
 /* ---- the loop ---- */
 
-/* What an event has changed. */
+/* The discs that an event has changed. */
 typedef struct Changed {
-    Index disc[2]; /* NOBODY for none */
-    Change change; /* of the future of these discs */
+    Index disc[2]; /* NOBODY for no disc */
+    Change change; /* the part of their future that has changed */
 } Changed;
 
-/* Predict what has changed of disc `i`'s future, and update the queue. */
+/* Predict the changed part of disc `i`'s future, and update the queue. */
 static inline void predict(State *s, Index i, Change change) {
     if (change != OF_TIME) {
         if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
@@ -41,7 +41,7 @@ static inline void predict(State *s, Index i, Change change) {
     set_time(&s->queue, i, event_time(&s->predictions[i]));
 }
 
-/* Apply an event of discs that accelerate, as `apply_impact` does; here the low part of its instant counts as well. */
+/* Apply an event of discs that accelerate, as `apply_impact` does. Here the low part of its instant also counts. */
 static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, double until, Index impacts,
                                                      Changed *changed) {
     const Prediction *p = &s->predictions[event.disc];
@@ -65,7 +65,7 @@ static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, doub
     return s->counts.beyond - s->grid.beyond > s->grid.beyond_limit ? OUTGROWN : NOT_ENDED;
 }
 
-/* Apply an impact, unless it is not to be applied in this call; return how the run ends with it or before it. */
+/* Apply an impact, unless a limit of this call excludes it. Return the ending that it causes, or NOT_ENDED. */
 static inline Ending apply_impact(State *s, Event event, double until, Index impacts, Changed *changed) {
     double time = event_time(&s->predictions[event.disc]);
     double reported = reported_time(&s->clock, greater(time, s->clock.now));
@@ -100,14 +100,14 @@ static inline Ending apply_impact(State *s, Event event, double until, Index imp
     changed->change = OF_PATH;
     if (CAROM_UNLIKELY(s->counts.epoch_impacts >= CAROM_EPOCH_IMPACTS * s->disc_count)) {
         begin_epoch(s);
-        changed->disc[0] = changed->disc[1] = NOBODY; /* START events predict all discs */
+        changed->disc[0] = changed->disc[1] = NOBODY; /* START events will predict all discs */
     } else if (CAROM_UNLIKELY(s->counts.beyond - s->grid.beyond > s->grid.beyond_limit)) {
         return OUTGROWN;
     }
     return NOT_ENDED;
 }
 
-/* Apply an event that is no impact; return what it changes. */
+/* Apply an event that is not an impact. Return what it changes. */
 static inline Change apply_other_event(State *s, Event event) {
     if (event.kind == CROSSING) {
         s->counts.crossings += 1;
@@ -124,8 +124,8 @@ static inline Change apply_other_event(State *s, Event event) {
     return event.kind == START ? OF_PATH : OF_TIME;
 }
 
-/* Advance a run as `carom_advance` does, until its cells are outgrown. Long functions have one call each, so that a
-   compiler inlines them. */
+/* Advance a run as `carom_advance` does, until discs have left its cells. Each long function is called in one place, so
+   that compilers inline it. */
 static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Index events) {
     while (true) {
         if (s->counts.at_instant > s->standstill)
@@ -133,7 +133,6 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
         if (events-- == 0)
             return PAUSE;
 
-        /* Which event is next? */
         Event event = {START, NOBODY};
         Index ahead = NOBODY;
         if (CAROM_UNLIKELY(s->counts.predicted < s->disc_count)) {
@@ -149,7 +148,6 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
             event = next_event(s, i);
         }
 
-        /* Apply it. */
         Changed changed = {{event.disc, NOBODY}, OF_PATH};
         if (event.kind == PAIR_IMPACT || event.kind == WALL_IMPACT || event.kind == MOTION_ENDS) {
             Ending ending = CAROM_UNLIKELY(s->accelerated.paths != NULL)
@@ -161,7 +159,8 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
             changed.change = apply_other_event(s, event);
         }
 
-        /* Predict again what it has changed. A disc that never moves has no predictions: the others meet it. */
+        /* Predict the changed discs again. A disc that never moves has no predictions: other discs predict their
+           impacts with it. */
         for (const Index *i = changed.disc; i < changed.disc + 2; i++) {
             if (*i != NOBODY && s->discs[*i].inverse_mass > 0.0) {
                 predict(s, *i, changed.change);
@@ -176,10 +175,10 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
     }
 }
 
-/* Choose the cells again, for where discs have been, and keep them if that saves more checks than it costs.
+/* Choose new cells for the region where discs have been. Keep them if they save more checks than they cost.
 
-   At the rim of a gas that has left its first box, all features are checked. Wider cells, if the box has grown by far,
-   contain more discs, and a prediction searches nine of them. The choice changes no result. */
+   Discs outside the area of the lists check all features, as in a gas that has left its first box. Wider cells contain
+   more discs, and a prediction searches nine cells. The choice changes no result. */
 static void choose_cells_again(State *s) {
     Grid *g = &s->grid;
     Grid old = *g;
@@ -207,7 +206,7 @@ static void choose_cells_again(State *s) {
     if (!is_better)
         *g = old;
     s->counts.choices += is_better;
-    g->beyond_limit = 2 * old.beyond_limit; /* so that all choices cost no more than they can save */
+    g->beyond_limit = 2 * old.beyond_limit; /* the cost of all choices stays below what they can save */
     g->predictions = s->counts.predictions;
     g->beyond = s->counts.beyond;
     s->counts.predicted = 0;
@@ -244,7 +243,7 @@ static double obstacle_extent(const RunInput *input) {
     return extent;
 }
 
-/* Set what accelerates discs, if anything does; `lay_out` places the rows. */
+/* Set the forces that accelerate discs, if there are any. `lay_out` places the rows. */
 static void set_acceleration(State *s, const RunInput *input) {
     Accelerated *run = &s->accelerated;
     s->has_acceleration = input->has_acceleration;
@@ -285,7 +284,7 @@ size_t carom_set_up(State *s, const RunInput *input) {
     set_sizes(&s->grid, input->radius, n, input->cell_factor);
     s->grid.extent = obstacle_extent(input);
     choose_grid(&s->grid, &s->visited, n, s->feature_count);
-    /* A new choice costs a prediction a disc, and about a check a feature. */
+    /* A new choice costs one prediction per disc, and about one check per feature. */
     double checks = (double)(n + s->feature_count) / (1.0 + (double)s->feature_count / CAROM_LOOKS_PER_PREDICTION);
     s->grid.beyond_limit = (Index)checks;
     return lay_out(s, NULL);
@@ -313,7 +312,7 @@ static void fill_discs(State *s, const RunInput *input) {
     }
 }
 
-/* Fill the rows of what accelerates, after discs, features and driven bodies. */
+/* Fill the rows for acceleration. Discs, features and driven bodies have been filled before. */
 static void fill_acceleration(State *s, const RunInput *input) {
     Accelerated *run = &s->accelerated;
     for (Index i = 0; i < s->disc_count; i++) {
@@ -408,7 +407,7 @@ bool carom_begin(State *s, const RunInput *input, void *memory) {
 }
 
 void carom_record(State *s, Recent *recent, double begin, double end) {
-    if (!s->has_acceleration) { /* else these rows are in the arena, as impacts in a row are always watched */
+    if (!s->has_acceleration) { /* otherwise these rows are in the arena, as impacts in succession are always counted */
         for (Index i = 0; i < s->disc_count; i++)
             clear_recent(&recent[i]);
         s->record.recent = recent;

@@ -1,9 +1,9 @@
-/* Events: what comes next for a disc, and what comes next of all.
+/* Events: the next event of a disc, and the next event of all discs.
 
-   Each disc has two predictions: the earliest impact with another disc that it knows of, and the end of its stay in its
-   cell. Of any two discs, the one that was predicted later has seen the other's present path. So the smaller of the two
-   times that are stored for them is never later than their impact, and no impact is missed. `event_of` alone decides what
-   a disc's event is. */
+   Each disc has two predictions: its earliest known impact with another disc, and the time at which it leaves its cell.
+   For any two discs, the later of their two predictions uses the present paths of both. The smaller of the two times
+   stored for them is therefore never later than their impact, and no impact is missed. Only `event_of` decides which
+   event of a disc is next. */
 
 #pragma once
 
@@ -12,7 +12,7 @@
 #include "carom/core/scan.h"
 #include "carom/core/state.h"
 
-typedef struct Bodies { /* of an impact */
+typedef struct Bodies { /* the two bodies of an impact */
     Index first;
     Index second;
 } Bodies;
@@ -30,7 +30,8 @@ static inline double event_time(const Prediction *p) {
     return lesser(p->impact_time, p->exit_time);
 }
 
-/* Return which of a disc's two predictions comes first: below 0 the end of its stay, above 0 its impact, 0 for both. */
+/* Return which of a disc's two predictions comes first: negative if it leaves its cell, positive for its impact, 0 for
+   a tie. */
 static CAROM_ALWAYS_INLINE int compare_predictions(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     if (CAROM_LIKELY(p->exit_time != p->impact_time || s->accelerated.paths == NULL))
@@ -39,7 +40,7 @@ static CAROM_ALWAYS_INLINE int compare_predictions(const State *s, Index i) {
     return (path->exit_low > path->impact_low) - (path->exit_low < path->impact_low);
 }
 
-/* Return what the next event of disc `i` is. */
+/* Return the kind of disc `i`'s next event. */
 static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     int order = compare_predictions(s, i);
@@ -51,11 +52,11 @@ static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
         return STALE;
     if (!p->exact)
         return BOUNDED;
-    /* At one time (partner, i) comes before (i, wall), and that before (i, partner). */
+    /* At the same time (partner, i) comes before (i, wall), and (i, wall) before (i, partner). */
     return order == 0 && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
 }
 
-/* Return the low part of the instant of a disc's next event, which counts if disc accelerate: see instant.h. */
+/* Return the low part of the instant of a disc's next event. It matters only if discs accelerate: see instant.h. */
 static inline double event_low(const State *s, Event event) {
     if (s->accelerated.paths == NULL)
         return 0.0;
@@ -69,9 +70,9 @@ static inline Bodies pair_of(const State *s, Index i) {
     return (Bodies){i < j ? i : j, i < j ? j : i};
 }
 
-/* Return the bodies of an impact in their order; of simultaneous impacts the least of these comes first.
+/* Return the bodies of an impact in their order. The least of several simultaneous impacts is applied first.
 
-   Obstacles count as bodies here: they are in the order of their walls, and a disc's next is on one of them. */
+   Obstacles count as bodies here. They are in the order of their walls, and a disc stores only its first one. */
 static inline Bodies bodies_of(const State *s, Event impact) {
     if (impact.kind == WALL_IMPACT)
         return (Bodies){impact.disc, -1 - (Index)s->predictions[impact.disc].obstacle};
@@ -80,7 +81,7 @@ static inline Bodies bodies_of(const State *s, Event impact) {
     return pair_of(s, impact.disc);
 }
 
-/* Solve for the impact that is predicted for disc `i`, which accelerates. */
+/* Compute the exact instant of the impact that is predicted for disc `i`, which accelerates. */
 static CAROM_NOINLINE void solve_parabola_impact(State *s, Index i) {
     Prediction *p = &s->predictions[i];
     Index j = p->partner;
@@ -89,7 +90,8 @@ static CAROM_NOINLINE void solve_parabola_impact(State *s, Index i) {
     s->accelerated.paths[i].impact_low = at.low;
 }
 
-/* Replace the lower bound of the time of disc `i`'s impact by the time itself; its next event may be another now. */
+/* Replace the lower bound of disc `i`'s impact by the exact time. The next event of the disc may then be a different
+   one. */
 static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
     Prediction *p = &s->predictions[i];
     if (CAROM_UNLIKELY(s->accelerated.paths != NULL))
@@ -101,7 +103,8 @@ static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
 
 /* ---- the event of all discs ---- */
 
-/* Return the disc that has the same impact at `time` as disc `i` for its next event: its partner, or `i` itself. */
+/* Return the other disc that has the same impact at `time` as its next event, which is the partner of disc `i`; or `i`
+   if there is none. */
 static inline Index other_holder(const State *s, Index i, double time) {
     const Prediction *p = &s->predictions[i];
     if (p->partner == NOBODY || p->impact_time != time)
@@ -112,10 +115,10 @@ static inline Index other_holder(const State *s, Index i, double time) {
     return p->partner;
 }
 
-/* Return the event to continue with if several discs have one at `time`.
+/* Return the event to process if several discs have one at `time`.
 
-   What is not yet a certain impact comes first, as long as there is any; then the impact that is first by (first, second).
-   Of its impacts at one time a disc stores the first, so the first of all is stored. */
+   Events that are not certain impacts come first. Then the impact that is first by (first, second) follows. A disc
+   stores only the first of its simultaneous impacts, so the first of all impacts is among the stored ones. */
 static inline Event first_of_tie(State *s, double time) {
     Event event;
     Event first = {POSTPONED, NOBODY};
@@ -143,19 +146,20 @@ static inline Event first_of_tie(State *s, double time) {
     return first;
 }
 
-/* Return the next event of all, where disc `i` is the earliest in the queue. */
+/* Return the next event of all discs. Disc `i` is the earliest one in the queue. */
 static inline Event next_event(State *s, Index i) {
     EventKind kind = event_of(s, i);
     if (kind == BOUNDED) {
         solve_impact(s, i);
         kind = event_of(s, i);
-        if (kind == CROSSING) /* before the impact, but perhaps after the event of another disc */
+        if (kind == CROSSING) /* before the impact, but possibly after an event of another disc */
             return (Event){POSTPONED, i};
     }
     if (kind == CROSSING || kind == STALE)
         return (Event){kind, i};
     double time = event_time(&s->predictions[i]);
-    /* Mostly this impact is the next of all by far. It changes the disc's path, so the queue need not store its time. */
+    /* In most cases this impact is far earlier than all other events. It changes the disc's path, so the queue need not
+       store its time. */
     if (time < earliest_except(&s->queue, i, other_holder(s, i, time)))
         return (Event){kind, i};
     if (CAROM_UNLIKELY(s->queue.time[i] == time))

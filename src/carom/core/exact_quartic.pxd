@@ -1,4 +1,4 @@
-"""The exact solver of quartics, in Python, as the core calls it: see `ExactQuartic` in quartic_forms.h."""
+"""Callback with which the core calls the exact quartic solver in Python: see `ExactQuartic` in quartic_forms.h."""
 
 from carom.core.carom_core cimport c_bool
 
@@ -22,7 +22,7 @@ cdef extern from "carom/core/quartic_forms.h" nogil:
 
 
 cdef inline double solve_quartic(void *context, const Products *gap, int index) noexcept with gil:
-    """Return an instant at which a gap closes, where floats and pairs do not decide it."""
+    """Return an instant at which a gap closes, if floats and pairs do not determine it."""
     from carom.core import exact_quartic
 
     powers = [

@@ -1,8 +1,8 @@
 /* Exponential functions and the logarithm of 1 + x, as the nearest floats: the same bits on every machine.
 
-   Those of C libraries are off by up to a unit in the last place, each in its own way. Here a sum of two floats with a
-   relative error of 2^-100 decides which float is nearest (Ziv's rounding test). About once in 2^45 arguments the error
-   covers a point halfway between two floats. Then fixed-point numbers of 192 bits decide.
+   Results of C libraries differ from each other by up to a unit in the last place. Here a sum of two floats with a
+   relative error of 2^-100 decides which float is nearest (Ziv's rounding test). For about one in 2^45 arguments, the
+   point halfway between two floats is within the error. Then fixed-point numbers of 192 bits decide.
 
    Sources: P. T. P. Tang, "Table-driven implementation of the exponential function in IEEE floating-point arithmetic",
    ACM TOMS 15 (1989); A. Ziv, "Fast evaluation of elementary mathematical functions with correctly rounded last bit",
@@ -17,14 +17,14 @@
 #include "carom/core/double_double.h"
 #include "carom/core/wide_integer.h"
 
-/* Below the first, e^x has fewer bits; above the second, it is beyond the largest float. */
+/* Below the first limit, e^x has fewer bits. Above CAROM_EXP_MOST it is beyond the largest float. */
 #define CAROM_EXP_LEAST (-708.0)
 /* Below this x, e^x - 1 rounds to -1: e^x is less than a quarter of the last place of 1. */
 #define CAROM_EXPM1_LEAST (-40.0)
 
 enum {
     EXP_STEPS = 32,
-    EXP_OFFSET = 2048 * EXP_STEPS /* makes the number of any step positive, so that its division rounds down */
+    EXP_OFFSET = 2048 * EXP_STEPS /* makes the number of every step positive, so that the division of it rounds down */
 };
 
 /* Powers of 2 with exponents of i / 32, with relative errors of 2^-107. */
@@ -75,8 +75,8 @@ static const double EXP_TERMS[6] = {
     0x1.27e4fb7789f5cp-22, 0x1.ae64567f544e4p-26, 0x1.1eed8eff8d898p-29,
 };
 
-/* An exponential in parts: e^x = 2^exponent (base + growth base), where growth is e^r - 1 of an r of at most ln 2 / 64.
-   If x is that small itself, the exponent is 0 and the base 1. */
+/* An exponential in parts: e^x = 2^exponent (base + growth base). growth is e^r - 1 for some |r| <= ln 2 / 64. If x
+   itself is that small, the exponent is 0 and the base is 1. */
 typedef struct Exponential {
     DoubleDouble base;
     DoubleDouble growth;
@@ -84,8 +84,8 @@ typedef struct Exponential {
     bool is_small;
 } Exponential;
 
-/* Return the sum of two pairs, with an error of at most 2^-103 of the sum of their sizes. That of `pair_product` is at
-   most 2^-103 of the product. */
+/* Return the sum of two pairs, with an error of at most 2^-103 of the sum of their magnitudes. The error of
+   `pair_product` is at most 2^-103 of the product. */
 static inline DoubleDouble pair_sum(DoubleDouble a, DoubleDouble b) {
     DoubleDouble sum = two_sum(a.high, b.high);
     return two_sum(sum.high, sum.low + (a.low + b.low));
@@ -94,7 +94,8 @@ static inline DoubleDouble pair_sum(DoubleDouble a, DoubleDouble b) {
 /* Return e^r - 1, for r of at most 0.011 in size, with a relative error of 2^-102. */
 static inline DoubleDouble expand_growth(DoubleDouble r) {
     double x = r.high;
-    /* From r^7 / 7! on, terms are below 2^-51 of the sum, and floats are enough. What is left out is below 2^-110. */
+    /* From r^7 / 7! on, terms are below 2^-51 of the sum, so floats are accurate enough. Omitted terms are below
+       2^-110. */
     double tail =
         EXP_TERMS[0] +
         x * (EXP_TERMS[1] + x * (EXP_TERMS[2] + x * (EXP_TERMS[3] + x * (EXP_TERMS[4] + x * EXP_TERMS[5]))));
@@ -111,7 +112,7 @@ static inline Exponential expand_exponential(double x) {
     int step = (int)(x * CAROM_STEPS_PER_UNIT + (x < 0.0 ? -0.5 : 0.5));
     DoubleDouble r = {x, 0.0};
     if (step != 0) {
-        /* The first difference is exact: x is at most twice, and at least half, the number that is subtracted. The last
+        /* The first difference is exact, since x is between half and twice the number that is subtracted. The last
            difference has an error of 2^-113. */
         r = two_diff(x - step * CAROM_STEP_HIGH, step * CAROM_STEP_MIDDLE);
         r = two_sum(r.high, r.low - step * CAROM_STEP_LOW);
@@ -126,19 +127,19 @@ static inline DoubleDouble combine_exponential(Exponential e) {
     return pair_sum(e.base, pair_product(e.base, e.growth));
 }
 
-/* Whether a pair with an error of at most `error` has one nearest float, which is written. */
+/* Write the nearest float of a pair with an error of at most `error`. Return whether that float is certain. */
 static inline bool round_pair(DoubleDouble value, double error, double *nearest) {
     *nearest = value.high + (value.low + error);
     return *nearest == value.high + (value.low - error);
 }
 
-/* ---- what 192 bits decide ---- */
+/* ---- arguments that need 192 bits ---- */
 
-/* Return n with e^x = n 2^(twos - 192), with a relative error of 2^-180, for x from -710 to 710. This is `_power` of
-   exponentials.py, with the same result. */
+/* Return n with e^x = n 2^(twos - 192), with a relative error of 2^-180, for x from -710 to 710. `_power` of
+   exponentials.py does the same with the same result. */
 static inline WideInteger wide_exponential(double x, int *twos) {
     static const WideInteger LN2 = {{0x7298b62d, 0x40f34326, 0x03f2f6af, 0xc9e3b398, 0xd1cf79ab, 0xb17217f7, 0, 0}};
-    int count = (int)(x / CAROM_LN2) - (x < 0.0); /* the quotient rounded down, or one off */
+    int count = (int)(x / CAROM_LN2) - (x < 0.0); /* the quotient rounded down, or next to it */
     WideInteger rest = wide_multiply_small(LN2, (uint32_t)(count < 0 ? -count : count));
     rest = wide_subtract(wide_from_double(x, FRACTION_BITS), count < 0 ? wide_negate(rest) : rest);
     while (wide_is_negative(rest)) {
@@ -171,12 +172,12 @@ static CAROM_NOINLINE double decide_expm1(double x) {
     if (twos <= FRACTION_BITS) {
         return wide_to_double(wide_subtract(power, wide_power_of_two(FRACTION_BITS - twos)), twos - FRACTION_BITS);
     }
-    /* Here 1 is less than a unit of `power`. An eighth of a unit rounds alike. */
+    /* Here 1 is less than a unit of `power`. Subtracting an eighth of a unit instead gives the same rounding. */
     power = wide_subtract(wide_multiply_small(power, 8), wide_power_of_two(0));
     return wide_to_double(power, twos - FRACTION_BITS - 3);
 }
 
-/* Return the logarithm of 1 + x, given a float near it: by one step of Newton's method, of third order. */
+/* Return the logarithm of 1 + x, given a float near it, by one third-order step of Newton's method. */
 static CAROM_NOINLINE double decide_log1p(double x, double near) {
     int twos;
     int exponent;
@@ -215,7 +216,8 @@ static inline double nearest_exp(double x) {
     return decide_exp(x);
 }
 
-/* Return e^x - 1 over 2^exponent as a pair, for x from -40 to 710, not 0. `error` is above its error. */
+/* Return e^x - 1 over 2^exponent as a pair, for x from -40 to 710 except 0. `error` is set to an upper bound of its
+   error. */
 static inline DoubleDouble expand_expm1(double x, int *exponent, double *error) {
     Exponential power = expand_exponential(x);
     if (power.is_small) {
@@ -274,8 +276,8 @@ static inline double nearest_log1p(double x) {
     if (fabs(x) < CAROM_EXP_LINEAR) {
         return x;
     }
-    /* One step of Newton's method from a first value. The rest is (1 + x) / e^first - 1, at most 2^-48 of the first
-       value, and the logarithm of 1 + rest is rest - rest^2 / 2 up to 2^-120 of the result. */
+    /* One step of Newton's method from a first value. `rest` is (1 + x) / e^first - 1, at most 2^-48 of the first
+       value. The logarithm of 1 + rest is rest - rest^2 / 2, up to 2^-120 of the result. */
     double first = approximate_log1p(x);
     Exponential inverse = expand_exponential(-first);
     DoubleDouble rest;

@@ -1,14 +1,15 @@
 /* Time of impact of a disc on a face, in straight uniform motion.
 
-   A face is one side of a straight edge of a finite wall. With e the vector from its start to its end, of length l, d
-   the offset of the disc's centre from the start, and R the half width plus the radius, the rim is at
+   A face is one side of a straight edge of a finite wall. Let e be the vector from its start to its end, l the length
+   of e, d the offset of the disc's centre from the start, and R the half width plus the disc's radius. The gap between
+   rim and face, and the speed at which it changes, satisfy
 
-       gap l = e x d - R l,   closes at   speed l = e x u,
+       gap l = e x d - R l,   speed l = e x u.
 
-   and touches after minus their quotient, to within 1 unit in the last place. The vector e is not normalised, so no
-   rounded normal enters. The disc touches the face if its foot is on the edge by then. At a convex end the outline of
-   the wall has no kink, so face and vertex give the same impact. Signs are exact. Lengths are in metres, velocities in
-   metres per second. */
+   The time of impact is minus their quotient, accurate to 1 unit in the last place. The vector e is not normalised, so
+   no rounded normal is involved. The disc touches the face if the foot of its centre is on the edge at that time. At a
+   convex end the outline of the wall has no kink, so face and vertex give the same impact. Signs are exact. Lengths are
+   in metres, velocities in metres per second. */
 
 #pragma once
 
@@ -36,7 +37,7 @@ static inline DoubleDouble pair_quotient(DoubleDouble a, DoubleDouble b) {
     return two_sum(first, (((a.high - product.high) - product.low) + (a.low - first * b.low)) / b.high);
 }
 
-/* Return the distance of a disc's rim from a face's line times the face's length. */
+/* Return the distance of a disc's rim from a face's line, multiplied by the face's length. */
 static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
     DoubleDouble x = offset_from(disc->x, face->x.high);
     DoubleDouble y = offset_from(disc->y, face->y.high);
@@ -53,7 +54,7 @@ static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
     return pair_quotient(squares, (DoubleDouble){total_root.high, total_root.low + (cross.low + root.low)});
 }
 
-/* Return whether a disc's centre is on a face's free side, with its foot on the edge. */
+/* Return whether a disc's centre is on a face's free side and its foot on the edge. */
 static inline bool is_before_face(const Mover *disc, const Feature *face) {
     DoubleDouble x = offset_from(disc->x, face->x.high);
     DoubleDouble y = offset_from(disc->y, face->y.high);

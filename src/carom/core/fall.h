@@ -1,14 +1,14 @@
-/* Times of impact of a disc on a parabola: with a fixed disc, the line of a half-plane, a face, a vertex and an arc.
+/* Times of impact of a disc on a parabola with a fixed disc, the line of a half-plane, a face, a vertex or an arc.
 
-   The gap to a line is a quadratic in time, w + s t + a t^2/2, and an impact is the root at which it closes; its three
-   numbers are pairs, so that signs decide which root that is. The gap to a circle is a quartic: quartic.h. Where a
-   quartic's fall is outside the sector of an arc, it is no contact, and the next one counts.
+   The gap to a line is a quadratic in time, w + s t + a t^2/2, and an impact is the root at which it closes. The three
+   coefficients are pairs, so that their signs select the right root. The gap to a circle is a quartic: quartic.h. If an
+   arc's gap closes outside of the arc's sector, there is no contact, and the next closing counts.
 
-   Times are in seconds from now: 0 for bodies that touch and approach, or that touch, do not separate and are pulled
-   together; infinity for never. If the obstacle is what the disc met last on this path (`has_just_left`), the gap is 0
-   now, whatever rounding has made of it, and opens at the speed `leaving`, 0 or more. The same functions solve for two
-   discs on a table that slows them: the path is that of one as seen from the other. docs/theory/contact.md
-   derives them. */
+   Times are in seconds from now. The result is 0 for bodies that touch and approach. It is also 0 for bodies that
+   touch, do not separate and accelerate towards each other. It is infinity for never. If the obstacle is the last thing
+   that the disc hit on this path (`has_just_left`), the gap is exactly 0 now, although the rounded value may differ.
+   The gap then opens at the speed `leaving`, 0 or more. The same functions serve for two discs on a decelerating table:
+   the path is that of one disc relative to the other. docs/theory/contact.md derives them. */
 
 #pragma once
 
@@ -25,7 +25,7 @@
 
 /* ---- lines ---- */
 
-/* Return the seconds that a body which leaves a wall at `speed` > 0 takes to return, by `pull` < 0. */
+/* Return the seconds until a body that leaves a wall at `speed` > 0 returns to it, with the acceleration `pull` < 0. */
 static inline double return_time(DoubleDouble speed, DoubleDouble pull) {
     return linear_root((DoubleDouble){2.0 * speed.high, 2.0 * speed.low}, pull);
 }
@@ -53,7 +53,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
     DoubleDouble d = discriminant_from_gap(speed, twice, pull);
     if (!(d.high > 0.0)) {
-        /* Pushed back before it gets there; or, in the wall by a rounding, pulled down before it has come out. */
+        /* The disc is pushed back before it arrives. Or it is inside the wall by a rounding, and is pulled down before
+           it gets out. */
         return a > 0.0 ? CAROM_INF : linear_root(speed, pull);
     }
     if (w > 0.0 && !(s > 0.0))
@@ -76,7 +77,7 @@ static inline double plane_fall_time(const Mover *disc, const Feature *plane, do
     return descent_time(gap, wall_speed(disc->ux.high, disc->uy.high, plane->nx, plane->ny), pull);
 }
 
-/* Return whether a disc's foot is on the edge at a time. Where rounding decides, face and vertex agree. */
+/* Return whether a disc's foot is on the edge at a time. If rounding decides, face and vertex have the same impact. */
 static inline bool foot_is_on_face(const Mover *disc, const Feature *face, double time, double ax, double ay) {
     double moved_x = time * (disc->ux.high + 0.5 * ax * time), moved_y = time * (disc->uy.high + 0.5 * ay * time);
     double x = offset_from(disc->x, face->x.high).high + moved_x;
@@ -90,7 +91,7 @@ static inline bool foot_is_on_face(const Mover *disc, const Feature *face, doubl
 /* Return the seconds until a disc touches a face. */
 static inline double face_fall_time(const Mover *disc, const Feature *face, double ax, double ay, bool has_just_left,
                                     double leaving) {
-    /* Times the face's length, as are gap and speed. */
+    /* All three are multiplied by the face's length. */
     DoubleDouble pull = cross_product(face->ex, face->ey, (DoubleDouble){ax, 0.0}, (DoubleDouble){ay, 0.0});
     double wait;
     if (has_just_left) {
@@ -104,7 +105,7 @@ static inline double face_fall_time(const Mover *disc, const Feature *face, doub
     if (gap.high <= 0.0) {
         if (is_before_face(disc, face))
             return descent_time(gap, speed, pull);
-        /* Beside the face or behind it: only a fall back leads onto it. */
+        /* The disc is next to the face or behind it. It can hit the face only if it falls back. */
         if (!(speed.high > 0.0 && pull.high < 0.0))
             return CAROM_INF;
         DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
@@ -125,7 +126,7 @@ static inline Gap line_form(const LineGap *gap) {
     return (Gap){write_line_pairs, write_line_products, gap};
 }
 
-/* Begin with a gap of the given sign now; it is 0 now if `is_closed`, whatever its numbers say. */
+/* Begin with the given sign of the gap now. If `is_closed`, the gap is 0 now, whatever its coefficients are. */
 static inline void start_falls(Falls *falls, CircleGap *gap, int sign, bool is_closed) {
     if (is_closed) {
         gap->is_closed = falls->is_closed = true;
@@ -134,7 +135,7 @@ static inline void start_falls(Falls *falls, CircleGap *gap, int sign, bool is_c
     set_start(falls, sign);
 }
 
-typedef struct FallingDisc { /* as seen from a body that does not accelerate */
+typedef struct FallingDisc { /* relative to a body that does not accelerate */
     double x;
     double y;
     double vx;
@@ -142,7 +143,8 @@ typedef struct FallingDisc { /* as seen from a body that does not accelerate */
     double radius;
 } FallingDisc;
 
-/* Return the seconds until a disc touches a fixed one; perhaps infinity if that is not before the horizon. */
+/* Return the seconds until a disc touches a fixed one. If that is not before the horizon, the result may be
+   infinity. */
 static inline double disc_fall_time_within(const ExactQuartic *exact, const FallingDisc *disc, double fixed_x,
                                            double fixed_y, double fixed_radius, double ax, double ay,
                                            bool has_just_left, double leaving, double horizon) {
@@ -177,14 +179,14 @@ static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc
 
 /* ---- arcs ---- */
 
-/* Return a coordinate after a time of free fall, and how far at most it has changed. */
+/* Return a coordinate after a time of free fall, and an upper bound of its change. */
 static inline MovedCoordinate fallen_coordinate(DoubleDouble x, DoubleDouble u, double a, double time) {
     double flown = time * u.high, fallen = 0.5 * a * time * time;
     DoubleDouble sum = two_sum(x.high, flown + fallen);
     return (MovedCoordinate){two_sum(sum.high, sum.low + x.low), fabs(flown) + fabs(fallen)};
 }
 
-/* Return whether a disc is in an arc's sector at a time, or whether rounding leaves that open. */
+/* Return whether a disc is in an arc's sector at a time, or whether rounding leaves that undecided. */
 static inline bool falls_into_sector(const Feature *arc, const Mover *disc, double time, double ax, double ay) {
     if (arc->whole)
         return true;
@@ -193,7 +195,7 @@ static inline bool falls_into_sector(const Feature *arc, const Mover *disc, doub
     return is_in_sector(arc, x.coordinate, y.coordinate, x.change, y.change);
 }
 
-/* Return the first of some falls, counted from an instant, that is in an arc's sector; infinity for none. */
+/* Return the first of several falls, counted from an instant, that is in an arc's sector; infinity for none. */
 static inline double first_in_sector(Falls *falls, double from, const Feature *arc, const Mover *disc, double ax,
                                      double ay) {
     for (;;) {
@@ -205,22 +207,23 @@ static inline double first_in_sector(Falls *falls, double from, const Feature *a
     }
 }
 
-/* Set the pairs of a gap first, and its floats from them. */
+/* Compute the pairs of a gap, and then its floats from them. */
 static inline void begin_with_pairs(Falls *falls, const ExactQuartic *exact, const Gap *form) {
     begin_falls(falls, exact, form, CAROM_INF);
     need_pairs(falls);
     falls->floats = round_polynomial(&falls->pairs);
 }
 
-/* Return the exact sign of a gap at the instant that it counts from. */
+/* Return the exact sign of a gap at the instant from which it is counted. */
 static inline int sign_of_form(const ExactQuartic *exact, Gap form) {
     Falls falls;
     begin_with_pairs(&falls, exact, &form);
     return sign_of_gap(&falls);
 }
 
-/* Return when a disc touches the inner side of an arc whose sector it enters in contact or in overlap; infinity for
-   never. `gap` is that of the arc. At the entry the gap is 0, whatever its numbers are: arc.h says why. */
+/* Return when a disc enters an arc's sector while it touches or overlaps the arc from inside, and the contact continues
+   from there; infinity for never. `gap` is the gap to the arc. At the entry the gap counts as 0, for the reason stated
+   in arc.h. */
 static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, const CircleGap *gap, const Mover *disc,
                                                     const Feature *arc) {
     const double ax = gap->path.ax, ay = gap->path.ay;
@@ -255,7 +258,8 @@ static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, c
     return first;
 }
 
-/* Return the seconds until a disc touches an arc or a vertex; perhaps infinity if that is not before the horizon. */
+/* Return the seconds until a disc touches an arc or a vertex. If that is not before the horizon, the result may be
+   infinity. */
 static inline double arc_fall_time_within(const ExactQuartic *exact, const Mover *disc, const Feature *arc, double ax,
                                           double ay, bool has_just_left, double leaving, double horizon) {
     const bool is_inside = arc->kind == INNER_ARC;

@@ -1,8 +1,9 @@
-/* Lower bounds of times of impact on a parabola: when a disc certainly does not touch something yet.
+/* Lower bounds of times of impact on a parabola: times before which a disc certainly does not touch something.
 
-   They cost a small part of what fall.h costs, so most features near a disc need no solution. Each is conservative: it
-   subtracts more than all of its rounding errors, which are below CAROM_BOUND_ERROR of its terms. Where numbers are too
-   large for floats, no comparison holds, and a bound is 0. Times are in seconds from now; CAROM_INF for never. */
+   They cost a small part of what fall.h costs, so that most features near a disc need no exact solution. Each bound is
+   conservative: it subtracts more than all of its rounding errors, which are below CAROM_BOUND_ERROR of its terms. If
+   numbers are too large for floats, no comparison is true, and a bound is 0. Times are in seconds from now; CAROM_INF
+   for never. */
 
 #pragma once
 
@@ -13,8 +14,8 @@
 #include "carom/core/fall.h"
 #include "carom/core/feature.h"
 
-/* Return a time before which a gap that changes at a speed and with an acceleration certainly does not close. The three
-   arguments are lower bounds. */
+/* Return a time before which a gap certainly does not close. The arguments are lower bounds of the gap, of its rate of
+   change and of its acceleration. */
 static inline double closing_lower_bound(double gap, double speed, double pull) {
     if (!(gap > 0.0))
         return 0.0;
@@ -37,10 +38,11 @@ static inline bool is_bound_after(double bound, double within) {
     return bound > within || bound == CAROM_INF;
 }
 
-/* Return a time before which a disc is certainly further from a point than `reach`.
+/* Return a time before which a disc is certainly farther from a point than `reach`.
 
-   (x, y) is the disc's place as seen from the point, with an error of at most `error`, and (ux, uy) its velocity. The
-   disc is outside the circle at least while it is beyond the tangent at the point of the circle nearest to it now. */
+   (x, y) is the disc's position relative to the point, with an error of at most `error`, and (ux, uy) its velocity.
+   Consider the tangent at the point of the circle that is nearest to the disc now. As long as the disc is beyond it,
+   the disc is outside the circle. */
 static inline double circle_lower_bound(double x, double y, double ux, double uy, double ax, double ay, double reach,
                                         double error) {
     double distance = sqrt(x * x + y * y);
@@ -51,7 +53,7 @@ static inline double circle_lower_bound(double x, double y, double ux, double uy
     return closing_lower_bound(gap, speed, pull);
 }
 
-/* Return a time before which a disc certainly does not touch a fixed one that it is not in contact with. */
+/* Return a time before which a disc certainly does not touch a fixed disc. The two are not in contact now. */
 static inline double fall_pair_lower_bound(const FallingDisc *disc, double fixed_x, double fixed_y,
                                            double fixed_radius, double ax, double ay) {
     double size = fabs(disc->x) + fabs(fixed_x) + fabs(disc->y) + fabs(fixed_y);
@@ -64,7 +66,7 @@ typedef struct Range {
     double most;
 } Range;
 
-/* Return the range of a coordinate on a parabola up to a time; not a number if that is infinite. */
+/* Return the range of a coordinate on a parabola up to a time. The result is NaN if the time is infinite. */
 static inline Range parabola_range(double x, double u, double a, double within) {
     double end = x + within * (u + 0.5 * a * within);
     Range range = {lesser(x, end), greater(x, end)};
@@ -77,7 +79,7 @@ static inline Range parabola_range(double x, double u, double a, double within) 
     return (Range){range.least - error, range.most + error};
 }
 
-/* Return the ranges of the coordinates of a feature other than a plane, as seen from its `x` and `y`. */
+/* Write the ranges of the coordinates of a feature other than a half-plane, relative to its `x` and `y`. */
 static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
     double size = f->size.high;
     if (f->kind == FACE) {
@@ -88,7 +90,7 @@ static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
     *x = *y = (Range){-size, size};
     if (f->whole)
         return;
-    /* The sector reaches as far as the circle where it contains the direction of an axis. */
+    /* If the sector contains the direction of an axis, it reaches as far in that direction as the circle. */
     double ex = f->ex.high, ey = f->ey.high, fx = f->fx.high, fy = f->fy.high;
     bool has_right = f->reflex ? ey <= 0.0 || fy >= 0.0 : ey <= 0.0 && fy >= 0.0;
     bool has_left = f->reflex ? ey >= 0.0 || fy <= 0.0 : ey >= 0.0 && fy <= 0.0;
@@ -100,8 +102,8 @@ static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
     y->least = has_bottom ? -size : lesser(ey, fy);
 }
 
-/* Return whether a gap keeps its sign within a time, with certainty. A gap < 0 counts only if `is_behind`. Each number
-   has an error of at most CAROM_BOUND_ERROR times its size. */
+/* Return whether a gap certainly keeps its sign for a time. A negative gap counts only if `is_behind`. Each number has
+   an error of at most CAROM_BOUND_ERROR times its size. */
 static inline bool misses_line(double gap, double gap_size, double speed, double speed_size, double pull,
                                double pull_size, bool is_behind, double within) {
     double gap_error = CAROM_BOUND_ERROR * gap_size + CAROM_BOUND_UNDERFLOW;
@@ -113,7 +115,7 @@ static inline bool misses_line(double gap, double gap_size, double speed, double
            is_bound_after(closing_lower_bound(-gap - gap_error, -speed - speed_error, -pull - pull_error), within);
 }
 
-/* Return whether a disc, which has not just left a feature, certainly does not touch it within a time. */
+/* Return whether a disc certainly does not touch a feature within a time. The disc has not just left the feature. */
 static inline bool fall_misses_feature(const Mover *disc, const Feature *f, double ax, double ay, double within) {
     const double ux = disc->ux.high, uy = disc->uy.high;
     const double x = disc->x.high - f->x.high, y = disc->y.high - f->y.high;
@@ -124,8 +126,8 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
         return misses_line(x * f->nx + y * f->ny - disc->radius, size, ux * f->nx + uy * f->ny, fabs(ux) + fabs(uy),
                            ax * f->nx + ay * f->ny, fabs(ax) + fabs(ay), false, within);
     }
-    /* Where a disc touches a feature, its centre is within `thick` of the feature, but for the rounding of its way:
-       that decides at the ends of the feature. */
+    /* When a disc touches a feature, its centre is within `thick` of the feature, except for the rounding of its
+       displacement. That rounding decides at the ends of the feature. */
     const double way = within * ((fabs(ux) + fabs(uy)) + within * (fabs(ax) + fabs(ay)));
     const double room_error = CAROM_BOUND_ERROR * (place_size + thick + f->size.high + way);
     const double room = thick + (room_error + CAROM_BOUND_LENGTH_UNDERFLOW);

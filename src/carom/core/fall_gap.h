@@ -1,12 +1,12 @@
 /* The gap between a disc on a parabola and a fixed circle, or a line through a fixed point, as a polynomial in time.
 
-   With the place d of the disc's centre from the circle's, its velocity u and acceleration a, and the reach R, the
-   distance at which they touch, the gap from outside is
+   Let d be the position of the disc's centre relative to the circle's, u its velocity, a its acceleration, and R the
+   distance at which the two touch. The gap from outside is
 
        |d + u t + a t^2/2|^2 - R^2 = (d.d - R^2) + 2 d.u t + (u.u + d.a) t^2 + u.a t^3 + a.a/4 t^4
 
-   and its negative from inside. Where the disc has just left the circle, the first two powers are known: 0, and
-   2 R times the speed at which it left. */
+   and the gap from inside is its negative. If the disc has just left the circle, the first two coefficients are known:
+   0, and 2 R times the speed at which it left. */
 
 #pragma once
 
@@ -17,7 +17,8 @@
 #include "carom/core/pair.h"
 #include "carom/core/quartic_forms.h"
 
-/* A disc's centre on a parabola, and a fixed point. Places, velocity and acceleration are exact sums of their parts. */
+/* A disc's centre on a parabola, and a fixed point. Positions, velocity and acceleration are exactly the sums of their
+   parts. */
 typedef struct FallPath {
     DoubleDouble x;
     DoubleDouble y;
@@ -30,18 +31,19 @@ typedef struct FallPath {
 } FallPath;
 
 typedef struct CircleGap {
-    FallPath path; /* as seen from the circle's centre */
+    FallPath path; /* relative to the circle's centre */
     DoubleDouble reach;
     double from;    /* the time is counted from this instant */
-    double leaving; /* speed at which the disc has just left the circle, if `has_left` */
+    double leaving; /* speed at which the disc has left the circle, if `has_left` */
     bool has_left;
     bool is_inside; /* whether the gap is positive inside the circle */
-    bool is_closed; /* whether the gap is 0 at t = 0, whatever its numbers are; it is if `has_left` */
+    /* whether the gap is exactly 0 at t = 0, although its coefficients may differ; true if `has_left` */
+    bool is_closed;
 } CircleGap;
 
-/* Which scalar product of the place with a vector f a `LineGap` is. */
+/* Which product of the position and a vector f a `LineGap` is. */
 typedef enum LineKind {
-    ACROSS, /* fy x - fx y: how far d is to the right of the line along f, times the length of f */
+    ACROSS, /* fy x - fx y: the distance to the right of the line along f, times the length of f */
     ALONG,  /* fx x + fy y */
 } LineKind;
 
@@ -50,13 +52,13 @@ typedef struct LineGap {
     DoubleDouble fx;
     DoubleDouble fy;
     double from;
-    double sense; /* 1 or -1, a factor of the gap */
+    double sense; /* 1 or -1: a factor of the gap */
     LineKind kind;
 } LineGap;
 
-/* ---- places ---- */
+/* ---- positions ---- */
 
-/* Return a coordinate from the fixed point in three parts, with an error of at most 2^-150 of its terms. */
+/* Return a coordinate relative to the fixed point in three parts, with an error of at most 2^-150 of its terms. */
 static inline TripleDouble place_parts(DoubleDouble x, DoubleDouble from) {
     DoubleDouble high = two_diff(x.high, from.high);
     DoubleDouble low = two_diff(x.low, from.low);
@@ -73,7 +75,7 @@ static inline DoubleDouble place_from(DoubleDouble x, DoubleDouble from) {
     return quick_sum(parts.high, parts.middle);
 }
 
-/* Return the magnitudes of the terms of a coordinate from the fixed point. */
+/* Return the sum of the magnitudes of the terms of a coordinate relative to the fixed point. */
 static inline double place_size(DoubleDouble x, DoubleDouble from) {
     return fabs(x.high - from.high) + fabs(x.low - from.low);
 }
@@ -87,8 +89,8 @@ static inline int degree_of_path(const FallPath *p) {
     return p->ux.high != 0.0 || p->uy.high != 0.0 ? 2 : 0;
 }
 
-/* Write the float form of a gap whose `from` is 0. Each power has at most 8 roundings: a place has 2, for a difference
-   and a sum; a velocity and a reach have 1, for the low part. */
+/* Write the float form of a gap whose `from` is 0. Each coefficient has at most 8 roundings: two for a position (a
+   difference and a sum), and one for a velocity or a reach (its low part). */
 static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double x = (path->x.high - path->from_x.high) + (path->x.low - path->from_x.low);
@@ -122,7 +124,7 @@ static inline DoubleDouble signed_pair(DoubleDouble a, double sign) {
     return (DoubleDouble){sign * a.high, sign * a.low};
 }
 
-/* Add the square of a place to a sum, with an error of at most 2^-145 of its terms. */
+/* Add the square of a position to a sum, with an error of at most 2^-145 of its terms. */
 static inline TripleDouble add_place_square(TripleDouble total, TripleDouble x) {
     total = add_product(total, x.high, x.high);
     total = add_product(total, 2.0 * x.high, x.middle);
@@ -130,7 +132,8 @@ static inline TripleDouble add_place_square(TripleDouble total, TripleDouble x) 
     return add_term(total, 2.0 * x.high * x.low);
 }
 
-/* Write power 0 where the terms nearly cancel, as next to contact, so that its error is a part of itself. */
+/* Write coefficient 0 if its terms nearly cancel, as they do near contact. Its error is then relative to its own
+   value. */
 static inline void write_excess(const CircleGap *gap, PairPolynomial *p) {
     const FallPath *path = &gap->path;
     TripleDouble total = add_square(empty_sum(), gap->reach, -1.0);
@@ -140,14 +143,14 @@ static inline void write_excess(const CircleGap *gap, PairPolynomial *p) {
     p->size[0] = fabs(p->power[0].high) + 0x1p-44 * p->size[0];
 }
 
-/* Add the product of a place and a velocity to a sum, with an error of at most 2^-145 of its terms. */
+/* Add the product of a position and a velocity to a sum, with an error of at most 2^-145 of its terms. */
 static inline TripleDouble add_place_product(TripleDouble total, TripleDouble x, DoubleDouble u) {
     total = add_pair_product(total, (DoubleDouble){x.high, x.middle}, u);
     return add_term(total, x.low * u.high);
 }
 
-/* Write power 1 where its terms nearly cancel, as of a disc that moves along a circle, so that its error is a part of
-   itself. */
+/* Write coefficient 1 if its terms nearly cancel, as they do for a disc that moves along a circle. Its error is then
+   relative to its own value. */
 static inline void write_opening(const CircleGap *gap, PairPolynomial *p) {
     const FallPath *path = &gap->path;
     TripleDouble total = add_place_product(empty_sum(), place_parts(path->x, path->from_x), path->ux);
@@ -229,7 +232,7 @@ static inline void write_circle_products(const void *source, Products *products)
 
 /* ---- a line ---- */
 
-/* Write the float form of a gap whose `from` is 0; return whether its degree, which is 2 then, is certain. */
+/* Write the float form of a gap whose `from` is 0. Return whether its degree is certain; the degree is then 2. */
 static inline bool write_line_floats(const LineGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double fx = gap->sense * (gap->kind == ACROSS ? gap->fy.high : gap->fx.high);
@@ -259,7 +262,7 @@ static inline void write_line_pairs(const void *source, PairPolynomial *p) {
     place = add_place_product(place, place_parts(path->y, path->from_y), fy);
     p->power[0] = round_sum(place);
     p->size[0] = fabs(p->power[0].high) + 0x1p-44 * (fx_size * x_size + fy_size * y_size);
-    /* The sign of the other two is exact. */
+    /* The signs of the other two coefficients are exact. */
     DoubleDouble ax = {path->ax, 0.0}, ay = {path->ay, 0.0};
     p->power[1] = inner_product(fx, fy, path->ux, path->uy);
     p->size[1] = fx_size * fabs(path->ux.high) + fy_size * fabs(path->uy.high);

@@ -1,8 +1,9 @@
-/* Features of walls, one struct for each kind, and a disc as seen from a wall.
+/* Features of walls, one struct for all kinds, and a disc relative to a wall.
 
-   A feature is the smallest part of a wall that a disc can meet: the line of a half-plane, a face (one straight edge of
-   a finite wall), a vertex, or an arc from outside or inside. `carom/core/numbered.py` writes a feature as a row of
-   FEATURE_NUMBERS floats, which `feature_from` reads. Lengths are in metres, velocities in metres per second. */
+   A feature is a part of a wall that a disc can hit: the line of a half-plane, a face, a vertex, or the outside or
+   inside of an arc. A face is one side of a straight edge of a finite wall. `carom/core/numbered.py` writes a feature
+   as a row of FEATURE_NUMBERS floats, and `feature_from` reads it. Lengths are in metres, velocities in metres per
+   second. */
 
 #pragma once
 
@@ -10,7 +11,7 @@
 
 #include "carom/core/double_double.h"
 
-/* `numbered.py` has the same numbers. */
+/* `numbered.py` uses the same numbers. */
 typedef enum FeatureKind {
     PLANE = 0, /* the whole line of a half-plane */
     FACE = 1,
@@ -22,25 +23,25 @@ typedef enum FeatureKind {
 typedef struct Feature {
     FeatureKind kind;
     int wall;
-    bool whole;  /* an arc that is the whole circle, or a vertex: it has no ends */
-    bool reflex; /* an arc of more than half a circle */
+    bool whole;  /* whether it is a whole circle or a vertex, which have no ends */
+    bool reflex; /* whether an arc is longer than half a circle */
     double half_width;
-    double fits_below; /* radius: of an arc from inside and its stops */
-    double nx;         /* of a plane or face: unit normal into the free side, to the nearest floats */
+    double fits_below; /* discs of smaller radius fit into the arc; they hit its inside, and not its stops */
+    double nx;         /* of a half-plane or face: unit normal that points to the free side, rounded to floats */
     double ny;
-    DoubleDouble x; /* start of a face, place of a vertex, centre of an arc, or a point of a plane */
+    DoubleDouble x; /* start of a face, position of a vertex, centre of an arc, or a point of a half-plane */
     DoubleDouble y;
     DoubleDouble size; /* length of a face, radius of an arc, 0 for a vertex */
-    DoubleDouble ex;   /* of a face: from start to end; of an arc: from the centre to the start */
+    DoubleDouble ex;   /* face: from start to end; arc: from the centre to the start */
     DoubleDouble ey;
-    DoubleDouble fx; /* of a face: its end; of an arc: from the centre to the end */
+    DoubleDouble fx; /* face: its end; arc: from the centre to the end */
     DoubleDouble fy;
 } Feature;
 
 /* Length of a row of `numbered.py`. */
 enum { FEATURE_NUMBERS = 22 };
 
-/* A disc as seen from a wall. */
+/* A disc relative to a wall. */
 typedef struct Mover {
     DoubleDouble x;
     DoubleDouble y;
@@ -74,7 +75,7 @@ static inline Feature feature_from(const double *row) {
     };
 }
 
-/* Return a disc as seen from a wall that does not move. */
+/* Return a disc relative to a wall that does not move. */
 static inline Mover mover_at(double x, double y, double vx, double vy, double radius) {
     return (Mover){{x, 0.0}, {y, 0.0}, two_diff(vx, 0.0), two_diff(vy, 0.0), radius};
 }

@@ -1,4 +1,5 @@
-/* Time of impact of a disc on any feature of a wall, in straight uniform motion; the gap to it, and the normal at a touch. */
+/* Time of impact of a disc on any feature of a wall, in straight uniform motion. Also the gap to a feature, and the
+   normal when they touch. */
 
 #pragma once
 
@@ -18,8 +19,8 @@ typedef struct Direction {
 
 /* Return when a disc touches a feature.
 
-   `just_left`: the feature is the last thing that the disc met, on its present path. A straight path returns only to an
-   arc from inside. */
+   `just_left` says that the feature is the last thing that the disc hit on its present path. On a straight path the
+   disc returns to it only if it is the inside of an arc. */
 static inline Touch feature_time(const Mover *disc, const Feature *feature, bool just_left) {
     if (feature->kind == INNER_ARC)
         return inner_arc_time(disc, feature, just_left);
@@ -49,8 +50,8 @@ static inline Direction normal_at(const Feature *feature, const Mover *disc) {
 
 /* Return the distance of a disc's rim from a feature, along the normal.
 
-   The radius of an arc may be many times everything else. The difference of two distances from its centre would be
-   rounded like these, so the difference of their squares is computed. */
+   The radius of an arc may be far larger than all other lengths. The difference of two distances from its centre would
+   then have a large rounding error. The difference of their squares does not. */
 static inline double feature_gap(const Mover *disc, const Feature *f) {
     if (f->kind == PLANE) {
         return wall_gap(disc->x.high, disc->y.high, disc->radius, f->x.high, f->y.high, f->nx, f->ny).high;

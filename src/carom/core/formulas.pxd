@@ -1,4 +1,4 @@
-"""Declarations of the headers of times of impact and of impulses, for `primitives.pyx`."""
+"""Declarations of formulas for times of impact and impulses, for `primitives.pyx`."""
 
 from carom.core.carom_core cimport ContactFriction
 from carom.core.exact_quartic cimport ExactQuartic

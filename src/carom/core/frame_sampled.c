@@ -1,8 +1,9 @@
-/* The frame-sampled loop (PIT): Algorithm 1 for any number of discs.
+/* Frame-sampled loop (PIT): Algorithm 1 for any number of discs.
 
-   The loop skips the frames at which no disc is due, and tests what is due at the others. If that costs more than it
-   saves, it makes all tests of a frame that can find something, by a sweep. It loops plainly if that is asked for, and
-   for a few discs, for which it costs less. */
+   A disc is due at a frame if it may have an impact there. The loop skips the frames at which no disc is due, and makes
+   the tests that are due at the others. If that costs more than it saves, the loop finds all overlapping discs of a
+   frame by a sweep. It makes all tests at every frame if the caller asks for that, and for a few discs, for which that
+   is cheapest. */
 
 #include <string.h>
 

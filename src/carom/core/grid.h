@@ -1,8 +1,8 @@
-/* Broad phase: square cells, from which a scan finds the discs near a disc.
+/* Broad phase: square cells, in which a scan finds the discs near a disc.
 
-   A cell is wider than the largest sum of two radii, so discs whose cells are not neighbours do not touch. The outermost
-   cells are unbounded outwards, so a disc is in some cell wherever it is. A ring of cells around them stays empty, which
-   spares the scans all special cases. Cells decide when a pair is checked, never what is found. */
+   A cell is wider than the largest sum of two radii, so discs whose cells are not neighbours do not touch. The
+   outermost cells have no outer limit, so every disc is in some cell. A ring of cells around them stays empty, so that
+   the scans need no special cases. Cells decide when a pair is checked, and never change a result. */
 
 #pragma once
 
@@ -14,7 +14,8 @@
 
 /* ---- choice of the cells ---- */
 
-/* Set the largest radius, the largest sum of two (of a single disc: twice its radius), and the factor on the width. */
+/* Set the largest radius, the largest sum of two radii (for a single disc: twice its radius), and the factor on the
+   width. */
 static inline void set_sizes(Grid *g, const double *radius, Index discs, double factor) {
     double second = 0.0;
     g->radius = 0.0;
@@ -26,7 +27,7 @@ static inline void set_sizes(Grid *g, const double *radius, Index discs, double 
     g->factor = factor;
 }
 
-/* Extend a box so that it contains a point. */
+/* Extend a box to contain a point. */
 static inline void extend_box(Box *box, double x, double y) {
     box->left = lesser(box->left, x);
     box->right = greater(box->right, x);
@@ -42,7 +43,7 @@ static inline Box box_around(const double *position, Index discs) {
     return box;
 }
 
-/* Return an upper bound of a feature's coordinates; of a plane, the distance of its line from the origin. */
+/* Return an upper bound of a feature's coordinates. For a half-plane it is the distance of its line from the origin. */
 static inline double feature_extent(const Feature *f) {
     if (f->kind == PLANE)
         return fabs(f->x.high * f->nx + f->y.high * f->ny);
@@ -55,10 +56,10 @@ static inline double wall_extent(const Wall *w) {
     return fabs(w->x * w->nx + w->y * w->ny);
 }
 
-/* Choose the cells for discs that move in a box; an infinite `factor` makes a single one.
+/* Choose the cells for discs that move in a box. An infinite `factor` makes a single cell.
 
-   Coordinates are as large as those of the box, and as the obstacles' `extent`: a disc that comes back from an obstacle
-   has been there. */
+   Coordinates can be as large as those of the box, and as the obstacles' `extent`, since a disc may come back from an
+   obstacle. */
 static inline void choose_grid(Grid *g, const Box *box, Index discs, Index feature_count) {
     double width = box->right - box->left;
     double height = box->high - box->low;
@@ -91,14 +92,14 @@ static inline Index tile_count(const Grid *g) {
     return g->tiles * ((g->rows >> g->tile_bits) + 1);
 }
 
-/* Return the tile of a cell; the ring is row 0 and column 0. */
+/* Return the tile of a cell. The ring is row 0 and column 0. */
 static inline Index tile_of(const Grid *g, Index row, Index column) {
     return (row >> g->tile_bits) * g->tiles + (column >> g->tile_bits);
 }
 
 /* ---- discs in cells ---- */
 
-/* Add disc `i` to a cell; the ring is row 0 and column 0. */
+/* Add disc `i` to a cell. The ring is row 0 and column 0. */
 static inline void add_to_cell(State *s, Index i, Index row, Index column) {
     Cell *cell = &s->grid.cells[row * s->grid.stride + column];
     Index used = 0;
@@ -110,7 +111,7 @@ static inline void add_to_cell(State *s, Index i, Index row, Index column) {
         return;
     }
     Index head = cell->disc[PLACES - 1];
-    if (head > NOBODY) /* the disc of the last place becomes the end of a new chain */
+    if (head > NOBODY) /* the disc in the last place becomes the end of a new chain */
         s->grid.chain[head] = NOBODY;
     else
         head = CHAINED - head;
@@ -134,7 +135,7 @@ static inline void remove_from_cell(State *s, Index i, Index row, Index column) 
         return;
     }
     Index head = CHAINED - cell->disc[PLACES - 1];
-    if (cell->disc[place] == i) { /* the first disc of the chain takes its place */
+    if (cell->disc[place] == i) { /* the first disc of the chain replaces it */
         cell->disc[place] = (int)head;
         head = chain[head];
     } else if (head == i) {
@@ -154,14 +155,14 @@ static inline void remove_disc(State *s, Index i) {
     remove_from_cell(s, i, cell >> COLUMN_BITS, cell & COLUMN_MASK);
 }
 
-/* Return the row or column, of `count`, of a place that is measured in cells; that of NaN is the first. */
+/* Return the row or column of a position that is measured in cells, limited to `count`. For NaN it is the first. */
 static inline Index clamp_to_cells(double place, Index count) {
     if (!(place > 0.0))
         return 0;
     return place < (double)count ? (Index)place : count - 1;
 }
 
-/* Put every disc into its present cell, except driven discs, which are in none. */
+/* Put every disc into its present cell, except driven discs, which are in no cell. */
 static inline void fill_cells(State *s) {
     Grid *g = &s->grid;
     for (Index i = 0; i < cell_count(g); i++) {
@@ -185,7 +186,7 @@ static inline void fill_cells(State *s) {
     }
 }
 
-/* Return the number of discs in a disc's cell, itself included: the mean over all discs. */
+/* Return the mean over all discs of the number of discs in a disc's cell, including itself. */
 static inline double mean_occupancy(const State *s) {
     double pairs = 0.0;
     for (Index i = 0; i < cell_count(&s->grid); i++) {
@@ -203,7 +204,7 @@ static inline double mean_occupancy(const State *s) {
     return pairs / (double)s->disc_count;
 }
 
-/* Move disc `i` to the cell behind the edge that it has reached. */
+/* Move disc `i` to the cell beyond the edge that it has reached. */
 static inline void cross_edge(State *s, Index i) {
     Index cell = s->predictions[i].cell;
     Index edge = s->predictions[i].edge;
@@ -225,13 +226,13 @@ static inline Block cells_around(const State *s, Index i) {
     return (Block){(row - 1) * s->grid.stride + column - 1, 3, s->grid.stride, 1};
 }
 
-/* Return the three cells that have become neighbours of disc `i` when it crossed an edge. */
+/* Return the three cells that became neighbours of disc `i` when it crossed an edge. */
 static inline Block new_neighbours(const State *s, Index i) {
     Index cell = s->predictions[i].cell;
     Index edge = s->predictions[i].edge;
     Index across = (Index)(edge == RIGHT) - (Index)(edge == LEFT);
     Index along = (Index)(edge == UP) - (Index)(edge == DOWN);
-    /* One cell further on, in a line at right angles to the crossing. */
+    /* These are one cell farther on, in a line perpendicular to the crossing. */
     Index row = (cell >> COLUMN_BITS) + along - across * across;
     Index column = (cell & COLUMN_MASK) + across - along * along;
     return (Block){row * s->grid.stride + column, 1, 0, along == 0 ? s->grid.stride : 1};

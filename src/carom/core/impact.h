@@ -1,31 +1,33 @@
 /* The impact law: restitution along the normal, friction across it.
 
-   - Each function takes one impact and changes velocities and spins in place. The solvers have different rows for a
-     disc. They share a pointer to two velocities, so no row is copied.
-   - Solvers decide whether and when bodies meet, and whether energy is lost (the TC model, `elastic`).
-   - No unit vector. With d from centre to centre and u the velocity of the second relative to the first, the normal
-     impulse is g d, so no rounding of d's length can do work. The tangential impulse is h (d turned by +90 degrees).
-   - An impact never pulls. Where rounding has turned the weakest of grazes into a separation, the impulse is 0. No
-     function compares with a small number.
-   - `has_spins` is a constant at each call, so a scene without spin pays nothing for it. The functions are inlined: a
-     call through a pointer costs the event loop a tenth of its speed.
+   - Each function applies one impact and changes velocities and spins in place. The solvers have different structs for
+     a disc, so the functions take a pointer to the velocity, and nothing is copied.
+   - The caller decides whether and when bodies collide, and whether energy is lost (the TC model, `elastic`).
+   - No unit vector is used. Let d point from centre to centre, and u be the velocity of the second body relative to the
+     first. The normal impulse is g d, so rounding of the length of d adds no energy. The tangential impulse is h (d
+     turned by +90 degrees).
+   - An impact never pulls the bodies together. If rounding turns a very weak graze into a separation, the impulse is 0.
+     There are no tolerances.
+   - `has_spins` is a constant at each call, so spin costs nothing in a scene without it. The functions are inlined,
+     because calls through a pointer slow the event loop down by a tenth.
 
-   With n the unit normal from body 1 to body 2, t = n turned by +90 degrees, spins w counterclockwise, and moments of
-   inertia k m R^2, the normal impulse is J = (1 + e) (v1 - v2).n / (1/m1 + 1/m2). The surface of 1 moves past that of 2
-   at the slip
+   Let n be the unit normal from body 1 to body 2, and t = n turned by +90 degrees. Spins w are counterclockwise, and
+   moments of inertia are k m R^2. The normal impulse is J = (1 + e) (v1 - v2).n / (1/m1 + 1/m2). The surface of body 1
+   moves past that of body 2 with the slip
 
        s = (v1 - v2).t + R1 w1 + R2 w2.
 
-   The tangential impulse T, along -t on body 1 and t on body 2, turns the slip into -b times itself, as far as Coulomb's
-   cone allows:
+   The tangential impulse T acts along -t on body 1 and along t on body 2. It changes the slip to -b times its value,
+   unless Coulomb's limit f J makes it smaller. Here clip(x, a, b) limits x to the range from a to b:
 
-       T = clip((1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2), -f J, f J),
-       v1' = v1 - T t / m1,   v2' = v2 + T t / m2,   R1 w1' = R1 w1 - T / (k1 m1),   R2 w2' = R2 w2 - T / (k2 m2).
+       T = clip((1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2), -f J, f J)
 
-   This is the law of three parameters (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
-   Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone; b = 1 with enough friction is Garwin's superball (Am.
-   J. Phys. 37 (1969) 88). A wall, or an immovable disc, has 1/m = 0. docs/theory/pic.md and docs/theory/friction.md
-   derive both impulses. Tests compare bits, so no operation may be reordered or fused. */
+       v1' = v1 - T t / m1,   v2' = v2 + T t / m2,   R1 w1' = R1 w1 - T / (k1 m1),   R2 w2' = R2 w2 - T / (k2 m2)
+
+   This is the three-parameter law (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
+   Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone; b = 1 with enough friction is Garwin's superball
+   (Am. J. Phys. 37 (1969) 88). A wall, or an immovable disc, has 1/m = 0. docs/theory/pic.md and
+   docs/theory/friction.md derive both impulses. Tests compare bits, so no operation may be reordered or fused. */
 
 #pragma once
 
@@ -35,7 +37,7 @@
 
 /* ---- impulses ---- */
 
-/* Return g <= 0: the first disc receives the impulse g d, the second -g d. */
+/* Return g <= 0. The first disc receives the impulse g d, and the second -g d. */
 static inline double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses,
                                     double restitution) {
     double along = dx * ux + dy * uy;
@@ -44,7 +46,7 @@ static inline double normal_impulse(double dx, double dy, double ux, double uy, 
     return (1.0 + restitution) * along / ((dx * dx + dy * dy) * inverse_masses);
 }
 
-/* Return the impulse of friction: that of sticking, or the largest that Coulomb's cone allows. */
+/* Return the impulse of friction: the impulse that makes the surfaces stick, or Coulomb's limit if that is smaller. */
 static inline double tangential_impulse(const ContactFriction *contact, double slip, double inverse_effective_mass,
                                         double pressed) {
     double sticking = (1.0 + contact->restitution) * slip / inverse_effective_mass;
@@ -54,7 +56,7 @@ static inline double tangential_impulse(const ContactFriction *contact, double s
     return sticking < -most ? -most : sticking;
 }
 
-/* Return h: the first disc receives the impulse h (dy, -dx). `surface` is |d| (R1 w1 + R2 w2). */
+/* Return h. The first disc receives the impulse h (dy, -dx). `surface` is |d| (R1 w1 + R2 w2). */
 static inline double pair_tangential_impulse(const ContactFriction *contact, double dx, double dy, double ux, double uy,
                                              double surface, double inverse_effective_mass, double normal) {
     return tangential_impulse(contact, dy * ux - dx * uy + surface, (dx * dx + dy * dy) * inverse_effective_mass,
@@ -63,7 +65,8 @@ static inline double pair_tangential_impulse(const ContactFriction *contact, dou
 
 /* ---- two discs ---- */
 
-/* Give two discs, the second at d from the first, their velocities after an impact without friction; return g. */
+/* Set the velocities of two discs after an impact without friction. The second disc is at d from the first. Return
+   g. */
 static inline double bounce_pair(double dx, double dy, double *v1, double inverse_mass1, double *v2,
                                  double inverse_mass2, double restitution) {
     double g =
@@ -75,7 +78,7 @@ static inline double bounce_pair(double dx, double dy, double *v1, double invers
     return g;
 }
 
-/* Apply friction to two discs that had the relative velocity u and received the normal impulse g d. */
+/* Apply friction to two discs. They had the relative velocity u and received the normal impulse g d. */
 static inline void apply_pair_friction(const ContactFriction *contact, double dx, double dy, double ux, double uy,
                                        double g, Body *a, Body *b) {
     double distance = sqrt(dx * dx + dy * dy);
@@ -91,9 +94,10 @@ static inline void apply_pair_friction(const ContactFriction *contact, double dx
     b->turning->spin -= h * distance * b->inverse_mass * b->turning->inverse_inertia_ratio / b->radius;
 }
 
-/* Apply the impact of two discs in contact, the second at d from the first; return g.
+/* Apply the impact of two discs in contact, the second at d from the first. Return g.
 
-   With `elastic` no energy is lost and no friction acts, whatever the law says. `spins` is written with `has_spins`. */
+   If `elastic`, no energy is lost and no friction acts, whatever the law contains. `spins` is written if
+   `has_spins`. */
 static inline double collide_discs(const Law *law, double dx, double dy, Body *a, Body *b, bool elastic, bool has_spins,
                                    Spins *spins) {
     double ux = b->velocity[0] - a->velocity[0];
@@ -113,9 +117,8 @@ static inline double collide_discs(const Law *law, double dx, double dy, Body *a
 
 /* ---- a disc and a wall ---- */
 
-/* Apply the impact of a disc on a wall, as `collide_discs`; return its relative velocity before, away from the wall.
-
-   `surface` is NULL if neither the wall nor its surface moves. */
+/* Apply the impact of a disc on a wall, as `collide_discs` does. Return the normal part of its relative velocity before
+   the impact, positive away from the wall. */
 static inline double collide_wall(const Law *law, const Wall *wall, const Surface *surface, Body *a, bool elastic,
                                   bool has_spins, Spins *spins) {
     double vx = a->velocity[0];

@@ -43,6 +43,11 @@ def resolve_impact(
     Raises:
         InputError: A velocity or normal is not finite, a mass is not positive, both are infinite, or the restitution
             is outside 0 to 1; a velocity or mass is not within `carom.support.limits`; or the shapes do not broadcast.
+
+    Examples:
+        >>> v1, v2 = carom.resolve_impact((1, 0), 1.0, (0, 0), 1.0, normal=(1, 0))
+        >>> print(v1, v2)
+        [0. 0.] [1. 0.]
     """
     velocity1, velocity2, direction = vectors("v1", v1), vectors("v2", v2), vectors("normal", normal)
     mass1, mass2, e = floats("m1", m1), floats("m2", m2), floats("restitution", restitution)

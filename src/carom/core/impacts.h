@@ -1,4 +1,4 @@
-/* Impacts of the event loop: the clock advances, the discs move there, the law acts, and the impact is recorded. */
+/* Impacts in the event loop: set the clock, move the discs to that time, apply the law, and record the impact. */
 
 #pragma once
 
@@ -17,13 +17,13 @@
 
 /* ---- the clock ---- */
 
-/* Return the time since the start of a time since the epoch, never less than one reported before. */
+/* Return the time since the start for a time since the epoch. It is never less than a time reported before. */
 static inline double reported_time(const Clock *clock, double time) {
     double since_start = clock->epoch + (clock->epoch_rest + time);
     return since_start > clock->reported ? since_start : clock->reported;
 }
 
-/* Set the clock to a time, never back. */
+/* Advance the clock to a time; it never goes back. */
 static inline void set_clock(State *s, double time) {
     if (time > s->clock.now) {
         s->clock.now = time;
@@ -40,7 +40,8 @@ static inline void count_impact(State *s, double time) {
     s->counts.at_instant += 1;
 }
 
-/* Return whether by the TC model an impact of disc `i` now belongs to the contact of its last: then no energy is lost. */
+/* Return whether an impact of disc `i` now belongs to the same contact as its last one, by the TC model. It then loses
+   no energy. */
 static inline bool is_one_contact(State *s, Index i) {
     bool found = false;
     if (s->law.contact_duration > 0.0 && s->discs[i].inverse_mass > 0.0) {
@@ -50,7 +51,7 @@ static inline bool is_one_contact(State *s, Index i) {
     return found;
 }
 
-/* Return disc `i` as the law sees it. */
+/* Return disc `i` as the impact law uses it. */
 static inline Body body_of(State *s, Index i, bool has_spins) {
     Disc *a = &s->discs[i];
     return (Body){&a->vx, a->inverse_mass, a->radius, has_spins ? &s->turning[i] : NULL};
@@ -58,7 +59,7 @@ static inline Body body_of(State *s, Index i, bool has_spins) {
 
 /* ---- two discs ---- */
 
-/* Apply the impact of discs `i` < `j`, and record it if that is wanted. */
+/* Apply the impact of discs `i` < `j`. Record it if `is_wanted`. */
 static inline void apply_pair_impact(State *s, Index i, Index j, double time, bool is_wanted, bool has_spins) {
     Disc *a = &s->discs[i];
     Disc *b = &s->discs[j];
@@ -83,7 +84,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
     s->counts.predictions += (Index)(a->inverse_mass > 0.0) + (Index)(b->inverse_mass > 0.0);
     if (CAROM_UNLIKELY(s->touched != NULL))
         note_touching_discs(s, i, j, dx / sqrt(distance2), dy / sqrt(distance2), is_elastic);
-    if (CAROM_UNLIKELY(is_wanted)) { /* the hint keeps it out of the way of runs without a record */
+    if (CAROM_UNLIKELY(is_wanted)) { /* the hint keeps this code apart from the code of runs without a record */
         double distance = sqrt(distance2);
         double nx = dx / distance;
         double ny = dy / distance;
@@ -101,7 +102,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
 
 /* ---- a disc and a wall ---- */
 
-/* Apply the impact of disc `i`, which moves, on wall `k`, as `apply_pair_impact` does. */
+/* Apply the impact of disc `i`, which moves, on wall `k`, like `apply_pair_impact`. */
 static inline void apply_wall_impact(State *s, Index i, Index k, double time, bool is_wanted, bool has_spins) {
     Disc *a = &s->discs[i];
     Wall w = s->walls[k];
@@ -129,10 +130,11 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
 
 /* ---- a disc and a feature ---- */
 
-/* Return the resolution of the time at which a disc with the relative velocity u meets a feature, seconds.
+/* Return the resolution of the time at which a disc with the relative velocity u hits a feature, seconds.
 
-   The disc is at its own place, whose coordinates are rounded. `speed` is that along the normal. A disc that returns to an
-   arc without another impact between (`returns`) meets it a chord later, whatever the gap. */
+   The disc is at its position at impact, whose coordinates are rounded. `speed` is the normal speed. If the disc
+   returns to an arc without another impact in between (`returns`), it hits the arc one chord later, regardless of the
+   gap. */
 static inline double feature_resolution(const Feature *f, const Disc *a, double ux, double uy, double speed,
                                         bool returns) {
     Mover disc = mover_of(a);
@@ -151,7 +153,7 @@ static inline double feature_resolution(const Feature *f, const Disc *a, double 
     return pair_resolution(sizes, reach_of(&disc, f).high, ux, uy, speed);
 }
 
-/* Apply the impact of disc `i`, which moves, on feature `k`, as `apply_pair_impact` does; return the normal. */
+/* Apply the impact of disc `i`, which moves, on feature `k`, like `apply_pair_impact`. Return the normal. */
 static inline Direction apply_feature_impact(State *s, Index i, Index k, double time, bool is_wanted) {
     Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];

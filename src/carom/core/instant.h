@@ -1,6 +1,7 @@
-/* Instants as pairs of floats: after 1e5 bounces a clock of one float is too coarse to place a disc.
+/* Instants as pairs of floats. After 1e5 bounces one float is too coarse to locate a disc.
 
-   A pair is normalised: its high part is the nearest float. So two instants compare by high parts, then by low parts. */
+   A pair is normalised: its high part is the float nearest to the sum. So instants are compared by their high parts
+   first, then by their low parts. */
 
 #pragma once
 
@@ -29,7 +30,8 @@ static inline Instant later_of(Instant a, Instant b) {
     return is_before(a, b) ? b : a;
 }
 
-/* Return the instant some seconds after another; NEVER after infinitely many, and if the sum overflows. */
+/* Return the instant some seconds after another one. It is NEVER for infinitely many seconds, or if the sum
+   overflows. */
 static inline Instant instant_after(Instant begin, double wait) {
     DoubleDouble sum = two_sum(begin.high, wait);
     return sum.high < CAROM_INF ? two_sum(sum.high, begin.low + sum.low) : NEVER;

@@ -1,4 +1,4 @@
-/* Memory of an event-driven run: all rows whose number is fixed are in one arena. */
+/* Memory of an event-driven run: one arena contains all rows whose number is fixed. */
 
 #pragma once
 
@@ -7,11 +7,11 @@
 #include "carom/core/queue.h"
 #include "carom/core/state.h"
 
-/* Place all rows of a run; return how many bytes they take. Without memory only that number is computed. */
+/* Place all rows of a run, and return their size in bytes. With `memory` NULL only the size is computed. */
 static inline size_t lay_out(State *s, void *memory) {
     Arena arena = {memory, 0};
     Index discs = s->disc_count;
-    Index times_below = s->queue.level[1]; /* times of level 0, which have no holders */
+    Index times_below = s->queue.level[1]; /* level 0 has times, but no holders */
     bool has_paths = s->driving.leg_count > 0;
     s->discs = RESERVE_ROWS(&arena, Disc, discs);
     s->predictions = RESERVE_ROWS(&arena, Prediction, discs);
@@ -36,6 +36,6 @@ static inline size_t lay_out(State *s, void *memory) {
     s->touched = s->has_touched ? RESERVE_ROWS(&arena, TouchedBodies, discs) : NULL;
     s->turning = s->record.has_spins || accelerates ? RESERVE_ROWS(&arena, Turning, discs) : NULL;
     if (memory != NULL)
-        s->queue.holder -= times_below; /* so that times and holders have the same places */
+        s->queue.holder -= times_below; /* so that a time and its holder have the same index */
     return arena.used;
 }

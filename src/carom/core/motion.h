@@ -1,7 +1,7 @@
-/* Motion of a disc: its path, and when that path reaches another disc, an obstacle, or an edge of a cell.
+/* Straight motion of a disc: its path, and when that path reaches another disc, an obstacle or an edge of a cell.
 
-   A free disc moves in a straight line at constant velocity from its own time on. Everything that relies on this is in
-   this file: another kind of motion is another branch in these functions. The exact times are those of pair.h and
+   From its own time on, a free disc moves in a straight line at constant velocity. This file contains everything that
+   relies on this; parabola.h does the same for discs that accelerate. Exact times are computed by pair.h and
    feature_time.h. */
 
 #pragma once
@@ -29,7 +29,7 @@ static inline Point position_at(const Disc *a, double time) {
     return position_after(a, time - a->time);
 }
 
-/* Move a disc along its path to a time, which becomes its own. A disc that never moves keeps the time of the start. */
+/* Move a disc along its path to a time, which becomes its own time. A disc that never moves keeps the start time. */
 static inline void move_to(Disc *a, double time) {
     if (a->inverse_mass > 0.0) {
         Point centre = position_at(a, time);
@@ -39,22 +39,22 @@ static inline void move_to(Disc *a, double time) {
     }
 }
 
-/* Return a disc at its own time as a wall sees it. */
+/* Return a disc at its own time, as functions for walls use it. */
 static inline Mover mover_of(const Disc *a) {
     return mover_at(a->x, a->y, a->vx, a->vy, a->radius);
 }
 
 /* ---- two discs ---- */
 
-typedef struct RelativeMotion { /* of a disc b, as seen from a disc a */
+typedef struct RelativeMotion { /* motion of disc b relative to disc a */
     double start;               /* the later of their own times */
-    double dx;                  /* centre at that time */
+    double dx;                  /* centre at the time `start` */
     double dy;
     double ux; /* velocity */
     double uy;
 } RelativeMotion;
 
-/* Return how disc b moves as seen from disc a. */
+/* Return the motion of disc b relative to disc a. */
 static inline RelativeMotion relative_motion(const Disc *a, const Disc *b) {
     double start = greater(a->time, b->time);
     Point from = position_at(a, start);
@@ -62,9 +62,9 @@ static inline RelativeMotion relative_motion(const Disc *a, const Disc *b) {
     return (RelativeMotion){start, to.x - from.x, to.y - from.y, b->vx - a->vx, b->vy - a->vy};
 }
 
-/* Return when two discs collide on their present paths, infinity for never.
+/* Return when two discs collide on their present paths; infinity for never.
 
-   The order of the discs matters for rounding: the one with the lower number is first. */
+   The order of the discs affects rounding: the disc with the lower number must be first. */
 static inline double pair_impact_time(const Disc *a, const Disc *b) {
     double start = greater(a->time, b->time);
     Point first = position_at(a, start);
@@ -74,9 +74,10 @@ static inline double pair_impact_time(const Disc *a, const Disc *b) {
 
 /* ---- a disc and an obstacle ---- */
 
-/* Return how long a disc takes to reach a wall; infinity for never, or if it certainly takes longer than `wait`.
+/* Return how long a disc takes to reach a wall. The result is infinity for never, or if the time is certainly longer
+   than `wait`.
 
-   Times that may round to the time after `wait` are never left out, even if all roundings are against it. */
+   A time that may round to the same time as `wait` is always returned, even in the worst case of all roundings. */
 static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait) {
     Bounded toward = approach(a->vx, a->vy, w->nx, w->ny);
     Bounded rim = approach(a->x - w->x, a->y - w->y, w->nx, w->ny);
@@ -87,20 +88,21 @@ static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait)
     return wall_time(a->x, a->y, a->vx, a->vy, a->radius, w->x, w->y, w->nx, w->ny);
 }
 
-/* Return whether a disc's path certainly misses the circle around the middle of a face that contains all touches of it. */
+/* Return whether a disc's path certainly misses the circle around the middle of a face that contains all its contact
+   points. */
 static inline bool misses_face_circle(const Disc *a, const Feature *face, double reach) {
     double dx = (face->x.high - a->x) + 0.5 * face->ex.high;
     double dy = (face->y.high - a->y) + 0.5 * face->ey.high;
-    /* Enlarged by more than the roundings of the middle, as seen from the disc, and of the sum. */
+    /* The circle is enlarged by more than the roundings of the middle's relative position, and of the sum. */
     double circle = (reach + 0.5 * face->size.high) * (1.0 + 4.0 * CAROM_ERROR) + 4.0 * CAROM_ERROR * (fabs(dx) + fabs(dy));
     Bounded d = discriminant(dx, dy, a->vx, a->vy, circle);
     return d.value < -d.error;
 }
 
-/* Return whether a disc certainly does not reach a feature within a wait, even if all roundings are against it.
+/* Return whether a disc certainly does not reach a feature within a wait, in the worst case of all roundings.
 
-   This includes a face whose line the centre is behind: the disc can only meet its other side. Error bounds are those of
-   eight roundings of a term, or of sixteen of a distance. */
+   The result is also true if the centre is behind the line of a face, since the disc can then hit only the other side.
+   Error bounds cover eight roundings of a term, or sixteen of a distance. */
 static inline bool is_out_of_reach(const Disc *a, const Feature *f, double wait) {
     double reach = a->radius + f->half_width;
     if (f->kind <= FACE) {
@@ -118,15 +120,16 @@ static inline bool is_out_of_reach(const Disc *a, const Feature *f, double wait)
     double away = sqrt(dx * dx + dy * dy);
     double touch = f->kind == INNER_ARC ? f->size.high - reach : f->size.high + reach;
     if (f->kind == INNER_ARC && touch < 0.0)
-        return false; /* it may not fit inside: rare, so it is not decided here */
+        return false; /* the disc may not fit inside; this is rare and not decided here */
     double gap = f->kind == INNER_ARC ? fabs(away - touch) : away - touch;
     return gap - 2.0 * CAROM_ERROR * (away + f->size.high + reach) > (fabs(a->vx) + fabs(a->vy)) * wait;
 }
 
-/* Return how long a disc takes to reach a feature; infinity for never, or if it certainly takes longer than `wait`.
+/* Return how long a disc takes to reach a feature. The result is infinity for never, or if the time is certainly longer
+   than `wait`.
 
-   `mover` is the disc as `mover_of` returns it. `has_just_left` says that the feature is what the disc met last on this
-   path: it can meet only the inside of an arc again. */
+   `mover` is the result of `mover_of` for the disc. `has_just_left` says that the feature is the last thing that the
+   disc hit on this path. The disc can then hit it again only if it is the inside of an arc. */
 static inline double feature_impact_wait(const Disc *a, const Mover *mover, const Feature *f, bool has_just_left,
                                          double wait) {
     if (has_just_left ? f->kind != INNER_ARC : is_out_of_reach(a, f, wait))
@@ -141,9 +144,9 @@ typedef struct CellExit {
     Edge edge;
 } CellExit;
 
-/* Return which edge of a cell a disc crosses first, and how long it takes. Row and column are those without the ring.
+/* Return the edge of its cell that a disc crosses first, and how long it takes. Row and column do not count the ring.
 
-   A cell at the rim of the grid is unbounded outwards. */
+   A cell at the rim of the grid has no outer edges. */
 static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index column) {
     Index right = a->vx > 0.0;
     Index up = a->vy > 0.0;

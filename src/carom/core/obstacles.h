@@ -1,13 +1,13 @@
-/* Lists of obstacles: for each cell those that a disc in it may meet, and few others.
+/* Lists of obstacles: for each cell the obstacles that a disc in it may hit, and few others.
 
-   A tile, which is four cells, or one if there are features, has a list. The grid is halved again and again, and each half
-   keeps those of the whole's obstacles that come near it. So an obstacle that is near few tiles costs the others nothing.
-   A tile has the place of its list in an array of lists. Each list contains numbers in ascending order and ends with
-   NO_OBSTACLE. Tiles far from all obstacles share the first list, which is empty.
+   A tile is four cells, or one cell if there are features. Each tile has a list. To build the lists, the grid is halved
+   repeatedly, and each half keeps only the obstacles near it. So an obstacle near few tiles causes no work for the
+   others. All lists are in one array, and a tile contains the place of its list in it. Each list contains numbers in
+   ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles share the first list, which is empty.
 
-   Where no disc can be, wholly behind a wall, a tile has the list of all obstacles: it may be too long, but it misses
-   none. A tile at the rim is unbounded outwards, but its list is not: a disc that leaves the area of the lists checks all
-   obstacles. */
+   No disc can be in a tile that is wholly behind a wall. Such a tile has the list of all obstacles, which misses none.
+   A tile at the rim has no outer limit, but its list is valid only up to one. A disc beyond the area of the lists
+   checks all obstacles. */
 
 #pragma once
 
@@ -22,20 +22,21 @@
 
 /* ---- tiles and an obstacle ---- */
 
-typedef enum Side { /* of an obstacle, on which tiles are */
-    CLEAR = 0,      /* no disc in them meets it */
+typedef enum Side { /* position of tiles relative to an obstacle */
+    CLEAR = 0,      /* no disc in them hits it */
     NEARBY = 1,
     BEHIND = 2, /* no disc can be there */
 } Side;
 
-typedef struct Tiles { /* a block of tiles; the ring of cells is part of those at the rim */
+typedef struct Tiles { /* a block of tiles; tiles at the rim include the ring of cells */
     Index left;
     Index right; /* one past the last */
     Index low;
     Index high;
 } Tiles;
 
-/* Return where row or column `k` of `count` begins. The first begins, and the last ends, OUTWARD cells beyond the grid. */
+/* Return where row or column `k` of `count` begins. The first one begins, and the last one ends, OUTWARD cells beyond
+   the grid. */
 static inline double line_between(double begin, double width, Index count, Index k) {
     if (k <= 1)
         return begin - OUTWARD * width;
@@ -52,10 +53,11 @@ static inline Box box_of(const Grid *g, const Tiles *tiles) {
     };
 }
 
-/* Return on which side of a wall a box of tiles is: near it if its middle is within a radius and half a diagonal of it.
+/* Return the side of a wall on which a box of tiles is. It is NEARBY if the distance between its middle and the wall is
+   at most the largest radius plus half a diagonal of the box.
 
-   Half the sum of the sides stands for half the diagonal, which is .71 of it for a tile: the rest, .29 of a tile's width,
-   covers the roundings of a path. */
+   The code uses half the sum of the sides instead of half the diagonal. For a tile the difference is .29 of its width,
+   which covers the roundings of a path. */
 static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box) {
     double reach = g->radius + 0.5 * ((box->right - box->left) + (box->high - box->low));
     double dx = 0.5 * (box->left + box->right) - wall->x;
@@ -66,7 +68,8 @@ static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box)
     return distance.value - distance.error >= reach ? CLEAR : NEARBY;
 }
 
-/* Return whether a place, relative to the centre, is in an arc's sector, or so near that rounding leaves it undecided. */
+/* Return whether a position, relative to the centre, is in an arc's sector, or so near that rounding leaves it
+   undecided. */
 static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
     double open = 4.0 * CAROM_ERROR * arc->size.high * (fabs(x) + fabs(y));
     bool after_first = arc->ex.high * y - arc->ey.high * x >= -open;
@@ -74,10 +77,10 @@ static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
     return arc->whole || (arc->reflex ? after_first || before_last : after_first && before_last);
 }
 
-/* Return how far a point is from a feature that is no plane.
+/* Return the distance of a point from a feature that is not a half-plane.
 
-   The bound is that of about twenty roundings of the lengths involved. At an end of an arc the distance is the same from
-   its circle and from its end, so it does not matter which of them decides there. */
+   The error bound covers about twenty roundings of the lengths involved. At an end of an arc, its circle and its end
+   have the same distance from the point, so either may be used there. */
 static inline Bounded distance_to(const Feature *f, double x, double y) {
     double dx = x - f->x.high;
     double dy = y - f->y.high;
@@ -102,7 +105,7 @@ static inline Bounded distance_to(const Feature *f, double x, double y) {
     return found;
 }
 
-/* Return on which side of a feature a box of tiles is, as `side_of_wall` does. */
+/* Return the side of a feature on which a box of tiles is, as `side_of_wall` does. */
 static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *box) {
     if (f->kind == PLANE) {
         Wall plane = {f->x.high, f->y.high, f->nx, f->ny};
@@ -110,7 +113,7 @@ static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *b
     }
     double x = 0.5 * (box->left + box->right), y = 0.5 * (box->low + box->high);
     double half = 0.5 * ((box->right - box->left) + (box->high - box->low));
-    if (f->kind == FACE) { /* a disc whose centre is behind the line of a face does not touch it */
+    if (f->kind == FACE) { /* a disc does not touch a face if its centre is behind the face's line */
         Bounded before = approach(x - f->x.high, y - f->y.high, f->nx, f->ny);
         if (before.value + before.error < -half)
             return CLEAR;
@@ -121,7 +124,7 @@ static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *b
 
 /* ---- lists ---- */
 
-/* Append a list; return whether there was memory. */
+/* Append a list. Return false if there is no memory. */
 static inline bool append_list(State *s, const int *numbers, Index count) {
     Grid *g = &s->grid;
     if (g->listed + count + 1 > g->list_capacity) {
@@ -138,7 +141,7 @@ static inline bool append_list(State *s, const int *numbers, Index count) {
     return true;
 }
 
-/* Give some tiles the list at a place in `Grid.lists`. */
+/* Assign to some tiles the list at a place in `Grid.lists`. */
 static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
     bool has_obstacles = g->lists[FULL_LIST] != NO_OBSTACLE;
     Index first = 1 >> g->tile_bits;
@@ -151,9 +154,10 @@ static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
     }
 }
 
-/* Give some tiles their lists, of the `known` obstacles of the whole; return whether there was memory.
+/* Assign lists to some tiles. `known` are the obstacles near all these tiles together. Return false if there is no
+   memory.
 
-   After `known` there is room for as many numbers for each halving. */
+   The array `known` has room for as many further numbers at each halving. */
 static inline bool list_for_tiles(State *s, Tiles tiles, int *known, Index count) {
     Grid *g = &s->grid;
     int *kept = known + count;
@@ -187,7 +191,8 @@ static inline bool list_for_tiles(State *s, Tiles tiles, int *known, Index count
     return list_for_tiles(s, half, kept, kept_count) && list_for_tiles(s, tiles, kept, kept_count);
 }
 
-/* Give every tile the list of what a disc in it may meet, except driven walls; return whether there was memory. */
+/* Assign to every tile the list of obstacles that a disc in it may hit, except driven walls. Return false if there is
+   no memory. */
 static inline bool list_obstacles(State *s) {
     Grid *g = &s->grid;
     bool has_features = s->feature_count > 0;
@@ -197,7 +202,7 @@ static inline bool list_obstacles(State *s) {
     g->area.right = line_between(g->x0, g->width, g->columns, g->columns + 1);
     g->area.low = line_between(g->y0, g->width, g->rows, 1);
     g->area.high = line_between(g->y0, g->width, g->rows, g->rows + 1);
-    /* For the whole, and for at most COLUMN_BITS halvings in each direction. */
+    /* Numbers for the whole grid, and for at most COLUMN_BITS halvings in each direction. */
     int *numbers = s->resize(NULL, 0, (2 * COLUMN_BITS + 2) * (size_t)(count + 1) * sizeof(int));
     if (numbers == NULL)
         return false;
@@ -212,20 +217,21 @@ static inline bool list_obstacles(State *s) {
     return is_done;
 }
 
-/* Return whether a disc is in the area of the lists now and after a wait, and so at any time between. */
+/* Return whether a disc is in the area of the lists now and after a wait, and therefore at all times in between. */
 static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
-    Point end = position_after(a, wait); /* NaN if the wait is infinite: not in the area */
+    Point end = position_after(a, wait); /* NaN, which counts as outside, if the wait is infinite */
     bool is_inside = (g->area.left <= a->x) & (a->x <= g->area.right) & (g->area.low <= a->y) & (a->y <= g->area.high);
     return is_inside & (g->area.left <= end.x) & (end.x <= g->area.right) & (g->area.low <= end.y) &
            (end.y <= g->area.high);
 }
 
-/* ---- the end of a stay in a cell: an edge that a disc crosses, or an obstacle that it meets before ---- */
+/* ---- when a disc leaves its cell, or hits an obstacle before that ---- */
 
-/* Find the first of some walls that a disc meets within a wait; return after what wait, and set its number.
+/* Find the first wall that a disc hits within a wait. Return how long the disc takes, and set the wall's number.
 
-   Without one, return the given wait. Of walls met at the same time (own time plus wait: two different waits can round to
-   one time) the last comes first, since wall k is body -1 - k. */
+   If there is none, return the given wait. The time of an impact is the disc's own time plus the wait, and different
+   waits can round to the same time. If several walls have the same time, the last one is first, since wall k is body -1
+   - k. */
 static inline double find_first_wall(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                      Index *obstacle) {
     *obstacle = NO_OBSTACLE;
@@ -243,10 +249,10 @@ static inline double find_first_wall(const State *s, Index i, const Disc *a, con
     return wait;
 }
 
-/* Find the first of some features that a disc meets within a wait, as `find_first_wall` does.
+/* Find the first feature that a disc hits within a wait, as `find_first_wall` does.
 
-   Of two features of one wall the one with the smaller wait comes first; if they are equal, the one with the lower number.
-   Of two walls the last comes first if the times are equal. */
+   If both features belong to one wall, the shorter wait is first; if the waits are equal, the lower number is first. If
+   two walls have the same time, the last one is first. */
 static inline double find_first_feature(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                         Index *obstacle) {
     Mover mover = mover_of(a);
@@ -267,9 +273,9 @@ static inline double find_first_feature(const State *s, Index i, const Disc *a, 
     return wait;
 }
 
-/* Predict when disc `i` crosses an edge of its cell, or meets an obstacle before that, which is a feature or a wall.
+/* Predict when disc `i` crosses an edge of its cell, or hits an obstacle (a feature or a wall) before that.
 
-   An edge that is reached at the time of an obstacle comes first: the obstacle is near the next cell too. */
+   If both times are equal, the edge is first: the obstacle is also near the next cell. */
 static inline void predict_exit(State *s, Index i, bool has_features) {
     const Grid *g = &s->grid;
     Prediction *p = &s->predictions[i];
@@ -283,7 +289,7 @@ static inline void predict_exit(State *s, Index i, bool has_features) {
     bool has_list = list != 0;
     bool is_at_rim = list & 1;
     double wait = crossing.wait;
-    while (has_list) { /* twice at most. One place calls the functions, so that a compiler inlines them here */
+    while (has_list) { /* at most twice. The functions are called in one place, so that compilers inline them here */
         wait = has_features ? find_first_feature(s, i, &a, numbers, crossing.wait, &obstacle)
                             : find_first_wall(s, i, &a, numbers, crossing.wait, &obstacle);
         has_list = is_at_rim && !stays_in_area(g, &a, wait);

@@ -1,22 +1,24 @@
-/* Time of impact of two discs in straight uniform motion, to within 2 units in the last place; hit or miss exactly.
+/* Time of impact of two discs in straight uniform motion, accurate to 2 units in the last place. Whether they collide
+   is decided exactly.
 
-   With the offset d of the second disc from the first, its relative velocity u and the sum R of the radii, the discs
-   touch where |d + u t| = R, that is
+   Let d be the offset of the second disc from the first, u its relative velocity, and R the sum of the radii. The discs
+   touch when |d + u t| = R, that is
 
        a t^2 + 2 b t + c = 0,   a = u.u,   b = d.u,   c = d.d - R^2.
 
-   They collide at the earlier root t = c / (-b + sqrt(D)), D = b^2 - a c = a R^2 - (d x u)^2, if they approach (b < 0),
-   are apart (c > 0) and do not miss each other (D > 0). There are three steps, each with its own guarantee:
+   They collide at the earlier root t = c / (-b + sqrt(D)), with D = b^2 - a c = a R^2 - (d x u)^2. Three conditions
+   must be true: they approach (b < 0), are apart (c > 0) and do not miss each other (D > 0). There are three steps,
+   each with its own guarantee:
 
-   1. The plain form, in double precision. A verdict counts only where the quantity that decides it exceeds the bound of
-      its own rounding error.
-   2. A hit's root is refined by one step: close to the contact, the residual |d + u t|^2 - R^2 is formed without
-      cancellation by splitting its operands onto a common grid. The step reports whether its error is certainly below 2
-      units in the last place.
-   3. The error-free form decides the rest: sums of exact products, scaled by powers of two; where these cancel to less
-      than their own error, exact sums.
+   1. The plain form uses double precision. It decides a condition only if the quantity exceeds the bound of its
+      rounding error.
+   2. The root of a collision is refined by one step. Near the contact, the residual |d + u t|^2 - R^2 is computed
+      without cancellation, because its operands are split onto a common grid. The step reports whether its error is
+      certainly below 2 units in the last place.
+   3. The error-free form decides the rest. It uses sums of exact products, scaled by powers of two. If these cancel to
+      less than their own error, exact sums are used.
 
-   docs/theory/pic.md derives the bounds. No time or distance is compared with a tolerance. Lengths are in metres,
+   docs/theory/pic.md derives the bounds. There are no tolerances for times or distances. Lengths are in metres,
    velocities in metres per second, times in seconds. */
 
 #pragma once
@@ -25,16 +27,16 @@
 
 #include "carom/core/double_double.h"
 
-/* Every float is below two to the power of this. */
+/* Every float is less than 2 to this power. */
 enum { LARGEST_EXPONENT = 1024 };
 
-/* A value of the plain form, and a bound on its rounding error. */
+/* A value of the plain form, and a bound of its rounding error. */
 typedef struct Bounded {
     double value;
     double error;
 } Bounded;
 
-/* The second disc as seen from the first, without rounding. */
+/* The second disc relative to the first, without rounding. */
 typedef struct Encounter {
     DoubleDouble x;
     DoubleDouble y;
@@ -45,14 +47,14 @@ typedef struct Encounter {
 
 /* ---- the plain form ---- */
 
-/* Return b = d.u, negative where the discs approach. */
+/* Return b = d.u, which is negative if the discs approach. */
 static inline Bounded approach(double dx, double dy, double ux, double uy) {
     double along_x = dx * ux;
     double along_y = dy * uy;
     return (Bounded){along_x + along_y, CAROM_ERROR * (fabs(along_x) + fabs(along_y)) + CAROM_NEGLIGIBLE};
 }
 
-/* Return D = (u.u) R^2 - (d x u)^2, negative where the discs miss each other. */
+/* Return D = (u.u) R^2 - (d x u)^2, which is negative if the discs miss each other. */
 static inline Bounded discriminant(double dx, double dy, double ux, double uy, double reach) {
     double across_x = dx * uy;
     double across_y = dy * ux;
@@ -63,7 +65,7 @@ static inline Bounded discriminant(double dx, double dy, double ux, double uy, d
     return (Bounded){largest - cross * cross, error};
 }
 
-/* Return c = d.d - R^2, negative where the discs overlap. */
+/* Return c = d.d - R^2, which is negative if the discs overlap. */
 static inline Bounded separation(double dx, double dy, double reach) {
     double distance2 = dx * dx + dy * dy;
     double reach2 = reach * reach;
@@ -72,7 +74,7 @@ static inline Bounded separation(double dx, double dy, double reach) {
 
 /* ---- one refinement ---- */
 
-/* Return p + t v as head and rest, for a time split into two parts. */
+/* Return p + t v as a sum of two floats. The time is split into two parts. */
 static inline DoubleDouble advance_coordinate(DoubleDouble t, DoubleDouble p, DoubleDouble v) {
     DoubleDouble fast = split_double(v.high);
     DoubleDouble head = two_sum(p.high, t.high * fast.high);
@@ -80,9 +82,9 @@ static inline DoubleDouble advance_coordinate(DoubleDouble t, DoubleDouble p, Do
     return (DoubleDouble){head.high, rest};
 }
 
-/* Return the root next to a guess of at least 22 correct bits: one step on operands split onto a common grid.
+/* Refine a root that has at least 22 correct bits, by one step on operands that are split onto a common grid.
 
-   Return CAROM_UNCERTAIN unless it is the earlier root, to within 2 units in the last place. */
+   Return CAROM_UNCERTAIN unless the result is certainly the earlier root, accurate to 2 units in the last place. */
 static inline double refine_root(double guess, Encounter e) {
     DoubleDouble t = split_double(guess);
     double radius = e.reach.high;
@@ -100,13 +102,13 @@ static inline double refine_root(double guess, Encounter e) {
     double gap =
         ((hx * hx + hy * hy) - hr * hr) + (2.0 * ((hx * lx + hy * ly) - hr * lr) + ((lx * lx + ly * ly) - lr * lr));
     double closing = -(px * e.ux.high + py * e.uy.high);
-    /* A distant graze can leave a closing speed of exactly 0, which is CAROM_UNCERTAIN below. */
+    /* A distant graze can have a closing speed of exactly 0. The result is then CAROM_UNCERTAIN. */
     double inverse = 1.0 / (closing + (closing == 0.0 ? 1.0 : 0.0));
     double step = gap * inverse;
     double bend = ((e.ux.high * e.ux.high + e.uy.high * e.uy.high) * step) * inverse;
     double speed = fabs(e.ux.high) + fabs(e.uy.high);
     double extent = fabs(e.x.high) + fabs(e.y.high) + guess * speed;
-    /* Selects instead of a chain of `&&`: no branch for the processor to predict. */
+    /* Conditional values instead of a chain of `&&`, so that there is no branch to predict. */
     double root = guess + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend));
     root = closing >= 0x1p-10 * (radius * speed) ? root : CAROM_UNCERTAIN;
     root = extent <= 0x1p34 * radius ? root : CAROM_UNCERTAIN;
@@ -134,7 +136,7 @@ static inline double refined_time(double b, double d, Encounter e) {
 
 /* ---- the error-free form: signs are exact ---- */
 
-/* Return D = b^2 - a c. This form loses no accuracy near contact, where b and c are small. */
+/* Return D = b^2 - a c. This form is accurate near contact, where b and c are small. */
 static inline DoubleDouble discriminant_from_gap(DoubleDouble b, DoubleDouble c, DoubleDouble a) {
     DoubleDouble square = two_prod(b.high, b.high);
     DoubleDouble product = two_prod(a.high, c.high);
@@ -143,7 +145,7 @@ static inline DoubleDouble discriminant_from_gap(DoubleDouble b, DoubleDouble c,
     return two_sum(d.high, d.low + rest);
 }
 
-/* Return D = a R^2 - (d x u)^2. This form loses no accuracy at a distance, where b^2 and a c nearly cancel. */
+/* Return D = a R^2 - (d x u)^2. This form is accurate at a distance, where b^2 and a c nearly cancel. */
 static inline DoubleDouble discriminant_from_miss(Encounter e, DoubleDouble a) {
     DoubleDouble cross = round_sum(add_pair_product(add_pair_product(empty_sum(), e.x, e.uy), negate(e.y), e.ux));
     DoubleDouble square = pair_product(cross, cross);
@@ -152,7 +154,7 @@ static inline DoubleDouble discriminant_from_miss(Encounter e, DoubleDouble a) {
     return two_sum(d.high, d.low + (largest.low - square.low));
 }
 
-/* Return c / (-b + sqrt(D)), corrected once by its residual. */
+/* Return c / (-b + sqrt(D)), with one correction by its residual. */
 static inline double exact_root(DoubleDouble b, DoubleDouble c, DoubleDouble d) {
     double root = sqrt(d.high);
     DoubleDouble square = two_prod(root, root);
@@ -238,7 +240,8 @@ static inline double exact_pair_time(Encounter e) {
     e.ux = scale_pair(e.ux, -pace);
     e.uy = scale_pair(e.uy, -pace);
     DoubleDouble b = inner_product(e.x, e.y, e.ux, e.uy);
-    /* Scaling loses a velocity component below 2^-1022 of the other, but not its sign. */
+    /* If one velocity component is below 2^-1022 of the other, scaling makes it 0. The unscaled product still has its
+       sign. */
     if (!(b.high < 0.0) && !(b.high == 0.0 && e.x.high * ux + e.y.high * uy < 0.0))
         return CAROM_INF;
     DoubleDouble c = excess(e.x, e.y, e.reach);
@@ -266,8 +269,8 @@ static inline double exact_pair_time(Encounter e) {
 
 /* Return the seconds until two discs collide, from their positions and velocities at one time.
 
-   0 where they touch or overlap and approach, infinity where they never meet. A graze of depth zero (D = 0) exchanges
-   no momentum and is no impact. */
+   The result is 0 if they touch or overlap and approach, and infinity if they never collide. A graze without any
+   overlap (D = 0) exchanges no momentum and is not an impact. */
 static inline double pair_time(double x1, double y1, double vx1, double vy1, double r1, double x2, double y2,
                                double vx2, double vy2, double r2) {
     Bounded b = approach(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1);
@@ -283,7 +286,7 @@ static inline double pair_time(double x1, double y1, double vx1, double vy1, dou
     return time;
 }
 
-/* Return the seconds until two circles meet whose positions, velocities and reach are pairs, as `pair_time` does. */
+/* Return the seconds until two circles touch, as `pair_time` does. Their positions, velocities and reach are pairs. */
 static inline double meeting_time(Encounter e) {
     Bounded b = approach(e.x.high, e.y.high, e.ux.high, e.uy.high);
     if (b.value > b.error)

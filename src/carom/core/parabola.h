@@ -1,8 +1,8 @@
 /* Motion of a disc that accelerates: its state at an instant, and when it reaches another disc or a feature of a wall.
 
-   Two discs with the same acceleration move in a straight line as seen from each other, so pair.h predicts them as it
-   does without gravity. Any other two meet at a root of a quartic; fall.h solves it. A time is counted from the later of
-   the two own instants, so it depends on the two paths alone. */
+   Two discs with the same acceleration move in a straight line relative to each other, so pair.h predicts their impact
+   as it does without gravity. Any other two collide at a root of a quartic, which fall.h solves. A time is counted from
+   the later of the discs' own instants, so it depends on their two paths only. */
 
 #pragma once
 
@@ -33,7 +33,7 @@ static inline Instant now_instant(const State *s) {
 
 /* ---- state ---- */
 
-/* Return the state of a disc that no impact moves, at a time. */
+/* Return the state at a time of a disc that no impact moves. */
 static inline Motion immovable_state(const State *s, Index i, double time) {
     const Disc *a = &s->discs[i];
     const Driven *row = driven_row(&s->driving, i);
@@ -44,7 +44,7 @@ static inline Motion immovable_state(const State *s, Index i, double time) {
     return (Motion){seen.x, seen.y, seen.vx, seen.vy};
 }
 
-/* Return the state of a disc at an instant, on its present parabola or where that has ended on a table. */
+/* Return the state of a disc at an instant, on its present parabola, or where it has stopped on a table. */
 static inline Motion motion_at(const State *s, Index i, Instant at) {
     const Disc *a = &s->discs[i];
     if (a->inverse_mass == 0.0) {
@@ -53,7 +53,8 @@ static inline Motion motion_at(const State *s, Index i, Instant at) {
     const Parabola *p = &s->accelerated.paths[i];
     Instant own = own_instant(a, p);
     if (s->accelerated.deceleration > 0.0 && !is_before(at, p->ends)) {
-        /* At its middle speed to where it stops, so that no difference of two large ways is left. */
+        /* The distance to the stop is computed from the mean speed, which avoids the difference of two large
+           distances. */
         double lasts = seconds_between(own, p->ends);
         return (Motion){a->x + 0.5 * lasts * a->vx, a->y + 0.5 * lasts * a->vy, 0.0, 0.0};
     }
@@ -69,14 +70,14 @@ static inline Motion motion_at(const State *s, Index i, Instant at) {
     };
 }
 
-/* Return the spin of a disc at an instant; it changes only in contact. */
+/* Return the spin of a disc at an instant. It changes only in contact. */
 static inline double spin_at(const State *s, Index i, Instant at) {
     const Parabola *p = &s->accelerated.paths[i];
     double spin = s->turning[i].spin;
     return p->spin_rate != 0.0 ? spin + p->spin_rate * seconds_between(own_instant(&s->discs[i], p), at) : spin;
 }
 
-/* Let the table act on a disc with a new velocity: it stops when that is used up. */
+/* Set the deceleration by the table for a disc with a new velocity, and the instant at which it stops. */
 static inline void slow_down(State *s, Index i) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -86,13 +87,13 @@ static inline void slow_down(State *s, Index i) {
         p->ends = NEVER;
         return;
     }
-    double rate = -s->accelerated.deceleration; /* times a unit vector: over the least of speeds it would be infinite */
+    double rate = -s->accelerated.deceleration; /* times a unit vector: divided by a tiny speed, it would be infinite */
     p->ax = rate * (a->vx / speed);
     p->ay = rate * (a->vy / speed);
     p->ends = instant_after(own_instant(a, p), speed / s->accelerated.deceleration);
 }
 
-/* Move a disc along its path to an instant, which becomes its own. */
+/* Move a disc along its path to an instant, which becomes its own instant. */
 static inline void move_on_parabola(State *s, Index i, Instant at) {
     Disc *a = &s->discs[i];
     Motion there = motion_at(s, i, at);
@@ -124,7 +125,7 @@ static inline bool accelerate_alike(const State *s, Index i, Index j) {
     return p->ax == q->ax && p->ay == q->ay;
 }
 
-/* Return when a disc meets one that no impact moves; NEVER for not on its present path. */
+/* Return when a disc hits one that no impact moves; NEVER if it does not on its present path. */
 static inline Instant immovable_impact_time(const State *s, Index i, Index fixed) {
     const Disc *a = &s->discs[i], *b = &s->discs[fixed];
     const Parabola *p = &s->accelerated.paths[i];
@@ -152,7 +153,7 @@ static inline Instant immovable_impact_time(const State *s, Index i, Index fixed
     return NEVER;
 }
 
-/* Return when discs i < j meet on their present paths; NEVER for not. */
+/* Return when discs i < j collide on their present paths; NEVER if they do not. */
 static inline Instant parabola_pair_time(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i], *b = &s->discs[j];
     if (a->inverse_mass == 0.0 || b->inverse_mass == 0.0) {
@@ -189,9 +190,9 @@ static inline double fastest_leg(const Driving *d, const Driven *row) {
     return fastest;
 }
 
-/* Return an instant before which two discs that do not accelerate alike cannot meet.
+/* Return an instant before which two discs with different accelerations cannot collide.
 
-   The quartic costs much, and mostly the disc has met something else before its turn comes. */
+   The quartic is expensive, and in most cases the disc hits something else before the exact instant is needed. */
 static inline Instant earliest_meeting(const State *s, Index i, Index j) {
     if (s->discs[i].inverse_mass == 0.0) {
         return earliest_meeting(s, j, i);
@@ -209,7 +210,7 @@ static inline Instant earliest_meeting(const State *s, Index i, Index j) {
     if (row == NULL || row->leg_count == 1) {
         return instant_after(start, fall_pair_lower_bound(&disc, other.x, other.y, b->radius, p->ax - q->ax, p->ay - q->ay));
     }
-    /* On any leg of its path a driven disc comes no nearer than at its greatest speed, straight to the other one. */
+    /* A driven disc approaches no faster on any leg than in a straight line at its greatest speed. */
     double dx = one.x - other.x, dy = one.y - other.y;
     double gap = sqrt(dx * dx + dy * dy) - (a->radius + b->radius);
     gap -= 2.0 * gap_resolution(size_of(one.x, one.y, a->radius) + size_of(other.x, other.y, b->radius));

@@ -1,4 +1,4 @@
-/* End of the stay in a cell of a disc that accelerates: an edge, a feature of a wall, or the end of its motion. */
+/* When a disc that accelerates leaves its cell, hits a feature of a wall, or ends its motion. */
 
 #pragma once
 
@@ -12,16 +12,16 @@
 
 /* ---- edges of the cell ---- */
 
-typedef struct AxisExit { /* along one axis */
+typedef struct AxisExit { /* when a coordinate leaves a cell */
     double wait;          /* from the disc's own time; INF for never */
-    bool is_upper;        /* the edge with the larger coordinate */
+    bool is_upper;        /* whether it is the edge with the larger coordinate */
 } AxisExit;
 
-/* Return the later root of `v t + a t^2/2 = d`, for a that points to the edge at the distance d. */
+/* Return the later root of `v t + a t^2/2 = d`. The edge is at the distance d, and a points towards it. */
 static inline double later_edge_root(double d, double v, double a) {
     double sign = a > 0.0 ? 1.0 : -1.0;
     double square = v * v + 2.0 * a * d;
-    double root = sqrt(square > 0.0 ? square : 0.0); /* below 0 by rounding, of a disc that turns at the edge */
+    double root = sqrt(square > 0.0 ? square : 0.0); /* negative only by rounding, if the disc turns at the edge */
     double outwards = v * sign;
     if (outwards >= 0.0) {
         return outwards + root > 0.0 ? 2.0 * fabs(d) * (d * sign >= 0.0) / (outwards + root) : 0.0;
@@ -29,10 +29,11 @@ static inline double later_edge_root(double d, double v, double a) {
     return (root - outwards) / fabs(a);
 }
 
-/* Return when a coordinate leaves a cell; `place` is counted from the lower edge, `since` is when the disc came in.
+/* Return when a coordinate leaves a cell. `place` is the distance from the lower edge, and `since` is when the disc
+   entered.
 
-   The velocity turns round once, at -v/a. Before that the disc can only cross the edge that it moves to, after that only
-   the other one: so rounding never sends it back and forth over one edge. */
+   The velocity reverses once, at -v/a. Before that, the disc can cross only the edge it moves to, and after that only
+   the other edge. So rounding never makes a disc cross one edge repeatedly. */
 static inline AxisExit axis_exit(double place, double v, double a, double width, double since) {
     if (a == 0.0) {
         bool is_upper = v > 0.0;
@@ -40,7 +41,7 @@ static inline AxisExit axis_exit(double place, double v, double a, double width,
         return (AxisExit){greater(wait, since), is_upper};
     }
     bool falls_up = a > 0.0;
-    if (v != 0.0 && (v > 0.0) != falls_up && since < -v / a) { /* before it turns round */
+    if (v != 0.0 && (v > 0.0) != falls_up && since < -v / a) { /* before it reverses */
         double d = falls_up ? -place : width - place;
         double square = v * v + 2.0 * a * d;
         if (square >= 0.0) {
@@ -51,7 +52,7 @@ static inline AxisExit axis_exit(double place, double v, double a, double width,
     return (AxisExit){greater(later_edge_root(falls_up ? width - place : -place, v, a), since), falls_up};
 }
 
-/* Return which edge of its cell a disc crosses first, and when; row and column are those without the ring. */
+/* Return the edge of its cell that a disc crosses first, and when. Row and column do not count the ring. */
 static inline CellExit parabola_cell_exit(const State *s, Index i, Index row, Index column) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -59,8 +60,8 @@ static inline CellExit parabola_cell_exit(const State *s, Index i, Index row, In
     double since = greater(p->entered - a->time, 0.0);
     AxisExit x = axis_exit(a->x - (g->x0 + (double)column * g->width), a->vx, p->ax, g->width, since);
     AxisExit y = axis_exit(a->y - (g->y0 + (double)row * g->width), a->vy, p->ay, g->width, since);
-    /* A cell at the rim is unbounded outwards; then the disc may still turn round and leave on the other side, which is
-       the same prediction with that edge moved out of reach. */
+    /* A cell at the rim has no outer edge. The disc may still reverse and leave on the other side. To predict that, the
+       outer edge is moved out of reach. */
     if (column == (x.is_upper ? g->columns - 1 : 0)) {
         x.wait = CAROM_INF;
         if (g->columns > 1 && p->ax != 0.0 && (p->ax > 0.0) != x.is_upper) {
@@ -80,13 +81,14 @@ static inline CellExit parabola_cell_exit(const State *s, Index i, Index row, In
     return y.wait < x.wait ? (CellExit){y.wait, y.is_upper ? UP : DOWN} : (CellExit){x.wait, x.is_upper ? RIGHT : LEFT};
 }
 
-/* Return whether a coordinate stays between two bounds on a parabola, from now on for some seconds. */
+/* Return whether a coordinate on a parabola stays between two bounds for some seconds from now. */
 static inline bool stays_between(double low, double high, double x, double v, double a, double wait) {
     if (v == 0.0 && a == 0.0) {
         return low <= x && x <= high;
     }
     double end = x + wait * (v + 0.5 * a * wait);
-    bool stays = low <= x && x <= high && low <= end && end <= high; /* false for NaN, of a wait without end */
+    /* false for NaN, which results from an infinite wait */
+    bool stays = low <= x && x <= high && low <= end && end <= high;
     double turn = a != 0.0 ? -v / a : -1.0;
     if (stays && turn > 0.0 && turn < wait) {
         double extreme = x + turn * (v + 0.5 * a * turn);
@@ -95,7 +97,7 @@ static inline bool stays_between(double low, double high, double x, double v, do
     return stays;
 }
 
-/* Return whether a disc stays where the lists of its tiles hold, from its own time on for some seconds. */
+/* Return whether a disc stays in the area of the lists for some seconds from its own time. */
 static inline bool parabola_stays_in_area(const State *s, Index i, double wait) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -106,7 +108,8 @@ static inline bool parabola_stays_in_area(const State *s, Index i, double wait) 
 
 /* ---- features ---- */
 
-/* Return whether a disc does not meet a feature on its present path, by where it is or comes from. */
+/* Return whether a disc certainly does not hit a feature on its present path, because of its present or last
+   contact. */
 static inline bool is_never_met(const State *s, Index i, Index k) {
     const Parabola *p = &s->accelerated.paths[i];
     if (p->never_met == NEVER_NOTHING) {
@@ -128,7 +131,7 @@ static inline bool is_never_met(const State *s, Index i, Index k) {
     return false;
 }
 
-/* Return whether a disc touches a straight feature without speed along the normal, and nothing pulls it there. */
+/* Return whether a disc touches a straight feature without normal speed, and nothing pulls it towards the feature. */
 static inline bool keeps_touching(const State *s, Index i, Index k) {
     if (s->touched == NULL || !is_touched(&s->touched[i], -1 - k)) {
         return false;
@@ -138,16 +141,16 @@ static inline bool keeps_touching(const State *s, Index i, Index k) {
     return s->accelerated.deceleration > 0.0 || wall_speed(p->ax, p->ay, f->nx, f->ny).high == 0.0;
 }
 
-/* Return how long a disc takes to reach feature k from a state relative to it; infinity for never, or if it certainly
-   takes longer than `within`. `has_just_left` says that the feature is what the disc met last on this path, `touches` that
-   it touches it without speed along the normal. */
+/* Return how long a disc takes to reach feature k. `seen` is its state relative to the feature. The result is infinity
+   for never, or if the time is certainly longer than `within`. `has_just_left` says that the feature is the last thing
+   that the disc hit on this path. `touches` says that the disc touches it without normal speed. */
 static inline double parabola_feature_wait(const State *s, Index i, Index k, const Motion *seen, bool has_just_left,
                                            bool touches, double within) {
     const Accelerated *run = &s->accelerated;
     const Disc *a = &s->discs[i];
     const Parabola *p = &run->paths[i];
     const Feature *f = &s->features[k];
-    /* On a table the path is straight, and does not return to what is flat. */
+    /* On a table the path is straight and does not return to a flat feature. */
     if (f->kind <= FACE && (touches || (has_just_left && run->deceleration > 0.0))) {
         return CAROM_INF;
     }
@@ -158,7 +161,7 @@ static inline double parabola_feature_wait(const State *s, Index i, Index k, con
     return feature_fall_time(&run->exact, &disc, f, p->ax, p->ay, has_just_left, p->leaving);
 }
 
-/* Return when a disc between two walls comes back to the one that it has left: see `Parabola.left_ground`. */
+/* Return when a disc between two walls returns to the wall that it has left: see `Parabola.left_ground`. */
 static inline Instant return_to_left_ground(const State *s, Index i) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -173,7 +176,8 @@ static inline Instant return_to_left_ground(const State *s, Index i) {
     return f->kind == PLANE || foot_is_on_face(&disc, f, wait, p->ax, p->ay) ? met : NEVER;
 }
 
-/* Return when a disc meets feature k of a wall that does not move, NEVER if that is certainly later than `within` seconds. */
+/* Return when a disc hits feature k of a wall that does not move. The result is NEVER if that is certainly later than
+   `within` seconds. */
 static inline Instant parabola_feature_meeting(const State *s, Index i, Index k, double within) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -187,20 +191,20 @@ static inline Instant parabola_feature_meeting(const State *s, Index i, Index k,
 
 typedef struct NextObstacle {
     Instant time;
-    Index feature; /* NO_OBSTACLE for none before `time` */
+    Index feature; /* NO_OBSTACLE if none is hit before `time` */
 } NextObstacle;
 
-/* Return the first of some features that a disc meets, if that is before `next`.
+/* Return the first of some features that a disc hits, if that is before `next`.
 
-   Of two features of one wall met at one instant the first comes first; of two walls the last, since wall k is body
-   -1 - k. */
+   If two features of one wall have the same instant, the first in the list is first. If they belong to two walls, the
+   last is first, since wall k is body -1 - k. */
 static inline NextObstacle first_of_features(const State *s, Index i, const int *numbers, NextObstacle next) {
     for (; *numbers != NO_OBSTACLE; numbers++) {
         Index k = *numbers;
         if (is_never_met(s, i, k)) {
             continue;
         }
-        /* And what rounds to that time. */
+        /* This includes later instants that round to the same time. */
         double within = next.time.high - s->discs[i].time + CAROM_TIME_ERROR * next.time.high;
         Instant met = parabola_feature_meeting(s, i, k, within);
         bool is_tie = next.feature != NO_OBSTACLE && s->features[next.feature].wall != s->features[k].wall &&
@@ -212,7 +216,7 @@ static inline NextObstacle first_of_features(const State *s, Index i, const int 
     return next;
 }
 
-/* Return the first feature of a driven wall that a disc meets, if that is before `next`. */
+/* Return the first feature of a driven wall that a disc hits, if that is before `next`. */
 static inline NextObstacle first_of_driven_wall(const State *s, Index i, const Driven *wall, NextObstacle next) {
     const Disc *a = &s->discs[i];
     Index first = leg_at(&s->driving, wall, a->time);
@@ -254,7 +258,7 @@ static inline NextObstacle first_of_driven_wall(const State *s, Index i, const D
     return next;
 }
 
-/* Predict when disc `i` crosses an edge of its cell, meets a feature before that, or ends its motion before both. */
+/* Predict which of these is first for disc `i`: it crosses an edge of its cell, hits a feature, or ends its motion. */
 static inline void predict_parabola_exit(State *s, Index i) {
     const Grid *g = &s->grid;
     Prediction *p = &s->predictions[i];

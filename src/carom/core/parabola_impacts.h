@@ -1,7 +1,8 @@
-/* Impacts of discs that accelerate, the beginning and end of contact, and what ends a run in contact.
+/* Impacts of discs that accelerate, the beginning and end of contact, and contacts that end a run.
 
-   Where a disc comes back to what it has left, nothing else between, it has the very speed along the normal that it left
-   with: docs/theory/contact.md says why a ball on a slope would never come to rest otherwise. */
+   A disc may return to a feature that it has left, without another event in between. Its normal speed is then set to
+   exactly the speed at which it left. docs/theory/contact.md explains why otherwise a ball on a slope would never come
+   to rest. */
 
 #pragma once
 
@@ -13,8 +14,8 @@
 #include "carom/core/parabola_exit.h"
 #include "carom/core/parabola_scan.h"
 
-typedef struct Encountered { /* what two bodies that have met do along their normal */
-    double approach;         /* speed at which they meet */
+typedef struct Encountered { /* motion of two colliding bodies along their normal */
+    double approach;         /* speed at which they approach */
     double pull;             /* acceleration of their gap */
     double resolution;       /* of the gap, metres */
 } Encountered;
@@ -25,17 +26,17 @@ static inline void set_instant(State *s, Instant at) {
     s->clock.now_low = later_of(now, at).low;
 }
 
-/* Note that the motion of a disc has changed without an impact, so that predictions of it are stale. */
+/* Mark the motion of a disc as changed without an impact, so that its predictions are stale. */
 static inline void change_motion(State *s, Index i) {
     s->discs[i].impacts += 1;
     s->accelerated.paths[i].changes += 1;
 }
 
-/* Return whether the impact that is due is none, since the disc rests on the other body.
+/* Return whether a due impact is not applied, because the disc rests on the other body.
 
-   Gravity presses it there (`pull` below 0), and either it does not approach; or it comes back from its last bounce on it
-   (`last`), and the flight was shorter than the clock can tell; or it comes from elsewhere, and this speed makes a hop that
-   is lower than the gap is known to. */
+   Gravity presses the disc against the body (`pull` below 0). In addition, one of three conditions is true. The disc
+   does not approach. Or it returns from its last bounce on the body (at `last`), after a flight too short for the clock
+   to resolve. Or it comes from elsewhere, and its speed makes a hop that is lower than the resolution of the gap. */
 static inline bool is_at_rest(const State *s, const Encountered *met, const Instant *last) {
     if (!(met->pull < 0.0) || !(met->approach > 0.0)) {
         return met->pull < 0.0;
@@ -44,7 +45,7 @@ static inline bool is_at_rest(const State *s, const Encountered *met, const Inst
                         : met->approach * met->approach <= -2.0 * met->pull * met->resolution;
 }
 
-/* End the run where a disc stays in touch with something else than one straight wall. */
+/* End the run, because a disc stays in contact with something other than one straight wall. */
 static inline void end_in_contact(State *s, Index i, Index other, Index obstacle, double approach, double restitution) {
     int held_by = s->accelerated.paths[i].ground;
     bool is_free_disc = other >= 0 && s->discs[other].inverse_mass > 0.0;
@@ -56,8 +57,8 @@ static inline void end_in_contact(State *s, Index i, Index other, Index obstacle
     }
 }
 
-/* Note an impact for those that follow, and record it and what it changes in contact if that is wanted. Return false if the
-   run ends, as impacts have been sooner than the arithmetic can tell for long. */
+/* Count an impact, and record it and its change of mode if that is wanted. Return false if the run ends, because
+   impacts have been too close in time for too long. */
 static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact, const Spins *spins, Point place,
                                  Index feature, const Ambiguity *ambiguity) {
     Record *r = &s->record;
@@ -83,7 +84,7 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
             record_mode(s, &row);
         }
     }
-    /* Bodies that are pressed together by others collide without end, and soon faster than arithmetic can tell. */
+    /* Bodies that others press together collide infinitely often, and soon faster than the arithmetic can resolve. */
     s->counts.ambiguous_in_row = is_ambiguous ? s->counts.ambiguous_in_row + 1 : 0;
     if (s->counts.at_instant > s->standstill || s->counts.ambiguous_in_row > s->standstill) {
         s->stopped = STANDSTILL;
@@ -94,7 +95,7 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
 
 /* ---- two discs ---- */
 
-/* Return what disc `i`, which moves, does along its normal to disc `j`; both are at the present instant. */
+/* Return the motion of disc `i`, which moves, along its normal to disc `j`. Both are at the present instant. */
 static inline Encountered encounter_disc(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i], *b = &s->discs[j];
     const Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
@@ -108,8 +109,8 @@ static inline Encountered encounter_disc(const State *s, Index i, Index j) {
         -opening, pull, gap_resolution(size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius))};
 }
 
-/* Set a disc that has just hit an immovable one on its rim. The difference of two distances would be rounded as these are,
-   however large; that of their squares is not. */
+/* Put the rim of a disc that has just hit an immovable one exactly at contact. For large radii the difference of two
+   distances has a large rounding error. The difference of their squares does not. */
 static inline void set_on_rim(State *s, Index i, Index fixed) {
     Disc *a = &s->discs[i];
     const Disc *b = &s->discs[fixed];
@@ -121,7 +122,7 @@ static inline void set_on_rim(State *s, Index i, Index fixed) {
     a->y -= part * dy;
 }
 
-/* Apply the impact of discs i < j; return false, with `State.stopped`, if the run ends. */
+/* Apply the impact of discs i < j. Return false and set `State.stopped` if the run ends. */
 static inline bool apply_parabola_pair(State *s, Index i, Index j, Instant at, bool is_wanted) {
     Disc *a = &s->discs[i], *b = &s->discs[j];
     Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
@@ -134,7 +135,7 @@ static inline bool apply_parabola_pair(State *s, Index i, Index j, Instant at, b
     move_on_parabola(s, i, now);
     move_on_parabola(s, j, now);
     Encountered met = encounter_disc(s, one, other);
-    /* Two that fall alike are not pressed together, whatever their centrifugal force is. */
+    /* Two discs with the same acceleration are not pressed together, whatever their centrifugal acceleration is. */
     bool presses = has_fixed || p->ax != q->ax || p->ay != q->ay;
     if (presses && is_at_rest(s, &met, has_just_met ? &last : NULL)) {
         end_in_contact(s, one, other, NO_OBSTACLE, met.approach, s->law.restitution);
@@ -191,7 +192,7 @@ static inline bool apply_parabola_pair(State *s, Index i, Index j, Instant at, b
 
 /* ---- a disc and a wall ---- */
 
-/* Return a disc at the present instant as feature k's wall sees it; its velocity is that relative to the wall. */
+/* Return the state of a disc at the present instant relative to the wall of feature k. */
 static inline Motion seen_from_feature(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     Motion seen = {a->x, a->y, a->vx, a->vy};
@@ -205,8 +206,8 @@ static inline Motion seen_from_feature(const State *s, Index i, Index k) {
     return seen;
 }
 
-/* Return whether disc `i` comes back at a time to feature k, which it left on the same leg of the wall's path, and which is
-   flat: with the speed that it left with. */
+/* Return whether disc `i` returns at a time to feature k with the speed at which it left. This requires that the
+   feature is flat, and that the wall is still on the same leg of its path. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -217,7 +218,7 @@ static inline bool returns_to(const State *s, Index i, Index k, double time) {
     return row == NULL || row->leg_count == 0 || s->driving.legs[leg_at(&s->driving, row, a->time)].end > time;
 }
 
-/* Return what disc `i`, at the present instant, does along the normal of feature k. */
+/* Return the motion of disc `i`, at the present instant, along the normal of feature k. */
 static inline Encountered encounter_feature(const State *s, Index i, Index k, const Motion *seen, Direction n) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -225,7 +226,7 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
     double approach = -wall_speed(seen->vx, seen->vy, n.x, n.y).high;
     double size = size_of(a->x, a->y, a->radius);
     if (f->kind == PLANE) {
-        /* Nothing pulls a disc on a table back to what is flat, whatever rounding makes of it. */
+        /* Nothing pulls a disc on a table towards a flat feature, although the rounded value may differ from 0. */
         double pull = s->accelerated.deceleration > 0.0 ? 0.0 : wall_speed(p->ax, p->ay, n.x, n.y).high;
         return (Encountered){approach, pull, gap_resolution(size + size_of(f->x.high, f->y.high, 0.0))};
     }
@@ -247,7 +248,7 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
     return (Encountered){approach, pull, gap_resolution(size + sizes)};
 }
 
-/* Let a disc leave a wall at a speed along the normal: 0 for one that rests there. */
+/* Make a disc leave a wall at a normal speed; 0 for a disc that rests on it. */
 static inline void leave_wall(State *s, Index i, Index k, Direction n, double speed) {
     Disc *a = &s->discs[i];
     Motion seen = seen_from_feature(s, i, k);
@@ -257,7 +258,7 @@ static inline void leave_wall(State *s, Index i, Index k, Direction n, double sp
     s->accelerated.paths[i].leaving = speed;
 }
 
-/* Let the friction of a wall and its rolling resistance act on a disc that comes with velocity `seen`. */
+/* Apply the friction of a wall and its rolling resistance to a disc with the relative velocity `seen`. */
 static inline void slide_on_wall(State *s, Index i, const Law *law, double belt, Direction n, const Motion *seen,
                                  double pressed) {
     Disc *a = &s->discs[i];
@@ -274,8 +275,8 @@ static inline void slide_on_wall(State *s, Index i, const Law *law, double belt,
     turning->spin = by.blocks ? 0.0 : turning->spin - (by.friction + by.rolling) * y / a->radius;
 }
 
-/* Begin contact that lasts, where the disc is in flight and feature k is straight; return false, with `State.stopped`, if
-   the run ends. */
+/* Begin lasting contact if the disc is in flight and feature k is straight. Return false and set `State.stopped` if the
+   run ends. */
 static inline bool begin_contact(State *s, Index i, Index k, Direction n, double approach) {
     Parabola *p = &s->accelerated.paths[i];
     const Law *law = &s->wall_laws[s->features[k].wall];
@@ -290,9 +291,10 @@ static inline bool begin_contact(State *s, Index i, Index k, Direction n, double
     return true;
 }
 
-/* Apply the impact of disc `i` on feature k; return false, with `State.stopped`, if the run ends.
+/* Apply the impact of disc `i` on feature k. Return false and set `State.stopped` if the run ends.
 
-   At the impact the gap is 0. What rounding makes of it is taken off, so that it can't add up over many bounces. */
+   The gap is exactly 0 at the impact. Its rounding error is removed, so that errors do not accumulate over many
+   bounces. */
 static inline bool apply_parabola_wall(State *s, Index i, Index k, Instant at, bool is_wanted) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -338,7 +340,8 @@ static inline bool apply_parabola_wall(State *s, Index i, Index k, Instant at, b
     a->y -= gap * n.y;
     p->sticks = false;
     double restitution = law->wall_restitution;
-    if (met.approach > 0.0) { /* rounding can turn the weakest of grazes into a separation: an impact never pulls */
+    /* if rounding turns a very weak graze into a separation, there is no impulse: an impact never pulls */
+    if (met.approach > 0.0) {
         leave_wall(s, i, k, n, restitution * met.approach);
         if (law->wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0) {
             slide_on_wall(s, i, law, surface.belt, n, &seen, (1.0 + restitution) * met.approach);
@@ -349,7 +352,8 @@ static inline bool apply_parabola_wall(State *s, Index i, Index k, Instant at, b
     impact.first_after[0] = a->vx;
     impact.first_after[1] = a->vy;
     double ux = impact.first_before[0] - surface.vx, uy = impact.first_before[1] - surface.vy;
-    double resolution = 0.0; /* where a disc comes back to what it has left, its time does not depend on a rounded gap */
+    /* if a disc returns to a feature that it has left, its time does not depend on a rounded gap */
+    double resolution = 0.0;
     if (!returns) {
         double speed = ux * impact.normal[0] + uy * impact.normal[1];
         resolution = feature_resolution(f, a, ux, uy, speed, is_same_feature) + clock_resolution(impact.time);
@@ -374,14 +378,14 @@ static inline bool apply_parabola_wall(State *s, Index i, Index k, Instant at, b
 
 /* ---- the end of a motion ---- */
 
-/* Let a disc go on whose mode of contact has ended, or that has stopped on a table; return false, with `State.stopped`, if
-   the run ends, at the end of a face. */
+/* Continue the motion of a disc whose mode of contact has ended, or that has stopped on a table. Return false and set
+   `State.stopped` if the run ends, at the end of a face. */
 static inline bool apply_motion_end(State *s, Index i, Instant at) {
     ModeRow row;
     set_instant(s, at);
     move_on_parabola(s, i, now_instant(s));
     if (s->accelerated.deceleration > 0.0) {
-        s->discs[i].last = NO_BODY; /* it lies there on a path of its own */
+        s->discs[i].last = NO_BODY; /* it now rests on a path of its own */
         change_motion(s, i);
         return true;
     }
@@ -398,8 +402,8 @@ static inline bool apply_motion_end(State *s, Index i, Instant at) {
 
 /* ---- the start ---- */
 
-/* Begin the contact of each disc that lies on a half-plane or a face at the start, as far as its numbers tell; return
-   whether there was memory to record that. */
+/* Begin the contact of each disc that is on a half-plane or a face at the start, up to the resolution of its
+   coordinates. Return false if there is no memory to record that. */
 static inline bool begin_contacts(State *s) {
     s->counts.has_begun = true;
     for (Index i = 0; i < s->disc_count; i++) {
@@ -416,7 +420,7 @@ static inline bool begin_contacts(State *s) {
             }
             double pull = -press_on(s, i, f).normal, resolution = ground_gap_resolution(s, i, k);
             double approach = ground_approach(s, i, f), gap = ground_gap(s, i, k);
-            /* A disc on the other side of a face is behind it by more than its own diameter. */
+            /* A disc on the other side of a face would be behind it by more than its own diameter. */
             if (-a->radius < gap && gap <= resolution && pull < 0.0 && approach * approach <= -2.0 * pull * resolution) {
                 ModeRow row = land(s, i, k, approach);
                 if (!reserve_modes(s)) {

@@ -1,8 +1,8 @@
-/* Narrow phase of discs that accelerate: which disc a disc meets next.
+/* Narrow phase for discs that accelerate: which disc a disc collides with next.
 
-   A scan has the rounds of scan.h for pairs with the same acceleration, which move straight as seen from each other. Any
-   other pair is bounded from below only, by the time that its greatest speed takes for its gap, and solved when that comes
-   first. */
+   For pairs with the same acceleration, which move straight relative to each other, a scan has the rounds of scan.h.
+   For any other pair, it first computes only a lower bound: the time to close the gap at the greatest possible speed.
+   The pair is solved when no other candidate is earlier than this bound. */
 
 #pragma once
 
@@ -10,28 +10,29 @@
 #include "carom/core/scan.h"
 #include "carom/core/touching.h"
 
-typedef struct Meeting { /* a possible next impact with a disc */
-    Instant time;        /* the instant if it is exact, else a lower bound of its high part; NEVER for never */
-    double latest;       /* upper bound of its high part */
+typedef struct Meeting { /* possible next impact with a disc */
+    Instant time; /* the exact instant if `is_exact`, otherwise a lower bound of its high part; NEVER for never */
+    double latest;       /* upper bound of the high part */
     Index partner;
     bool is_exact;
 } Meeting;
 
 static const Meeting NO_MEETING = {{CAROM_INF, 0.0}, CAROM_INF, NOBODY, true};
 
-/* Return whether disc `j` moves in a straight line as seen from disc `i`, since both accelerate alike. */
+/* Return whether disc `j` moves in a straight line relative to disc `i`, because both have the same acceleration. */
 static inline bool moves_straight(const State *s, Index i, Index j) {
     return s->discs[j].inverse_mass > 0.0 && accelerate_alike(s, i, j);
 }
 
-/* Return a lower bound of the time at which disc `i` meets one that does not move straight as seen from it. */
+/* Return a lower bound of the time at which disc `i` collides with a disc that does not move straight relative to
+   it. */
 static inline Meeting bound_bent(const State *s, Index i, Index j) {
     Instant earliest = earliest_meeting(s, i, j);
     return (Meeting){{earliest.high, 0.0}, CAROM_INF, j, !(earliest.high < CAROM_INF)};
 }
 
-/* Round 2 of scan.h: keep the discs that move straight as seen from disc `i` and approach it, with their motion relative
-   to it as `parabola_pair_time` computes it; return how many. Those that do not move straight become meetings. */
+/* Round 2 of scan.h: keep the discs that move straight relative to disc `i` and approach it. Their relative motion is
+   computed as in `parabola_pair_time`. Return their number. The other discs become meetings in `bent`. */
 static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeting *bent, Index *bent_count) {
     Candidates *c = &s->candidates;
     const Parabola *p = &s->accelerated.paths[i];
@@ -50,14 +51,14 @@ static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeti
         }
         int is_later = (b->time > a.time) | ((b->time == a.time) & (q->time_low > low));
         Instant start = {is_later ? b->time : a.time, is_later ? q->time_low : low};
-        /* One of the two waits is 0, which leaves a disc where it is. */
+        /* One of the two waits is 0 and does not change its disc. */
         double wait = (start.high - a.time) + (start.low - low);
         double its_wait = (start.high - b->time) + (start.low - q->time_low);
         Motion from = {a.x + wait * (a.vx + half_x * wait), a.y + wait * (a.vy + half_y * wait), a.vx + p->ax * wait,
                        a.vy + p->ay * wait};
         Motion to = {b->x + its_wait * (b->vx + half_x * its_wait), b->y + its_wait * (b->vy + half_y * its_wait),
                      b->vx + p->ax * its_wait, b->vy + p->ay * its_wait};
-        if (CAROM_UNLIKELY(has_table)) { /* where a path may have ended */
+        if (CAROM_UNLIKELY(has_table)) { /* the path may have ended */
             from = motion_at(s, i, start);
             to = motion_at(s, j, start);
         }
@@ -85,7 +86,8 @@ static inline void solve_meeting(const State *s, Index i, Meeting *m) {
     m->is_exact = true;
 }
 
-/* Return whether a candidate comes before another: by time, a bound before what is exact, then by the disc's number. */
+/* Return whether a candidate precedes another: by time, then a bound before an exact time, then by the disc's
+   number. */
 static inline bool precedes(const Meeting *a, const Meeting *b) {
     if (a->time.high != b->time.high) {
         return a->time.high < b->time.high;
@@ -96,7 +98,7 @@ static inline bool precedes(const Meeting *a, const Meeting *b) {
     return a->time.low != b->time.low ? a->time.low < b->time.low : a->partner < b->partner;
 }
 
-/* Return the earliest of some candidates, of which it solves as many as it takes to tell. */
+/* Return the earliest of some candidates. As few as possible are solved exactly. */
 static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *candidates, Index count) {
     while (true) {
         Index first = 0;
@@ -110,7 +112,7 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
             }
         }
         Meeting *best = &candidates[first];
-        /* What is exact comes after all bounds at its time. */
+        /* At the same time an exact candidate comes after all bounds. */
         if (best->is_exact || second > best->latest) {
             return best->time.high < CAROM_INF ? *best : NO_MEETING;
         }
@@ -118,7 +120,7 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
     }
 }
 
-/* Return the predicted impact of a disc as a candidate; a bound is computed again. */
+/* Return the predicted impact of a disc as a candidate. If it is a bound, the bound is computed again. */
 static inline Meeting predicted_meeting(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     if (p->partner == NOBODY) {
@@ -127,13 +129,13 @@ static inline Meeting predicted_meeting(const State *s, Index i) {
     if (p->exact) {
         return (Meeting){{p->impact_time, s->accelerated.paths[i].impact_low}, p->impact_time, p->partner, true};
     }
-    /* A lower bound is too low by at most ROOT_ERROR of the wait, or it is the only one. */
+    /* A lower bound is too low by at most ROOT_ERROR of the wait, or there is no upper bound. */
     bool is_straight = moves_straight(s, i, p->partner) && p->impact_time >= 0.0;
     double latest = is_straight ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Meeting){{p->impact_time, 0.0}, latest, p->partner, false};
 }
 
-/* Predict the next impact of disc `i` with a disc, as `predict_impact` does. */
+/* Predict the next impact of disc `i` with another disc, as `predict_impact` does. */
 static inline void predict_parabola_impact(State *s, Index i, Change change) {
     Candidates *c = &s->candidates;
     Meeting meetings[BATCH + 1];
@@ -144,7 +146,7 @@ static inline void predict_parabola_impact(State *s, Index i, Change change) {
     if (change == OF_CELL) {
         best = predicted_meeting(s, i);
     } else {
-        for (Index k = 0; k < s->driving.count; k++) { /* these are in no cell */
+        for (Index k = 0; k < s->driving.count; k++) { /* driven discs are in no cell */
             if (s->driving.rows[k].body >= 0) {
                 meetings[0] = best;
                 meetings[1] = bound_bent(s, i, s->driving.rows[k].body);

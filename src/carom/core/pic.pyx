@@ -16,29 +16,28 @@ DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
 
 
 cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noexcept with gil:
-    """Ask Python whether the order of impacts on two features matters: at corners, so rarely."""
+    """Call Python to decide whether a disc continues in the same way for either order of impacts on two features."""
     return (<object>context)(one, other, elastic)
 
 
 cdef class Kernel:
-    """A PIC run of discs and walls, and the rows of its impacts: `carom.solvers.rows.RecordedImpacts` is their log.
+    """A PIC run of discs and walls. `carom.solvers.rows.RecordedImpacts` collects the rows of its impacts.
 
     Args:
         start: The discs and walls, `carom.model.disc_arrays.DiscArrays`.
-        obstacles: What a disc can meet of the walls, and what is driven,
-            `carom.solvers.event_driven.obstacles.Obstacles`; None if nothing is driven and all walls are half-planes
-            with the coefficients of the law.
-        until: End of the run, seconds since the start, unless `run` is given a later one: what would be crushed after it
-            is not crushed.
-        acceleration: Gravity, or what a table takes off, `carom.solvers.event_driven.run.Acceleration`; None for none.
-            With it there are obstacles, and these have grounds.
-        contact_duration: Of the TC model, seconds; 0 for none.
+        obstacles: Obstacles and driven bodies, `carom.solvers.event_driven.obstacles.Obstacles`; None if nothing is
+            driven and all walls are half-planes with the coefficients of the law.
+        until: End of the run, seconds since the start, unless `run` is called with a later one. Crushes after the end
+            do not stop the run.
+        acceleration: Gravity or deceleration by a table, `carom.solvers.event_driven.run.Acceleration`; None for none.
+            It requires obstacles with grounds.
+        contact_duration: Duration of a contact in the TC model, seconds; 0 if the model is not used.
         standstill: Number of impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.
-        all_pairs: Whether to compute all pairs at each event, see `all_pairs.h`; it changes no result.
+        all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`; it changes no result.
 
     Raises:
-        ValueError: There are more discs or obstacles than can be numbered.
+        ValueError: There are too many discs or obstacles.
     """
 
     cdef State s
@@ -71,7 +70,7 @@ cdef class Kernel:
         cdef size_t size = carom_set_up(&self.s, &given)
         if size == 0:
             raise ValueError("more discs or obstacles than can be numbered")
-        # One array, for which a system uses large pages where it is large: far fewer to look up.
+        # One array: systems use large pages for large arrays, which reduces page look-ups.
         self.memory = np.empty(size + 64, np.uint8)
         cdef unsigned char[::1] memory = self.memory
         if not carom_begin(&self.s, &given, <void *>((<uintptr_t>&memory[0] + 63) // 64 * 64)):
@@ -83,12 +82,12 @@ cdef class Kernel:
         carom_release(&self.s)
 
     def run(self, double until, Index impacts, Index events):
-        """Advance the run; return how that ended, an `Ending` of state.h.
+        """Advance the run, and return its `Ending` (state.h).
 
         Args:
             until: Apply impacts up to and including this time, seconds since the start.
-            impacts: Number of impacts, counted from the start, after which no other is applied.
-            events: About how many events to process.
+            impacts: Largest number of impacts, counted from the start.
+            events: Approximate number of events to process.
         """
         cdef Ending ending
         with nogil:
@@ -98,17 +97,17 @@ cdef class Kernel:
         return ending
 
     def record(self, double begin, double end):
-        """Record the impacts from now on that are reported within these times, since the start."""
+        """Record impacts from now on that are reported from `begin` to `end`, seconds since the start."""
         self.recent_memory = np.empty(self.s.disc_count * sizeof(Recent), np.uint8)
         cdef unsigned char[::1] recent = self.recent_memory
         carom_record(&self.s, <Recent *>&recent[0], begin, end)
 
     def take_impacts(self):
-        """Return what `release_rows` does, see record_rows.pxd."""
+        """Return the impacts recorded since the last call, like `release_rows` in record_rows.pxd."""
         return release_rows(&self.s.record)
 
     def take_modes(self):
-        """Return the changes of mode that were recorded since the last call, as bytes; None for none."""
+        """Return the changes of mode recorded since the last call, as bytes; None for none."""
         run = &self.s.accelerated
         if run.mode_count == 0:
             return None
@@ -127,7 +126,7 @@ cdef class Kernel:
         return self.s.record.released + self.s.record.count
 
     cdef rows(self, void *begin, size_t size):
-        """Return a view of rows in the run's memory, of so many bytes a disc, as bytes; of none if there are no rows."""
+        """Return a view of rows in the run's memory, as bytes, `size` per disc. It is empty if there are no rows."""
         if begin == NULL:
             return np.empty(0, np.uint8)
         cdef const unsigned char[::1] memory = self.memory
@@ -135,7 +134,7 @@ cdef class Kernel:
         return self.memory[start:start + self.s.disc_count * size]
 
     cdef dict continued(self):
-        """Return views of the rows that a run continues from, by name, as bytes; predictions are rebuilt."""
+        """Return views of the rows that a run needs to continue, by name, as bytes. Predictions are rebuilt."""
         s = &self.s
         has_last_impacts = s.law.contact_duration > 0.0
         return {
@@ -154,16 +153,16 @@ cdef class Kernel:
 
     @property
     def counts(self):
-        """Work so far, by name: see `Counts` in state.h."""
+        """Counts of work so far, by name: see `Counts` in state.h."""
         return self.s.counts
 
     @property
     def clock(self):
-        """Times, by name: see `Clock` in state.h."""
+        """Times of the run, by name: see `Clock` in state.h."""
         return self.s.clock
 
     def states(self, double time, double time_low):
-        """Return places and velocities of all discs at a time since the epoch, shape ``(n, 4)``."""
+        """Return positions and velocities of all discs at a time since the epoch, shape ``(n, 4)``."""
         states = np.empty((self.s.disc_count, 4))
         cdef double[:, ::1] rows = states
         carom_states(&self.s, time, time_low, &rows[0, 0])
@@ -188,26 +187,26 @@ cdef class Kernel:
 
     @property
     def contact_end(self):
-        """After an end in contact: see `ContactEnd` in accelerated.h."""
+        """The contact that ended the run: see `ContactEnd` in accelerated.h."""
         return self.s.accelerated.end
 
     @property
     def gliding(self):
-        """After `GLIDES`: the disc that glides, and the wall along which."""
+        """After the ending `GLIDES`: the gliding disc and its wall."""
         return self.s.gliding, carom_gliding_wall(&self.s)
 
     @property
     def crush(self):
-        """After `CRUSHED`: see `Crush` in state.h; the time is counted from the start."""
+        """After the ending `CRUSHED`: see `Crush` in state.h. The time is since the start."""
         return self.s.crush
 
     @property
     def nbytes(self):
-        """Bytes of the run's memory, without recorded impacts."""
+        """Size of the run's memory without recorded impacts, bytes."""
         return self.memory.nbytes + carom_allocated(&self.s)
 
     def state(self):
-        """Return a copy of all that the run needs to continue, by name."""
+        """Return a copy of all data that the run needs to continue, by name."""
         rows = {name: rows.copy() for name, rows in self.continued().items()}
         recent = self.recent_memory.copy() if self.s.record.is_wanted else None
         return {**rows, "recent": recent, "clock": self.s.clock, "counts": self.s.counts}
@@ -232,8 +231,9 @@ def solve_two_discs(first, second, double restitution, double end):
     """Solve a scene of two discs without walls.
 
     Returns:
-        The rows of its impacts, none or one, and the positions and velocities at the end, shape ``(2, 2, 2)``, as bytes.
-        None if that takes the event loop: a number is not of an ordinary size (`carom.support.limits`), or they meet too far out.
+        The rows of its impacts, none or one, and the positions and velocities at the end, shape ``(2, 2, 2)``, as
+        bytes. None if the event loop is needed: a number is not of ordinary size (`carom.support.limits`), or the discs
+        meet too far from the origin.
     """
     cdef TwoDiscsResult result
     if not solve_two_discs_in_c(free_disc(first), free_disc(second), restitution, end, &result):

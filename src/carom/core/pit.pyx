@@ -43,7 +43,7 @@ cdef extern from "carom/core/pit_state.h" nogil:
 
 
 def chain_rows(walls):
-    """Return the rows of walls, and those of the edges of finite ones: `RunInput.chains` and `RunInput.edges`."""
+    """Return the rows of walls and of the edges of finite walls: `RunInput.chains` and `RunInput.edges`."""
     chains, edges = [], []
     for wall in walls:
         if isinstance(wall, tuple):
@@ -58,16 +58,16 @@ def chain_rows(walls):
 
 
 cdef class FrameLoop:
-    """A PIT run of discs and walls, and the rows of its impacts: `carom.solvers.rows.RecordedImpacts` is their log.
+    """A PIT run of discs and walls. `carom.solvers.rows.RecordedImpacts` collects the rows of its impacts.
 
     Args:
-        start: Where the run begins, `carom.solvers.run.Start`.
-        clock: The times of the frames, `carom.solvers.pit.clock.FrameClock`.
+        start: State at the begin of the run, `carom.solvers.run.Start`.
+        clock: Times of the frames, `carom.solvers.pit.clock.FrameClock`.
         skips: Whether tests that can find nothing are skipped.
-        max_waste: How many times the work of scheduling all discs once may be wasted before plain looping replaces
-            skipping for a while; infinity for no limit.
-        damping_per_s: Rate at which the motion of the discs is damped. Positions and velocities are then those of the
-            undamped motion at an undamped time; recorded impacts are damped.
+        max_waste: How much work of skipping may be wasted before plain looping replaces it for a while. The unit is the
+            work of scheduling all discs once; infinity for no limit.
+        damping_per_s: Rate at which the motion of the discs is damped. With damping, positions and velocities are
+            undamped, at an undamped time. Recorded impacts are damped.
     """
 
     cdef State s
@@ -97,15 +97,15 @@ cdef class FrameLoop:
         free_record(&self.s.record)
 
     def run(self, Index until, Index most, double work):
-        """Pass the frames before number `until`, or as many as take so much work.
+        """Pass the frames before number `until`, or fewer if `work` is used up.
 
         Args:
             until: Number of a frame.
-            most: Number of impacts, counted from the start, from which on no other frame is begun.
-            work: In tests of two discs by plain looping.
+            most: No further frame begins after this number of impacts, counted from the start.
+            work: Amount of work, in tests of two discs by plain looping.
 
         Raises:
-            InputError: Discs have met so far out that floats do not resolve the distance of their centres.
+            InputError: Discs have met so far from the origin that floats do not resolve the distance of their centres.
         """
         self.s.work = work
         with nogil:
@@ -117,12 +117,12 @@ cdef class FrameLoop:
 
     @property
     def frames(self):
-        """Frames passed."""
+        """Number of frames passed."""
         return self.s.counts.frames
 
     @property
     def counts(self):
-        """Work so far, by name; a test that a bound makes unnecessary counts as made where the bound is computed."""
+        """Counts of work so far, by name. A test that a bound makes unnecessary counts when the bound is computed."""
         c = &self.s.counts
         looked_at = {"frames_looked_at": c.tested, "frames_skipped": c.frames - c.tested}
         return {"frames": c.frames, **looked_at, "pair_tests": c.pair_tests}
@@ -133,11 +133,11 @@ cdef class FrameLoop:
         return self.s.record.released + self.s.record.count
 
     def take_impacts(self):
-        """Return what `release_rows` does, see record_rows.pxd."""
+        """Return the impacts recorded since the last call, like `release_rows` in record_rows.pxd."""
         return release_rows(&self.s.record)
 
     def take_modes(self):
-        """Return None: PIT has no contact that lasts."""
+        """Return None: PIT has no lasting contact."""
         return None
 
     def ambiguous(self):
@@ -145,15 +145,15 @@ cdef class FrameLoop:
         return ambiguous_rows(&self.s.record)
 
     def positions(self, double time):
-        """Return the centres at a time not before the last frame, metres, shape ``(n, 2)``."""
+        """Return the centres at a time, which is not before the last frame, metres, shape ``(n, 2)``."""
         return self.states(time)[:, :2].copy()
 
     def velocities(self, double time):
-        """Return the velocities at such a time, metres a second, shape ``(n, 2)``."""
+        """Return the velocities at a time, which is not before the last frame, metres per second, shape ``(n, 2)``."""
         return self.states(time)[:, 2:].copy()
 
     def present_spins(self):
-        """Return the spins, radians a second, shape ``(n,)``; None if no disc spins."""
+        """Return the spins, radians per second, shape ``(n,)``; None if no disc spins."""
         cdef Index i
         spins = [self.s.turning[i].spin for i in range(self.s.disc_count)]
         return np.array(spins) if self.s.record.has_spins else None

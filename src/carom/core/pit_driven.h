@@ -1,4 +1,4 @@
-/* Driven bodies of PIT: where a body whose path is prescribed is at a frame, and how a disc moves relative to it. */
+/* Driven bodies in PIT: their positions at a frame, and the motion of a disc relative to them. */
 
 #pragma once
 
@@ -6,14 +6,14 @@
 
 #include "carom/core/pit_state.h"
 
-/* Return the number of the leg at a time; `leg` is that of an earlier one. */
+/* Return the number of the leg at a time. `leg` is the leg at an earlier time. */
 static inline Index leg_at(const Path *path, double time, Index leg) {
     while (leg + 1 < path->leg_count && path->legs[leg + 1].begin <= time)
         leg += 1;
     return leg;
 }
 
-/* Return how far a body has moved at a time within a leg, metres. */
+/* Return the displacement of a body at a time within a leg, metres. */
 static inline Point moved_at(const Leg *leg, double time) {
     double lasted = time - leg->begin;
     return (Point){leg->moved_x + leg->vx * lasted, leg->moved_y + leg->vy * lasted};
@@ -28,7 +28,7 @@ static inline void write_driven(const Path *path, const Leg *leg, double time, d
     velocity[1] = leg->vy;
 }
 
-/* Let all discs meet a driven body again that they have met last, since it is on another leg. */
+/* Clear `last` of all discs that hit a driven body last: the body is on another leg now, so they may hit it again. */
 static inline void forget_body(State *s, Index body) {
     int last = (int)(body < 0 ? ON_WALL + 1 + body : body);
     for (Index i = 0; i < s->disc_count; i++) {
@@ -59,7 +59,8 @@ static inline void move_driven(State *s) {
     }
 }
 
-/* Return a disc relative to wall k, which is where it was at the start; the disc itself if that wall never moves. */
+/* Return a disc relative to wall k, in the frame in which the wall is at its start position. For a wall that never
+   moves this is the disc itself. */
 static inline const Disc *relative_to_wall(const State *s, const Disc *a, Index k, Disc *relative) {
     if (s->wall_motions == NULL || s->wall_motions[k].path == NO_PATH)
         return a;

@@ -1,11 +1,11 @@
-/* Broad phase of PIT: which discs are near each other, whatever their sizes and positions.
+/* Broad phase of PIT: which discs are near each other, for any sizes and positions.
 
-   Discs of about one size (within a factor of 2) are kept on a level of square cells of an unbounded plane. A cell's
-   number is folded into a fixed number of lists; discs of another cell in the same list are excluded by their distance.
+   Discs of about the same size (within a factor of 2) share a level of square cells, which cover the whole plane. Cells
+   are mapped to a fixed number of lists. Discs of different cells in the same list are excluded by their distance.
 
-   A disc is put into its cell when it is scheduled, and may move on by the `leeway` of its level before it is due
-   again. So two discs that can touch were put into cells no further apart than their reach, radius and leeway allow.
-   Cells decide when a pair is tested, never what is found. */
+   A disc is put into its cell when it is scheduled. Until it is due again, it may move by at most the `leeway` of its
+   level. So two discs that can touch were put into cells that are no farther apart than their reach, radius and leeway
+   allow. Cells decide when a pair is tested, and never change a result. */
 
 #pragma once
 
@@ -15,11 +15,12 @@
 #include "carom/core/pit_state.h"
 
 enum {
-    FEW_DISCS = 36,     /* up to this many count as near each other. Measured: searching nine cells costs as much. */
-    LISTS_PER_DISC = 2, /* for cells, at least: so that most cells have one of their own */
+    /* up to this many discs are all treated as near each other. Measured: a search in nine cells costs as much */
+    FEW_DISCS = 36,
+    LISTS_PER_DISC = 2, /* at least, so that most cells have a list of their own */
 };
 
-/* Return the row or column of a place that is counted in cells. It never falls as the place grows. */
+/* Return the row or column of a position that is measured in cells. It is a nondecreasing function. */
 static inline int64_t cell_number(double place) {
     if (!(fabs(place) < CAROM_LAST_CELL)) {
         if (place != place)
@@ -35,7 +36,7 @@ static inline Index list_of(const Grid *g, Index level, int64_t row, int64_t col
     return (Index)(number & (uint64_t)(g->list_count - 1));
 }
 
-/* Put a disc into the cell in which it is now. */
+/* Put a disc into the cell that contains it now. */
 static inline void update_cell(State *s, Index i) {
     Grid *g = &s->grid;
     Disc *a = &s->discs[i];
@@ -56,9 +57,9 @@ static inline void update_cell(State *s, Index i) {
     g->first[list] = (int)i;
 }
 
-/* Return for how long a disc that was just put into its cell stays within its leeway, seconds.
+/* Return how long a disc that was just put into its cell stays within its leeway, seconds.
 
-   `margin` bounds the roundings of its path, metres. */
+   `margin` is an upper bound of the roundings of its path, metres. */
 static inline double time_in_leeway(const State *s, const Disc *a, double margin) {
     if (s->grid.list_count == 0)
         return s->horizon;
@@ -74,7 +75,7 @@ static inline double time_in_leeway(const State *s, const Disc *a, double margin
 
 /* ---- levels, chosen once ---- */
 
-/* Return how often the largest radius is halved down to one of a disc's size, rounded up; at most MAX_LEVELS - 1. */
+/* Return how often the largest radius can be halved until it would be below a disc's radius; at most MAX_LEVELS - 1. */
 static inline int halvings_of(double radius, double largest) {
     int power;
     double fraction = frexp(radius / largest, &power);
@@ -82,7 +83,7 @@ static inline int halvings_of(double radius, double largest) {
     return halvings < MAX_LEVELS - 1 ? halvings : MAX_LEVELS - 1;
 }
 
-/* Choose the levels of cells for the discs as they are, and put each disc into its cell. */
+/* Choose the levels of cells for the present discs, and put each disc into its cell. */
 static inline void choose_levels(State *s) {
     Grid *g = &s->grid;
     Index counts[MAX_LEVELS] = {0};
@@ -120,7 +121,7 @@ static inline void choose_levels(State *s) {
     }
 }
 
-/* Return the number of lists for cells: a power of 2, or 0 for a few discs and if no test is skipped. */
+/* Return the number of lists for cells: a power of 2. It is 0 for a few discs, and if no test is skipped. */
 static inline Index count_lists(const State *s) {
     if (!s->skips || s->disc_count <= FEW_DISCS)
         return 0;

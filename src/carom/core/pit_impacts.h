@@ -1,7 +1,7 @@
 /* Interference tests and impacts of PIT.
 
-   `carom.solvers.reference.algorithm_1` is the definition, with the same operations in the same order. A frame is the
-   time of all its impacts, and of no others: it is known without an error. */
+   `carom.solvers.reference.algorithm_1` defines both, with the same operations in the same order. All impacts of a
+   frame have the exact time of the frame. */
 
 #pragma once
 
@@ -24,7 +24,8 @@ static inline bool discs_interfere(const Disc *a, const Disc *b) {
     double along = dx * (b->vx - a->vx) + dy * (b->vy - a->vy);
     double squared = dx * dx + dy * dy;
     double contact = a->radius + b->radius;
-    /* First both at once and without a root: whether two discs approach is as hard to predict as a coin. */
+    /* Both conditions are tested at once and without a root first, since a branch on whether discs approach is
+       unpredictable. */
     if (greater(along, squared - contact * contact * (1.0 + CAROM_ROOT_ROOM)) > 0.0)
         return false;
     return along < 0.0 && sqrt(squared) <= contact;
@@ -48,10 +49,11 @@ static inline bool pair_interferes(const State *s, Index i, Index j) {
 static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double depth = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny;
-    return depth <= a->radius && along < 0.0; /* few discs are at a wall; whether one approaches is hard to predict */
+    /* few discs are at a wall, while whether one approaches is unpredictable */
+    return depth <= a->radius && along < 0.0;
 }
 
-/* Return whether a disc, disc i relative to chain k, approaches and touches or overlaps it. */
+/* Return whether a disc approaches a chain and touches or overlaps it. `a` is disc i relative to chain k. */
 static inline bool chain_interferes(const State *s, const Disc *a, Index i, Index k) {
     const Chain *chain = &s->chains[k];
     Nearest nearest = find_nearest(chain, a->x, a->y, near_edge(s, i, k));
@@ -64,7 +66,7 @@ static inline bool chain_interferes(const State *s, const Disc *a, Index i, Inde
     return !is_leaving_chain(s, i, k, feature_at(s, k, &nearest, a->x, a->y), dx / distance, dy / distance);
 }
 
-/* Return what of chain k a disc, disc i relative to it, is nearest to. */
+/* Return the part of chain k that is nearest to disc i. `a` is the disc relative to the chain. */
 static inline ChainHit find_hit(const State *s, const Disc *a, Index i, Index k) {
     Nearest nearest = find_nearest(&s->chains[k], a->x, a->y, near_edge(s, i, k));
     double dx = a->x - nearest.x;
@@ -86,7 +88,7 @@ static inline bool wall_interferes(const State *s, Index i, Index k) {
 
 /* ---- impacts ---- */
 
-/* Return disc i as the law sees it. */
+/* Return disc i as the impact law uses it. */
 static inline Body body_of(const State *s, Index i) {
     Disc *a = &s->discs[i];
     return (Body){&a->vx, a->inverse_mass, a->radius, &s->turning[s->record.has_spins ? i : 0]};
@@ -94,7 +96,7 @@ static inline Body body_of(const State *s, Index i) {
 
 /* Record an impact that was just applied at this frame.
 
-   With damping velocities and spins are recorded as they are: of the undamped ones 1 - c s is left. */
+   With damping, the recorded velocities and spins are the damped ones: 1 - c s times the undamped ones. */
 static inline void record_at_frame(State *s, Index first, Index second, double nx, double ny, const Before *before,
                                    const double *after2, const Spins *spins, const Disc *contact, Index feature,
                                    const Ambiguity *ambiguity) {
@@ -122,7 +124,7 @@ static inline void record_at_frame(State *s, Index first, Index second, double n
     }
 }
 
-/* Give two discs that interfere their velocities after the impact, along the line of centres as it is. */
+/* Set the velocities of two interfering discs after their impact. The normal is the present line of centres. */
 static inline void apply_pair_impact(State *s, Index i, Index j) {
     Disc *a = &s->discs[i];
     Disc *b = &s->discs[j];
@@ -152,8 +154,8 @@ static inline void apply_pair_impact(State *s, Index i, Index j) {
     note_pair_contact(s, i, j, dx / distance, dy / distance);
 }
 
-/* Apply friction and rolling resistance to a disc that falls onto a wall with a relative velocity u; `pressed` is the
-   normal impulse for each unit of its mass. */
+/* Apply friction and rolling resistance to a disc that falls onto a wall with a relative velocity u. `pressed` is the
+   normal impulse per unit of its mass. */
 static inline void apply_falling_friction(const State *s, const Law *law, const Wall *wall, const Surface *surface,
                                           double ux, double uy, double pressed, Body *a) {
     Turning *turning = a->turning;
@@ -168,7 +170,7 @@ static inline void apply_falling_friction(const State *s, const Law *law, const 
     turning->spin = by.blocks ? 0.0 : turning->spin - (by.friction + by.rolling) * y / a->radius;
 }
 
-/* Apply the impact of a disc that falls onto a wall, as `collide_wall`; with rolling resistance. */
+/* Apply the impact of a disc that falls onto a wall, like `collide_wall`, but with rolling resistance. */
 static inline void collide_falling(const State *s, const Law *law, const Wall *wall, const Surface *surface, Body *a,
                                    Spins *spins) {
     Law smooth = *law;
@@ -181,7 +183,7 @@ static inline void collide_falling(const State *s, const Law *law, const Wall *w
     spins->first_after = a->turning->spin;
 }
 
-/* Give disc i, which interferes with wall k and so moves, its velocity after the impact. */
+/* Set the velocity of disc i after its impact on wall k. The disc interferes with the wall, so it is movable. */
 static inline void apply_wall_impact(State *s, Index i, Index k) {
     Disc *a = &s->discs[i];
     Disc relative;

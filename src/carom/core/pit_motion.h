@@ -1,9 +1,9 @@
 /* Motion between frames.
 
-   Discs are advanced frame by frame, x += v dt with each product and sum rounded, as the definition does. So a disc
-   can't be advanced over many frames in one step, but it can be advanced over many frames before the next disc is.
+   Discs are advanced frame by frame, x += v dt, and each product and sum is rounded, as Algorithm 1 requires. One long
+   step therefore cannot replace several frames. But one disc can be advanced over many frames before the next disc is.
 
-   Another kind of motion is another branch in `advance_disc`, `skip_disc` and `carom_pit_write_states`. */
+   Each kind of motion is a branch in `advance_disc`, `skip_disc` and `carom_pit_write_states`. */
 
 #pragma once
 
@@ -19,7 +19,7 @@ static inline double clock_time(const State *s, Index frame) {
     return (double)frame * s->clock.step / s->clock.rate;
 }
 
-/* Return the time of a frame in which its discs move: undamped with damping. */
+/* Return the time that discs use at a frame. With damping it is the undamped time. */
 static inline double frame_time(State *s, Index frame) {
     Damping *d = &s->damping;
     if (d->rate == 0.0)
@@ -41,12 +41,12 @@ static inline void advance_falling(const State *s, double *centre, double *veloc
     velocity[1] += s->gy * step;
 }
 
-/* Find the acceleration by a table, and when it ends, of a disc that has a velocity since a time. */
+/* Find the deceleration of a disc on a table, and when the disc stops, if it has a velocity at a time. */
 static inline Slowing slowing_of(const State *s, double vx, double vy, double time) {
     double speed = nearest_length(vx, vy);
     if (speed == 0.0)
         return (Slowing){0.0, 0.0, NEVER};
-    double a = -s->deceleration; /* times a unit vector: over the least of speeds it would be infinite */
+    double a = -s->deceleration; /* times a unit vector: divided by a tiny speed, it would be infinite */
     return (Slowing){a * (vx / speed), a * (vy / speed), instant_after((Instant){time, 0.0}, speed / s->deceleration)};
 }
 
@@ -60,7 +60,7 @@ static inline void advance_slowing(double *centre, double *velocity, Slowing *sl
         velocity[1] += slowing->ay * step;
         return;
     }
-    /* At its mean speed to where it stops, so that no difference of two long ways is left. */
+    /* The distance to the stop is computed from the mean speed, which avoids the difference of two large distances. */
     double lasts = seconds_between((Instant){from, 0.0}, slowing->stops);
     centre[0] += 0.5 * lasts * velocity[0];
     centre[1] += 0.5 * lasts * velocity[1];
@@ -68,7 +68,7 @@ static inline void advance_slowing(double *centre, double *velocity, Slowing *sl
     *slowing = (Slowing){0.0, 0.0, NEVER};
 }
 
-/* Advance disc i, which impacts move, from one frame to the next. */
+/* Advance disc i, which is movable, from one frame to the next. */
 static inline void advance_disc(State *s, Index i, double from, double to) {
     Disc *a = &s->discs[i];
     double step = to - from;
@@ -82,7 +82,7 @@ static inline void advance_disc(State *s, Index i, double from, double to) {
     }
 }
 
-/* Let the table act on disc i, which an impact has just given its velocity. */
+/* Set the deceleration by the table for disc i, whose velocity an impact has just changed. */
 static inline void slow_disc(State *s, Index i) {
     const Disc *a = &s->discs[i];
     if (s->motion == SLOWING && a->inverse_mass > 0.0)
@@ -106,7 +106,8 @@ static inline void advance_to_next_frame(State *s) {
         move_driven(s);
 }
 
-/* Advance two discs straight over some steps. Two at a time, since each sum waits for the one before it. */
+/* Advance two discs straight over some steps. Each sum depends on the one before it, so two discs at a time keep the
+   processor busy. */
 static inline void advance_two(Disc *a, Disc *b, const double *steps, Index count) {
     double ax = a->x, ay = a->y, avx = a->vx, avy = a->vy;
     double bx = b->x, by = b->y, bvx = b->vx, bvy = b->vy;
@@ -143,7 +144,7 @@ static inline void advance_curved(State *s, Index i, double from, Index count) {
     s->discs[i] = a;
 }
 
-/* Advance all discs over the frames of `s->times`, of which there are some; `from` is the time before these. */
+/* Advance all discs over the first `count` frames of `s->times`. `from` is the time before these. */
 static inline void advance_over_frames(State *s, double from, Index count) {
     Index last = s->disc_count - 1;
     if (s->motion == STRAIGHT) {

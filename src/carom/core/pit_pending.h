@@ -1,24 +1,25 @@
-/* Pending tests of a frame, in the order of Algorithm 1: all pairs (i, j), i < j, then all discs and walls.
+/* Pending tests of a frame, in the order of Algorithm 1: all pairs (i, j), i < j, then all pairs of a disc and a wall.
 
-   An impact changes what the tests after it see, so tests that are not skipped keep that order. A test is a number that
-   grows in it: i in the upper half and j in the lower, or disc_count + i and k. */
+   An impact changes the input of later tests, so tests that are not skipped keep that order. A test is identified by a
+   number that increases in this order. It has i in the upper half and j in the lower half, or disc_count + i and k for
+   a wall. */
 
 #pragma once
 
 #include "carom/core/pit_state.h"
 
 enum {
-    NO_TEST = 0,    /* no test has this number: a disc is not paired with itself */
-    HALF_BITS = 32, /* of a test's number */
+    NO_TEST = 0,    /* never the number of a test, since no disc is paired with itself */
+    HALF_BITS = 32, /* bits in half of a test's number */
 };
 
-#define LAST_TEST UINT64_MAX /* after all tests */
+#define LAST_TEST UINT64_MAX /* at least the number of any test */
 
 static inline Test test_of(Index first, Index second) {
     return (Test)first << HALF_BITS | (Test)second;
 }
 
-/* Add a test of this frame, unless its turn has passed, or is now. */
+/* Add a test of this frame, unless its turn has passed or is now. */
 static inline void add_test(State *s, Test test) {
     Pending *t = &s->pending;
     if (test <= t->last)
@@ -65,7 +66,7 @@ static inline Test pop_test(Pending *t) {
     return test;
 }
 
-/* Set `last` to the next test; return whether there is one. A test that was added twice comes once. */
+/* Set `last` to the next test. Return whether there is one. A test that was added twice is returned once. */
 static inline bool next_test(Pending *t) {
     while (t->count > 0) {
         Test test = pop_test(t);

@@ -1,8 +1,8 @@
-/* Searches around a disc: the tests that it needs at this frame, and when it is due again.
+/* Searches around a disc: the tests that it needs at this frame, and the time at which it is due again.
 
-   Each disc keeps one time before which it is not due: that of the earliest impact that it could have with any of the
-   discs around it or with a wall, or of leaving its leeway. No impact is missed, because of any two discs the one that
-   was scheduled later saw the other on its present path. So until they can meet, one of the two is due. */
+   For each disc a time is stored before which the disc is not due. It is the earliest time at which the disc could hit
+   a disc near it or a wall, or leave its leeway. No impact is missed: for any two discs, the later search uses the
+   present paths of both. So one of the two is due before they can touch. */
 
 #pragma once
 
@@ -14,7 +14,7 @@
 #include "carom/core/pit_pending.h"
 #include "carom/core/pit_work.h"
 
-/* Note a body that the disc of the present search may touch. */
+/* Add a body that the disc of the present search may touch. */
 static inline void add_touching(State *s, Index body) {
     Touching *t = &s->touching;
     if (t->count == t->capacity) {
@@ -33,7 +33,7 @@ static inline void add_touching(State *s, Index body) {
 
 /* ---- discs ---- */
 
-/* Add the test of two discs if it is due now; return the lesser of `least` and how long the two can wait. */
+/* Add the test of two discs if it is due now. Return the smaller of `least` and the wait of the two discs. */
 static inline double test_or_wait(State *s, Index i, Index j, double extent_i, double least) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
@@ -59,7 +59,7 @@ static inline double test_or_wait(State *s, Index i, Index j, double extent_i, d
     return wait < least ? wait : least;
 }
 
-/* Search all discs; return as `test_or_wait`. */
+/* Search all discs. Return the same as `test_or_wait`. */
 static inline double search_all(State *s, Index i, double extent_i, double least) {
     for (Index j = 0; j < s->disc_count; j++) {
         if (j != i)
@@ -68,7 +68,7 @@ static inline double search_all(State *s, Index i, double extent_i, double least
     return least;
 }
 
-/* Search the cells of every level in which discs that disc i can touch may be; return as `test_or_wait`. */
+/* Search the cells of all levels that may contain discs which disc i can touch. Return the same as `test_or_wait`. */
 static inline double search_cells(State *s, Index i, double extent_i, double least) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -96,9 +96,10 @@ static inline double search_cells(State *s, Index i, double extent_i, double lea
 
 /* ---- walls ---- */
 
-/* Return a lower bound of the gap between disc i and all walls that never move, less what roundings can be, metres.
+/* Return a lower bound of the gap between disc i and all walls that never move, minus possible roundings, metres.
 
-   The gap at one place bounds it at any other: so most discs are known to be far from all walls. */
+   The gap at one position also bounds the gap at other positions. So for most discs it is known without a search that
+   they are far from all walls. */
 static inline double bound_clearance(const State *s, Index i, double extent_i) {
     const Disc *a = &s->discs[i];
     const Clearance *c = &s->clearances[i];
@@ -106,7 +107,7 @@ static inline double bound_clearance(const State *s, Index i, double extent_i) {
     return c->gap - moved - a->radius - CAROM_PATH_MARGIN * (extent_i + s->wall_size + a->radius);
 }
 
-/* Return a lower bound of the distance of a disc, disc i relative to wall k, from the wall, metres. */
+/* Return a lower bound of the distance of a disc from wall k, metres. `a` is disc i relative to the wall. */
 static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index k) {
     const Wall *wall = &s->walls[k];
     if (!is_chain(s, k))
@@ -119,7 +120,7 @@ static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index
     return distance;
 }
 
-/* Return the same, and note it if the wall never moves. */
+/* Return the same, and store it if the wall never moves. */
 static inline double find_distance(State *s, Index i, const Disc *relative, Index k) {
     double distance = bound_wall_distance(s, relative, i, k);
     if (wall_path(s, k) == NULL)
@@ -127,13 +128,13 @@ static inline double find_distance(State *s, Index i, const Disc *relative, Inde
     return distance;
 }
 
-/* Begin to find the distances of disc i from all walls. */
+/* Prepare the search for the distances of disc i from all walls. */
 static inline void begin_clearance(State *s, Index i) {
     const Disc *a = &s->discs[i];
     s->clearances[i] = (Clearance){a->x, a->y, CAROM_INF, s->clearances[i].edge};
 }
 
-/* Return the wait of disc i and wall k, which have a gap, on the wall's present leg. */
+/* Return the wait of disc i and wall k, from their gap, on the wall's present leg. */
 static inline double bound_wall(const State *s, Index i, Index k, const Disc *relative, double gap, double least) {
     if (is_chain(s, k))
         return bound_chain(s, relative, gap, least);
@@ -144,7 +145,7 @@ static inline double bound_wall(const State *s, Index i, Index k, const Disc *re
     return bound_curved_plane(s, relative, &s->walls[k], gap, least);
 }
 
-/* Add the test of disc i and wall k if it is due now; return as `test_or_wait`. */
+/* Add the test of disc i and wall k if it is due now. Return the same as `test_or_wait`. */
 static inline double test_wall_or_wait(State *s, Index i, Index k, double extent_i, double least) {
     Disc relative;
     const Disc *a = relative_to_wall(s, &s->discs[i], k, &relative);
@@ -163,7 +164,7 @@ static inline double test_wall_or_wait(State *s, Index i, Index k, double extent
     return wait < least ? wait : least;
 }
 
-/* Search all walls; return as `test_or_wait`. */
+/* Search all walls. Return the same as `test_or_wait`. */
 static inline double search_walls(State *s, Index i, double extent_i, double least) {
     const Disc *a = &s->discs[i];
     double speed = (fabs(a->vx) + fabs(a->vy)) * (1.0 + CAROM_PATH_MARGIN);
@@ -182,12 +183,12 @@ static inline double search_walls(State *s, Index i, double extent_i, double lea
 
 /* ---- all bodies ---- */
 
-/* Add the tests of a disc that are due at this frame, and find when it is due again. It was put into its cell at this
-   frame, and so was every other disc that is due. */
+/* Add the tests of a disc that are due at this frame, and find when the disc is due again. The disc and all other due
+   discs were put into their cells at this frame. */
 static inline void schedule_disc(State *s, Index i) {
     const Disc *a = &s->discs[i];
     const Path *path = disc_path(s, i);
-    if (a->inverse_mass == 0.0 && path == NULL) { /* the disc that meets it schedules the test */
+    if (a->inverse_mass == 0.0 && path == NULL) { /* a disc that may hit it schedules the test */
         s->due[i] = CAROM_INF;
         return;
     }
@@ -202,13 +203,13 @@ static inline void schedule_disc(State *s, Index i) {
     spend(s, CAROM_DISC_WORK + CAROM_BODY_WORK * (double)(s->counts.pair_tests - tests));
 }
 
-/* Schedule a disc, and note when it is due. */
+/* Schedule a disc, and update the time before which no disc is due. */
 static inline void reschedule_disc(State *s, Index i) {
     schedule_disc(s, i);
     s->next_due = lesser(s->due[i], s->next_due);
 }
 
-/* Add the tests of disc i, which an impact has just given its velocity, with the bodies that it touches. */
+/* Add the tests of disc i with the bodies that it touches. An impact has just changed its velocity. */
 static inline void test_touching(State *s, Index i) {
     const Search *search = &s->searches[i];
     const Disc *a = &s->discs[i];
@@ -225,11 +226,11 @@ static inline void test_touching(State *s, Index i) {
     }
 }
 
-/* Add the tests of a disc that an impact at this frame has just given its velocity. Its search is stale: when it is due
-   again has to be found at the end of the frame. */
+/* Add the tests of a disc whose velocity an impact at this frame has just changed. Its search is stale, so at the end
+   of the frame the time at which it is due must be computed again. */
 static inline void follow_impact(State *s, Index i) {
     Search *search = &s->searches[i];
-    if (s->discs[i].inverse_mass == 0.0) /* its path is as before */
+    if (s->discs[i].inverse_mass == 0.0) /* its path is unchanged */
         return;
     if (search->frame != s->counts.frames) {
         update_cell(s, i);
@@ -244,9 +245,9 @@ static inline void follow_impact(State *s, Index i) {
     test_touching(s, i);
 }
 
-/* Find when the stale discs are due again, after all tests of a frame. */
+/* Find when discs with stale searches are due again, after all tests of a frame. */
 static inline void schedule_stale(State *s) {
-    s->pending.last = LAST_TEST; /* the turn of each test has passed */
+    s->pending.last = LAST_TEST; /* no further test is made at this frame */
     for (Index k = 0; k < s->stale_count; k++)
         reschedule_disc(s, s->stale_discs[k]);
 }

@@ -1,10 +1,10 @@
-/* Separation: the bodies that a disc does not approach on its present path, whatever rounding makes of it.
+/* Separation: the bodies that a disc does not approach on its present path, regardless of rounding.
 
-   - After their impact two bodies separate until another impact changes one of the paths. On straight paths they can't
-     approach again, unless a chain bends or the path leads to its other side: then it is another feature of the chain,
-     or the inside of an arc. A fall comes back.
-   - An impact with restitution 0 leaves no speed along the normal, of which floats leave a rounding. touched.h keeps
-     that as a fact while other impacts act at right angles to it. */
+   - After an impact, two bodies separate until another impact changes one of the paths. On straight paths they cannot
+     approach again, except for a chain that bends or that the disc reaches from its other side. Then the disc
+     approaches another feature of the chain, or the inside of an arc. A falling disc can come back.
+   - An impact with restitution 0 leaves no normal speed, but floats leave a rounding error of it. touched.h stores that
+     the speed is 0 as long as other impacts are perpendicular to it. */
 
 #pragma once
 
@@ -14,10 +14,10 @@ static inline bool is_chain(const State *s, Index k) {
     return s->chains != NULL && s->chains[k].edge_count > 0;
 }
 
-/* ---- facts of contacts without speed along the normal ---- */
+/* ---- contacts without normal speed ---- */
 
-/* Return the contact without speed along the normal of disc i and a body, or NULL. A wall is -1 - k, or -1 - what of it
-   a disc touches. */
+/* Return the contact without normal speed of disc i and a body, or NULL. A wall is -1 - k. A feature of a chain that
+   the disc touches is -1 - its number. */
 static inline const Touched *find_touched(const State *s, Index i, Index body) {
     if (s->touched == NULL)
         return NULL;
@@ -36,9 +36,10 @@ static inline double slip_past(const State *s, Index i, Index j, double nx, doub
     return nx * (b->vy - a->vy) - ny * (b->vx - a->vx);
 }
 
-/* Return whether disc i touches disc j without speed along the normal, and does not move back past it.
+/* Return whether disc i touches disc j without normal speed, and does not move back past it.
 
-   PIT finds impacts late, with overlap. So a disc that has moved on past another approaches it on its way back. */
+   PIT finds impacts late, with overlap. A disc that has moved past another one therefore approaches it on its way
+   back. */
 static inline bool is_touching_disc(const State *s, Index i, Index j) {
     const Touched *t = find_touched(s, i, j);
     if (t == NULL)
@@ -47,7 +48,7 @@ static inline bool is_touching_disc(const State *s, Index i, Index j) {
     return !(moved * slip_past(s, i, j, t->nx, t->ny) < 0.0);
 }
 
-/* Forget the discs that a table slows in another direction than disc i. */
+/* Remove the contacts with discs that a table slows in another direction than disc i. */
 static inline void forget_slipping(State *s, Index i) {
     TouchedBodies *t = &s->touched[i];
     int kept = 0;
@@ -59,14 +60,14 @@ static inline void forget_slipping(State *s, Index i) {
     t->count = kept;
 }
 
-/* Note an applied impact of disc i on a body. `stops` says whether it leaves no speed along the normal. */
+/* Store an applied impact of disc i on a body. `stops` says whether it leaves no normal speed. */
 static inline void note_contact(State *s, Index i, Touched body, bool slides, bool stops) {
     note_touched(&s->touched[i], body, s->now, slides, stops);
     if (s->motion == SLOWING)
         forget_slipping(s, i);
 }
 
-/* Note an impact of two discs that was just applied; n is the unit normal. */
+/* Store an impact of two discs that was just applied. n is the unit normal. */
 static inline void note_pair_contact(State *s, Index i, Index j, double nx, double ny) {
     Index pair[2] = {i, j};
     bool stops = s->law.restitution == 0.0;
@@ -84,7 +85,8 @@ static inline void note_pair_contact(State *s, Index i, Index j, double nx, doub
 
 /* ---- two discs ---- */
 
-/* Return whether disc i is on a path on which it does not approach disc j, if disc j is, too. */
+/* Return whether disc i does not approach disc j on its present path. The same must be true of disc j for the two to
+   separate. */
 static inline bool is_separating_from(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i];
     return a->inverse_mass == 0.0 || (a->last == j && s->motion != SLOWING) || is_touching_disc(s, i, j);
@@ -92,7 +94,8 @@ static inline bool is_separating_from(const State *s, Index i, Index j) {
 
 /* Return whether two discs do not approach on their present paths.
 
-   A disc that falls onto one that does not fall comes back. On a table two discs, slowed in other directions, may. */
+   A disc that falls onto a disc that does not fall comes back. On a table two discs that are slowed in different
+   directions may approach. */
 static inline bool are_separating(const State *s, Index i, Index j) {
     if (s->motion == FALLING && (s->discs[i].inverse_mass == 0.0 || s->discs[j].inverse_mass == 0.0))
         return false;
@@ -106,20 +109,20 @@ static inline bool is_leaving_plane(const State *s, Index i, Index k) {
     return (s->motion != FALLING && s->discs[i].last == ON_WALL - k) || find_touched(s, i, -1 - k) != NULL;
 }
 
-/* Return an edge of chain k that may be near disc i. */
+/* Return an edge of chain k that is probably near disc i. */
 static inline Index near_edge(const State *s, Index i, Index k) {
     Index edge = s->clearances[i].edge - (s->chains[k].edges - s->edges);
     return edge >= 0 && edge < s->chains[k].edge_count ? edge : 0;
 }
 
-/* Return the number of the part of a chain's edge that is nearest to a place. */
+/* Return the number of the edge part of chain k that is nearest to a position. */
 static inline Index feature_at(const State *s, Index k, const Nearest *nearest, double x, double y) {
     const ChainEdge *edge = &s->chains[k].edges[nearest->edge];
     return CHAIN_PARTS * (edge - s->edges) + find_part(edge, x, y);
 }
 
-/* Return an edge's number in its chain and what kind of part a feature is, as a recorded contact has them:
-   EDGE_KINDS times the number, and `carom.model.trace.EdgeKind`. */
+/* Return the number of an edge in its chain and the kind of the part, coded as in a recorded contact: EDGE_KINDS times
+   the number plus `carom.model.trace.EdgeKind`. */
 static inline Index recorded_edge(const State *s, Index k, Index feature) {
     const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
     int part = (int)(feature % CHAIN_PARTS);
@@ -131,8 +134,8 @@ static inline bool is_inside_arc(const State *s, Index feature) {
     return s->edges[feature / CHAIN_PARTS].is_arc && feature % CHAIN_PARTS == ON_RIGHT;
 }
 
-/* Return whether disc i, which is nearest to a feature of chain k, does not approach it on its present path; n is the
-   unit normal there. The inside of an arc is met again, unless the disc has not moved. */
+/* Return whether disc i does not approach its nearest feature of chain k on its present path. n is the unit normal
+   there. The disc can hit the inside of an arc again, unless it has not moved. */
 static inline bool is_leaving_chain(const State *s, Index i, Index k, Index feature, double nx, double ny) {
     const ChainHit *hit = &s->hits[i];
     if (s->motion != FALLING && s->discs[i].last == ON_WALL - k && hit->feature == feature &&
@@ -141,7 +144,7 @@ static inline bool is_leaving_chain(const State *s, Index i, Index k, Index feat
     return find_touched(s, i, -1 - s->wall_count - feature) != NULL;
 }
 
-/* Note an impact of disc i on wall k that was just applied; n is the unit normal. */
+/* Store an impact of disc i on wall k that was just applied. n is the unit normal. */
 static inline void note_wall_contact(State *s, Index i, Index k, double nx, double ny) {
     const Law *law = &s->wall_laws[k];
     const Path *path = wall_path(s, k);

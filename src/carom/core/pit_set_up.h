@@ -11,7 +11,7 @@
 
 /* ---- sizes ---- */
 
-/* Return whether some driven body is a disc or, with `is_disc` false, a wall. */
+/* Return whether any driven body is a disc. If `is_disc` is false: whether any is a wall. */
 static inline bool is_some_driven(const RunInput *input, bool is_disc) {
     for (Index k = 0; k < input->driven_count; k++) {
         if ((input->driven[DRIVEN_NUMBERS * k] >= 0.0) == is_disc)
@@ -20,7 +20,7 @@ static inline bool is_some_driven(const RunInput *input, bool is_disc) {
     return false;
 }
 
-/* Return how many driven bodies have a path: of the others the surface alone moves. */
+/* Return the number of driven bodies that have a path. Only the surface moves of the others. */
 static inline Index count_paths(const RunInput *input) {
     Index count = 0;
     for (Index k = 0; k < input->driven_count; k++)
@@ -28,7 +28,7 @@ static inline Index count_paths(const RunInput *input) {
     return count;
 }
 
-/* Place all rows of a run; return how many bytes they take. Without memory only that number is computed. */
+/* Place all rows of a run, and return their size in bytes. With `memory` NULL only the size is computed. */
 static inline size_t lay_out(State *s, const RunInput *input, void *memory) {
     Arena arena = {memory, 0};
     Index discs = s->disc_count;
@@ -61,7 +61,7 @@ static inline size_t lay_out(State *s, const RunInput *input, void *memory) {
 
 /* ---- rows ---- */
 
-/* Fill the rows of driven bodies and of their legs, and how walls and their surfaces move. */
+/* Fill the rows of driven bodies and of their legs, and the motion of walls and of their surfaces. */
 static inline void fill_paths(State *s, const RunInput *input) {
     for (Index i = 0; i < s->disc_count && s->disc_paths != NULL; i++)
         s->disc_paths[i] = NO_PATH;

@@ -1,7 +1,7 @@
-/* All tests of a frame by a sweep: discs that touch are found through cells, and tested in the order of Algorithm 1.
+/* Sweep: all tests of a frame. Touching discs are found through cells and tested in the order of Algorithm 1.
 
-   If most discs are due at most frames, this costs less than finding out when each is due again. Positions are those of
-   one frame, so cells need no leeway. Discs of about one size are on one level of cells. */
+   If most discs are due at most frames, this costs less than computing when each disc is due again. The cells are built
+   for the positions at one frame, so they need no leeway. Discs of about the same size are on one level of cells. */
 
 #pragma once
 
@@ -10,7 +10,7 @@
 #include "carom/core/constants.h"
 #include "carom/core/pit_search.h"
 
-/* Note disc j if disc i may touch or overlap it. */
+/* Add disc j if disc i may touch or overlap it. */
 static inline void note_overlap(State *s, const Disc *a, Index j) {
     const Disc *b = &s->discs[j];
     double dx = b->x - a->x;
@@ -21,7 +21,7 @@ static inline void note_overlap(State *s, const Disc *a, Index j) {
         add_touching(s, j);
 }
 
-/* Note the discs on a level that disc i may touch or overlap, and whose numbers are higher: these are in the cells. */
+/* Add the discs on a level that disc i may touch or overlap. The cells contain only discs with higher numbers. */
 static inline void sweep_level(State *s, Index i, Index level) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -78,7 +78,7 @@ static inline void sort_numbers(int *numbers, Index count) {
     }
 }
 
-/* Test disc i and the discs that it touches. Two cells may share a list, so a disc can be noted twice. */
+/* Test disc i with the discs that it touches. Two cells may share a list, so a disc can be listed twice. */
 static inline void test_swept(State *s, Index i) {
     int *bodies = &s->touching.bodies[s->searches[i].first];
     Index count = s->searches[i].count;
@@ -109,7 +109,7 @@ static inline bool is_apart_from_walls(State *s, Index i) {
     return bound_clearance(s, i, extent) > 0.0;
 }
 
-/* Test disc i and all walls. */
+/* Test disc i with all walls. */
 static inline void test_walls(State *s, Index i) {
     bool is_apart = is_apart_from_walls(s, i);
     if (is_apart && s->wall_motions == NULL)

@@ -1,7 +1,8 @@
 /* One frame of Algorithm 1: all its tests, or only those that can find something.
 
-   An impact changes velocities, and nothing else at its frame. So the bodies that a disc touches at a frame are found
-   once, and tested again after each of its impacts. When it is due again is found after the last one. */
+   At a frame an impact changes velocities and nothing else. So the bodies that a disc touches at a frame are searched
+   only once, and are tested again after each of the disc's impacts. After the last test, the time at which the disc is
+   due again is computed. */
 
 #pragma once
 
@@ -15,14 +16,15 @@
 
 /* ---- frames at which nothing is tested ---- */
 
-/* Pass frames, up to `until`, at which no disc is due; return whether there were any. */
+/* Pass frames, up to `until`, at which no disc is due. Return whether there were any. */
 static inline bool skip_frames(State *s, Index until) {
     double before = s->now;
     Index count = 0;
     Index most = until - s->counts.frames < MAX_STEPS ? until - s->counts.frames : MAX_STEPS;
     while (count < most) {
         double time = frame_time(s, s->counts.frames + count);
-        /* Nothing is found at a frame at which nothing has moved, if nothing was at the one before. */
+        /* If nothing was found at the last tested frame, and time has not advanced since, nothing is found at this
+           frame. */
         if (time >= s->next_due && !(time == s->now && s->is_settled))
             break;
         s->steps[count] = time - s->now;
@@ -41,7 +43,7 @@ static inline bool skip_frames(State *s, Index until) {
 
 /* ---- all tests of a frame ---- */
 
-/* Make every test of the next frame, as long as there is work left; `row` is where to go on. */
+/* Make all tests of the next frame, as long as there is work left. `row` is the disc to continue with. */
 static inline void test_all(State *s) {
     Index n = s->disc_count;
     if (s->row == 0) {
@@ -80,7 +82,7 @@ static inline void test_all(State *s) {
 
 /* ---- the tests that can find something ---- */
 
-/* Make the test whose turn it is. */
+/* Make the present test, which is `last`. */
 static inline void make_test(State *s) {
     Index first = (Index)(s->pending.last >> HALF_BITS);
     Index second = (Index)(s->pending.last & 0xFFFFFFFFu);
@@ -97,7 +99,7 @@ static inline void make_test(State *s) {
     }
 }
 
-/* List the discs that are due now, and note when the next one of the others is; return how many are due. */
+/* List the discs that are due now, and find when the next of the other discs is due. Return the number of due discs. */
 static inline Index find_due(State *s) {
     Index count = 0;
     double next_due = CAROM_INF;

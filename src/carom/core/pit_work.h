@@ -1,4 +1,4 @@
-/* Work of PIT, counted in tests of two discs: whether skipping tests pays. */
+/* Amount of work in PIT, measured in tests of two discs, and whether skipping tests saves work. */
 
 #pragma once
 
@@ -6,7 +6,7 @@
 #include "carom/core/double_double.h"
 #include "carom/core/pit_state.h"
 
-/* A build for few discs, as that for the page, leaves out skipping and sweeps: results are the same. */
+/* A build for few discs, such as that for the page, leaves out skipping and sweeps. Results are the same. */
 #if defined(CAROM_PLAIN_FRAMES)
 #define CAROM_SKIPS false
 #else
@@ -18,17 +18,18 @@ static inline double plain_work(const State *s) {
     return (double)s->disc_count * (0.5 * (double)(s->disc_count - 1) + (double)s->wall_count);
 }
 
-/* Return the work of a frame without skipping: that of plain looping, or of a sweep if there are cells. */
+/* Return the work of a frame without skipping: a sweep if there are cells, otherwise plain looping. */
 static inline double frame_work(const State *s) {
     if (s->grid.list_count == 0)
         return plain_work(s);
     return (double)s->disc_count * (CAROM_SWEEP_WORK + (double)s->wall_count);
 }
 
-/* Decide whether the next frame is looped plainly: if asked for, or while the cost of skipping is earned back.
+/* Return whether the next frame is looped plainly. It is if the caller requests it, or while the excess cost of
+   skipping is being recovered.
 
-   To skip, all discs must be scheduled first, and bounds that have run out meanwhile are computed again. So skipping
-   that costs more than plain looping is given up only after a while, and is tried again after a longer one. */
+   Skipping first has to schedule all discs, and computes bounds again that have expired. So it is given up only after
+   it has cost more than plain looping for a while. It is tried again after a longer while. */
 static inline bool loops_plainly(State *s) {
     if (!CAROM_SKIPS || !s->skips)
         return true;
@@ -39,13 +40,13 @@ static inline bool loops_plainly(State *s) {
     return s->pays_back;
 }
 
-/* Account for work of skipping. */
+/* Count work of skipping. */
 static inline void spend(State *s, double work) {
     s->work -= work;
     s->excess += work;
 }
 
-/* Account for frames that were not looped plainly. */
+/* Count frames that were not looped plainly. */
 static inline void save(State *s, Index frames) {
     s->excess = greater(s->excess - (double)frames * frame_work(s), -CAROM_SAVED_FRAMES * frame_work(s));
 }

@@ -1,6 +1,7 @@
-/* Prefetching: memory that the next event needs is loaded while this one is processed. No result depends on it.
+/* Prefetching: memory for the next event is loaded while the present one is processed. No result depends on it.
 
-   Each row tells where the next one is: a disc, then its partner and its cells, then the discs in these cells. */
+   Each row contains the place of the next one: a disc leads to its partner and its cells, and these lead to the discs
+   in the cells. */
 
 #pragma once
 
@@ -8,7 +9,8 @@
 #include "carom/core/state.h"
 
 #if defined(__GNUC__)
-/* GCC takes a function that only prefetches for one without effect and removes its calls, hence the empty statement. */
+/* GCC assumes that a function that only prefetches has no effect and removes calls of it. The empty statement prevents
+   that. */
 #define CAROM_PREFETCH(place)      \
     do {                           \
         __builtin_prefetch(place); \
@@ -19,13 +21,14 @@
 #endif
 
 enum {
-    /* Discs from which on memory is prefetched, since their rows no longer fit into a cache. Without it a run of 8,000
-       takes 1.01 of the time, one of 16,000 .91, one of 30,000 .78 (on a processor with 1 MB of cache to itself). */
+    /* With at least this many discs memory is prefetched, because their rows do not fit into a cache. Without
+       prefetching, a run of 8,000 discs takes 1.01 of the time, one of 16,000 .91, and one of 30,000 .78. This was
+       measured on a processor with 1 MB of cache per core. */
     PREFETCH_FROM = 10000
 };
 
-/* Prefetch the row of a disc, or some address below for a negative number: that is harmless, and a branch is not, which a
-   processor could not predict. */
+/* Prefetch the row of a disc. For a negative number this prefetches some address below the rows, which is harmless. A
+   branch would be unpredictable for the processor. */
 static inline void prefetch_row(const State *s, Index i) {
     CAROM_PREFETCH((const void *)((uintptr_t)s->discs + (uintptr_t)i * sizeof(Disc)));
 }

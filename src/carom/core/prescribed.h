@@ -1,14 +1,14 @@
-/* Prescribed motion: the leg of its path that a driven body is on at a time, and its position and velocity there.
+/* Prescribed motion: the leg of its path on which a driven body is at a time, and its position and velocity there.
 
-   A driven wall is located where its features say at the start of the run, and a disc is seen relative to it. A driven
-   disc is moved along its path from its centre at the start. */
+   The features of a driven wall contain its position at the start of the run, and discs are described relative to the
+   moving wall. A driven disc moves along its path from its centre at the start. */
 
 #pragma once
 
 #include "carom/core/motion.h"
 #include "carom/core/state.h"
 
-/* Return the row of a body, a wall being negative; NULL if it is not driven. */
+/* Return the row of a body, or NULL if it is not driven. Wall k is -1 - k. */
 static inline const Driven *driven_row(const Driving *d, Index body) {
     for (Index k = 0; k < d->count; k++) {
         if (d->rows[k].body == body)
@@ -23,11 +23,11 @@ static inline bool is_driven_wall(const Driving *d, Index wall) {
     return row != NULL && row->leg_count > 0;
 }
 
-/* Return the number of the leg that a body is on at a time; before the start, of its first. */
+/* Return the number of the leg on which a body is at a time. Before the start it is the first one. */
 static inline Index leg_at(const Driving *d, const Driven *row, double time) {
     Index low = row->first_leg;
     Index high = row->first_leg + row->leg_count;
-    while (high - low > 1) { /* the answer is low or after it, and before high */
+    while (high - low > 1) { /* the result is at least `low`, and below `high` */
         Index middle = (low + high) / 2;
         if (d->legs[middle].begin <= time)
             low = middle;
@@ -43,7 +43,7 @@ static inline Point displacement_on(const Leg *leg, double time) {
     return (Point){leg->moved_x + leg->vx * lasted, leg->moved_y + leg->vy * lasted};
 }
 
-/* Return a disc at a time, on its present path, relative to a wall on a leg of its path. */
+/* Return a disc on its present path at a time, relative to a wall on a leg of its path. */
 static inline Disc seen_from_leg(const Disc *a, const Leg *leg, double time) {
     Disc seen = *a;
     Point centre = position_at(a, time);
@@ -56,14 +56,14 @@ static inline Disc seen_from_leg(const Disc *a, const Leg *leg, double time) {
     return seen;
 }
 
-/* Return a disc at a time relative to the wall of a row of `Driving`. */
+/* Return a disc at a time relative to a driven wall. */
 static inline Disc seen_from_wall(const State *s, const Disc *a, const Driven *row, double time) {
     if (row->leg_count == 0)
         return *a;
     return seen_from_leg(a, &s->driving.legs[leg_at(&s->driving, row, time)], time);
 }
 
-/* Return how the wall of a row of `Driving` moves at a time. */
+/* Return the motion of a driven wall at a time. */
 static inline Surface surface_at(const State *s, const Driven *row, double time) {
     Surface surface = {0.0, 0.0, row->belt};
     if (row->leg_count > 0) {
@@ -85,7 +85,7 @@ static inline Disc driven_disc_on(const Driven *row, const Disc *b, const Leg *l
     return moved;
 }
 
-/* Move disc `i`, if it is driven, to its place at a time. */
+/* Move disc `i` to its position at a time, if it is driven. */
 static inline void move_driven_disc(State *s, Index i, double time) {
     if (s->discs[i].inverse_mass > 0.0)
         return;
@@ -94,7 +94,7 @@ static inline void move_driven_disc(State *s, Index i, double time) {
         s->discs[i] = driven_disc_on(row, &s->discs[i], &s->driving.legs[leg_at(&s->driving, row, time)], time);
 }
 
-/* Count the times of all legs from the present epoch. */
+/* Change the times of all legs to count from the present epoch. */
 static inline void count_legs_from_epoch(State *s) {
     const Clock *clock = &s->clock;
     for (Index k = 0; k < s->driving.leg_count; k++) {
@@ -104,7 +104,7 @@ static inline void count_legs_from_epoch(State *s) {
     }
 }
 
-/* Let disc `i` meet again the driven body that it met last, if that has changed to another leg since. */
+/* Allow disc `i` to hit the driven body again that it hit last, if the body has begun another leg since. */
 static inline void clear_last_of_ended_leg(State *s, Index i) {
     Disc *a = &s->discs[i];
     if (a->last == NO_BODY)

@@ -1,7 +1,7 @@
-"""Formulas of the core for Python, one call at a time: times of impact, features of a wall, and impulses.
+"""Single formulas of the core for Python: times of impact, features of a wall, and impulses.
 
-Lengths are in metres, velocities in metres per second, times in seconds from now: 0 for bodies that touch or overlap and
-approach, infinity for never. A disc as seen from a wall is a `carom.core.features.Mover`.
+Lengths are in metres, velocities in metres per second, times in seconds from now. A time is 0 for bodies that touch or
+overlap and approach, and infinity for never. A disc relative to a wall is a `carom.core.features.Mover`.
 """
 
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
@@ -28,7 +28,7 @@ def fill_pair_times(
     const double[:, :] p1, const double[:, :] v1, const double[:] r1,
     const double[:, :] p2, const double[:, :] v2, const double[:] r2, double[::1] times,
 ):
-    """Write `carom.time_of_impact` of each pair into `times`, shape ``(n,)``; NaN where a size is not moderate."""
+    """Write `carom.time_of_impact` of each pair into `times`, shape ``(n,)``; NaN if a size is not moderate."""
     cdef Py_ssize_t k
     cdef bint moderate
     with nogil:
@@ -54,7 +54,7 @@ def wall_time(double x, double y, double vx, double vy, double radius, wall):
 
 
 def wall_fall_time(double x, double y, double vx, double vy, double radius, wall, double ax, double ay):
-    """Return the seconds until a disc with an acceleration touches a half-plane."""
+    """Return the seconds until an accelerating disc touches a half-plane."""
     cdef double qx, qy, nx, ny
     qx, qy, nx, ny = wall
     gap = formulas.wall_gap(x, y, radius, qx, qy, nx, ny)
@@ -65,10 +65,10 @@ def disc_fall_time(
     double x, double y, double vx, double vy, double radius, double fixed_x, double fixed_y, double fixed_radius,
     double ax, double ay, leaving=None,
 ):
-    """Return the seconds until a disc with an acceleration touches a fixed one.
+    """Return the seconds until an accelerating disc touches a fixed one.
 
-    If it has just hit the fixed disc, `leaving` is the speed at which it leaves: the gap is then 0, and this its rate of
-    change, whatever rounding has made of position and velocity.
+    If it has just hit the fixed disc, `leaving` is the speed at which it leaves. The gap is then exactly 0, and
+    `leaving` is its rate of change, although rounded positions and velocities may differ.
     """
     cdef ExactQuartic exact = exact_solver()
     cdef FallingDisc disc = FallingDisc(x, y, vx, vy, radius)
@@ -81,7 +81,7 @@ def disc_fall_time(
 
 
 cdef class WallFeatures:
-    """The features of a finite wall, by number. Of those met at the same time, the first in this order counts.
+    """The features of a finite wall, by number. If a disc hits several at the same time, the lowest number counts.
 
     Args:
         rows: A row of numbers for each feature, as `carom.core.numbered.numbers_of` returns it.
@@ -111,10 +111,10 @@ cdef class WallFeatures:
         return &self.rows[number]
 
     def first_touch(self, disc, int last):
-        """Return when a disc on a straight path meets a feature, the number of that feature, and whether it glides there.
+        """Return when a disc on a straight path hits a feature, the feature's number, and whether it glides there.
 
-        `last` is the number of the feature that the disc met last, on the path that it is on; -1 for none. The number
-        returned is -1 if none is met.
+        `last` is the number of the feature that the disc hit last, on its present path; -1 for none. The returned
+        number is -1 if the disc hits no feature.
         """
         cdef Mover seen = mover_from(disc)
         cdef double least = CAROM_INF
@@ -127,10 +127,9 @@ cdef class WallFeatures:
         return least, first, glides
 
     def first_fall(self, disc, double ax, double ay, int last, double leaving):
-        """Return when a disc with an acceleration meets a feature, and the number of that feature.
+        """Return when an accelerating disc hits a feature, and the feature's number.
 
-        The arguments are those of `first_touch`. `leaving` is the speed along the normal at which the disc left the
-        feature `last`.
+        Arguments are those of `first_touch`. `leaving` is the normal speed at which the disc left the feature `last`.
         """
         cdef ExactQuartic exact = exact_solver()
         cdef Mover seen = mover_from(disc)
@@ -154,9 +153,9 @@ cdef class WallFeatures:
         return formulas.feature_gap(&seen, self.at(number))
 
     def overlap_start(self, int number, disc):
-        """Return when a disc that overlaps a feature, and approaches it, touched it: seconds from now, 0 or less.
+        """Return when a disc that overlaps a feature and approaches it began to touch it: seconds from now, 0 or less.
 
-        On a straight path, by plain formulas. 0 where rounding leaves no speed of approach.
+        The path is straight, and plain formulas are used. The result is 0 if rounding leaves no speed of approach.
         """
         cdef Mover seen = mover_from(disc)
         cdef const Feature *feature = self.at(number)
@@ -168,7 +167,7 @@ cdef class WallFeatures:
         cdef double x = seen.x.high - feature.x.high, y = seen.y.high - feature.y.high
         cdef double away = sqrt(x * x + y * y), reach = formulas.reach_of(&seen, feature).high
         cdef double sign = -1.0 if feature.kind == INNER_ARC else 1.0
-        # |d + t u| = reach, with d out from the centre: the later of the roots in the past.
+        # |d + t u| = reach, with d pointing away from the centre. The result is the later of the past roots.
         cdef double a = vx * vx + vy * vy, b = sign * away * speed, c = sign * gap * (away + reach)
         cdef double root = sqrt(greater(b * b - a * c, 0.0))
         if sign > 0.0:
@@ -186,7 +185,7 @@ cdef DoubleDouble pair_from(pair):
 
 
 def two_diff(double a, double b):
-    """Return the rounded difference and its rounding error: ``a - b`` is exactly their sum."""
+    """Return the rounded difference and its rounding error, whose sum is exactly ``a - b``."""
     difference = formulas.two_diff(a, b)
     return difference.high, difference.low
 
@@ -195,21 +194,21 @@ def two_diff(double a, double b):
 
 
 def normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    """Return ``g <= 0``: with ``d = c2 - c1`` and ``u = v2 - v1`` an impact gives the first disc the impulse ``g d``."""
+    """Return ``g <= 0``. The first disc receives the impulse ``g d``, with ``d = c2 - c1`` and ``u = v2 - v1``."""
     return formulas.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 
 def tangential_impulse(
     double friction, double restitution, double slip, double inverse_effective_mass, double pressed
 ):
-    """Return the impulse of friction on two bodies that are pressed together by an impulse, 0 or more.
+    """Return the impulse of friction on two bodies with a normal impulse of 0 or more.
 
     Args:
         friction: Coulomb's coefficient.
-        restitution: The tangential one.
-        slip: Velocity at which the surface of the first moves past that of the second.
-        inverse_effective_mass: By how much the slip falls for each unit of the impulse, above 0.
-        pressed: The normal impulse.
+        restitution: Tangential coefficient of restitution.
+        slip: Velocity of the first body's surface relative to that of the second.
+        inverse_effective_mass: Decrease of the slip per unit of the impulse, above 0.
+        pressed: Normal impulse.
     """
     cdef ContactFriction contact = ContactFriction(friction, restitution)
     return formulas.tangential_impulse(&contact, slip, inverse_effective_mass, pressed)
@@ -219,9 +218,9 @@ def pair_tangential_impulse(
     double friction, double restitution, double dx, double dy, double ux, double uy, double surface,
     double inverse_effective_mass, double normal,
 ):
-    """Return h: with ``d = c2 - c1`` and ``u = v2 - v1`` friction gives the first disc the impulse ``h (dy, -dx)``.
+    """Return h. Friction gives the first disc the impulse ``h (dy, -dx)``, with ``d = c2 - c1`` and ``u = v2 - v1``.
 
-    `surface` is ``|d| (R1 w1 + R2 w2)``, and `normal` what `normal_impulse` returns.
+    `surface` is ``|d| (R1 w1 + R2 w2)``, and `normal` is the result of `normal_impulse`.
     """
     cdef ContactFriction contact = ContactFriction(friction, restitution)
     return formulas.pair_tangential_impulse(&contact, dx, dy, ux, uy, surface, inverse_effective_mass, normal)
@@ -233,7 +232,7 @@ def frictional_impulses(
 ):
     """Return the impulses of friction and of rolling resistance on a disc that hits a wall, per unit of its mass.
 
-    The third number returned is whether rolling resistance stops the rim.
+    The third result is whether rolling resistance stops the rim.
     """
     cdef ContactFriction contact = ContactFriction(friction, restitution)
     by = formulas.frictional_impulses(&contact, rolling_resistance, Slips(slip, rim), inverse_inertia_ratio, pressed)

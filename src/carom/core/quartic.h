@@ -1,14 +1,15 @@
-/* Falls of a gap between two bodies: the instants at which a polynomial in time of degree 4 or less turns negative.
+/* Falls of a gap between two bodies: the instants at which a polynomial in time of degree 4 or less becomes negative.
 
-   There are three stages. Each decides only what its error bound proves, and compares nothing with a tolerance:
+   There are three stages. Each stage decides only what its error bound proves. There are no tolerances.
 
    1. Floats isolate the roots. They decide most gaps that never close.
-   2. Pairs isolate roots that floats do not, as in near grazes, and refine every root, so that it can be rounded.
-   3. The caller's exact solver decides the rest, as double roots, and gaps whose terms are too large or small.
+   2. Pairs isolate roots that floats do not, such as those of near grazes. They also refine every root, so that it can
+      be rounded.
+   3. The caller's exact solver decides the rest: double roots, and gaps whose terms are too large or too small.
 
-   Results have the bits of the exact solver, `find_falls` in `carom/core/exact_quartic.py`: quartic_root.h explains
-   how. A root at which the gap only touches 0 is a graze without depth, and no fall. A gap that is 0 now and does
-   not open falls now. One that is negative now has to open before it falls. */
+   Results have the same bits as those of the exact solver, `find_falls` in `carom/core/exact_quartic.py`;
+   quartic_root.h explains how. A root at which the gap only touches 0 is a graze without overlap, and not a fall. A gap
+   that is 0 now and does not open falls now. A gap that is negative now must open before it can fall. */
 
 #pragma once
 
@@ -20,33 +21,33 @@
 #include "carom/core/quartic_isolation.h"
 #include "carom/core/quartic_root.h"
 
-/* Tests count by this macro which stage has decided: 1, 2 or 3. */
+/* Tests define this macro to count which stage has decided: 1, 2 or 3. */
 #ifndef CAROM_STAGE_DECIDED
 #define CAROM_STAGE_DECIDED(stage) ((void)0)
 #endif
 
 enum {
-    MOST_FALLS = 2, /* of a polynomial of degree 4 at t > 0 */
+    MOST_FALLS = 2, /* largest number of falls at t > 0 of a polynomial of degree 4 */
     UNKNOWN_SIGN = 2,
-    MOST_INTERVALS = 8, /* the error of a polynomial of pairs covers as many shifts of its origin */
+    MOST_INTERVALS = 8, /* the error bound of a polynomial of pairs covers this many shifts of its origin */
 };
 
-/* The falls of a gap, found one after the other by `next_fall`. */
+/* The falls of a gap. `next_fall` returns them one by one. */
 typedef struct Falls {
     const ExactQuartic *exact;
     const Gap *gap;
-    double horizon;    /* falls from here on may be left out */
-    Polynomial floats; /* divided by the powers of t that are factors of the gap */
+    double horizon;    /* falls at this time or later may be left out */
+    Polynomial floats; /* divided by as many powers of t as the gap contains */
     PairPolynomial pairs;
-    int dropped; /* number of these factors */
-    int start;   /* sign just after t = 0; 0 for a gap that stays 0 */
+    int dropped; /* number of powers of t that were divided out */
+    int start;   /* sign of the gap just after t = 0; 0 for a gap that stays 0 */
     bool has_pairs;
-    bool falls_now; /* whether the gap is 0 and turns negative now */
-    bool is_closed; /* whether power 0 is 0, whatever the other forms say */
+    bool falls_now; /* whether the gap is 0 now and becomes negative */
+    bool is_closed; /* whether the gap is exactly 0 now, although its coefficients may differ */
     bool needs_exact;
     bool has_times;
-    int index; /* of the next fall */
-    int count; /* of `times` */
+    int index; /* number of the next fall */
+    int count; /* number of `times` */
     double times[MOST_FALLS];
 } Falls;
 
@@ -72,7 +73,8 @@ static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
 
 /* ---- the stages ---- */
 
-/* Return whether no power has another sign than `start`, with certainty; `error` is the error bound for a size of 1. */
+/* Return whether all coefficients certainly have the sign `start` or are 0. `error` is the error bound relative to a
+   coefficient's size. */
 static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     bool keeps = true;
     for (int k = 1; k <= p->degree; k++)
@@ -80,9 +82,9 @@ static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     return keeps;
 }
 
-/* Find the roots t > 0 in pairs, up to `most` of them; return their number or QUARTIC_UNDECIDED.
+/* Isolate the roots t > 0 in pairs, at most `most` of them. Return their number or QUARTIC_UNDECIDED.
 
-   `end` is where the first interval ends. The next one begins there, with a polynomial in the time from then on. */
+   The first interval ends at `end`. The next interval begins there, and its polynomial counts time from there. */
 static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, double end, double horizon, int most,
                                          Bracket *brackets) {
     PairPolynomial rest = *p;
@@ -112,7 +114,7 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
     return QUARTIC_UNDECIDED;
 }
 
-/* Isolate roots in floats, or else in pairs, which are written if there is a root. */
+/* Isolate roots in floats; if that fails, in pairs. The pairs are also computed if there is a root. */
 static inline int isolate_in_stages(Falls *falls, double horizon, int most, Bracket *brackets) {
     double scale = time_scale(&falls->floats, falls->start), doubt;
     if (!(scale < 0.9 * horizon))
@@ -135,7 +137,7 @@ static inline int isolate_in_stages(Falls *falls, double horizon, int most, Brac
     return count;
 }
 
-/* Find the first fall of a gap that is positive at first; return it, infinity for never, or CAROM_UNCERTAIN. */
+/* Find the first fall of a gap that is positive at first. Return its time, infinity for never, or CAROM_UNCERTAIN. */
 static inline double find_first_fall(Falls *falls) {
     Bracket bracket;
     QuarticRoot root;
@@ -173,8 +175,8 @@ static inline int find_all_falls(Falls *falls, double *times) {
 
 /* ---- falls in their order ---- */
 
-/* Return the exact sign of a power, by an exact sum; UNKNOWN_SIGN if a product leaves the range of floats, or if
-   the gap counts from another instant than now. */
+/* Return the exact sign of a coefficient, by an exact sum. It is UNKNOWN_SIGN if a product is outside the range of
+   floats, or if the gap does not count from now. */
 static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
     Products products = {.from = 0.0};
     double terms[2 * MOST_PRODUCTS];
@@ -192,7 +194,7 @@ static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
     return (sum > 0.0) - (sum < 0.0);
 }
 
-/* Return the sign of a power: exact, or UNKNOWN_SIGN. */
+/* Return the sign of a coefficient: exact, or UNKNOWN_SIGN. */
 static inline int sign_of_power(Falls *falls, int k) {
     double value = falls->floats.power[k], size = falls->floats.size[k];
     if (size >= CAROM_LEAST_SIZE && fabs(value) > CAROM_ERROR * size)
@@ -205,13 +207,13 @@ static inline int sign_of_power(Falls *falls, int k) {
     return exact_sign_of_power(falls, k);
 }
 
-/* Return the sign of a gap now; it is exact. */
+/* Return the exact sign of a gap now. */
 static inline int sign_of_gap(Falls *falls) {
     int sign = sign_of_power(falls, 0);
     return sign == UNKNOWN_SIGN ? (int)solve_exactly(falls, QUARTIC_SIGN) : sign;
 }
 
-/* Begin with a gap; its float form, or that and its pairs, must be set next. */
+/* Begin with a gap. Next, the caller must set its float form, or its float form and its pairs. */
 static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Gap *gap, double horizon) {
     falls->exact = exact;
     falls->gap = gap;
@@ -220,7 +222,7 @@ static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Ga
     falls->has_pairs = falls->falls_now = falls->is_closed = falls->has_times = false;
 }
 
-/* Set the sign of the gap just after t = 0, from its sign now. */
+/* Set the sign of the gap just after t = 0. `sign_now` is its sign at t = 0. */
 static inline void set_start(Falls *falls, int sign_now) {
     Polynomial *p = &falls->floats;
     int first = 0;
@@ -242,7 +244,8 @@ static inline void set_start(Falls *falls, int sign_now) {
     falls->needs_exact = falls->start == UNKNOWN_SIGN || (falls->start != 0 && !is_in_range);
 }
 
-/* Return the next fall in seconds, infinity for none. The first may be left out if it is not before the horizon. */
+/* Return the seconds until the next fall; infinity for none. The first fall may be left out if it is not before the
+   horizon. */
 static inline double next_fall(Falls *falls) {
     int index = falls->index++;
     if (falls->start == 0)

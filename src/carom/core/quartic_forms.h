@@ -1,12 +1,13 @@
 /* Three forms of a polynomial in time of degree 4 or less: in floats, in pairs (double-double), and exact.
 
-   The polynomial is a gap between two bodies, in m^2 or so, and t is in seconds. Coefficients are called powers, and
-   listed lowest first. The float form is computed first; the functions of a `Gap` write the others on demand.
+   The polynomial is a gap between two bodies, in m^2 for circles, and t is in seconds. Coefficients are called powers
+   here and are stored lowest first. The float form is computed first. The functions of a `Gap` compute the other forms
+   when they are needed.
 
    - `Polynomial`: each power has an error of at most CAROM_ERROR times its `size`, the sum of the magnitudes of its
      terms.
-   - `PairPolynomial`: the same in pairs, with CAROM_QUARTIC_PAIR_ERROR; `size` may be less where the terms cancel.
-   - `Products`: the input numbers, so that each power is exactly a sum of products of two of them. */
+   - `PairPolynomial`: the same in pairs, with CAROM_QUARTIC_PAIR_ERROR. `size` may be smaller if the terms cancel.
+   - `Products`: each power as an exact sum of products of two input numbers. */
 
 #pragma once
 
@@ -17,7 +18,7 @@
 
 enum {
     QUARTIC_POWERS = 5,
-    MOST_PRODUCTS = 36, /* of one power: the squares of two sums of four parts and of one of two */
+    MOST_PRODUCTS = 36, /* of one power: the squares of two sums of four parts, and of one sum of two parts */
 };
 
 typedef struct Polynomial {
@@ -39,24 +40,24 @@ typedef struct Product {
 
 /* Power k of the polynomial is the sum of the first `count[k]` products of row k. */
 typedef struct Products {
-    double from;    /* the time is counted from this instant: the polynomial is to be written in powers of t - from */
-    bool is_closed; /* whether power 0 is then to be replaced by 0 */
+    double from;    /* time is counted from this instant, so the polynomial must be expanded in powers of t - from */
+    bool is_closed; /* whether power 0 must then be replaced by 0 */
     int count[QUARTIC_POWERS];
     Product products[QUARTIC_POWERS][MOST_PRODUCTS];
 } Products;
 
-/* Source of the other two forms of a polynomial. */
+/* Functions that compute the other two forms of a polynomial. */
 typedef struct Gap {
     void (*write_pairs)(const void *source, PairPolynomial *p);
     void (*write_products)(const void *source, Products *products);
     const void *source;
 } Gap;
 
-/* The caller's exact solver, for numbers of any size; `solve` must not be NULL.
+/* The caller's exact solver, for numbers of any size. `solve` must not be NULL.
 
-   It returns the instant number `index`, counted from 0, at which the gap closes, in seconds after `from`, or infinity
-   if there are fewer: the instants that `find_closings` of `carom/core/exact_quartic.py` yields. For the index
-   QUARTIC_SIGN it returns the sign of the polynomial at `from`: -1, 0 or 1; `is_closed` does not count then. */
+   It returns the instant number `index`, counted from 0, at which the gap closes, in seconds after `from`. It returns
+   infinity if there are fewer instants. `find_closings` of `carom/core/exact_quartic.py` yields the same instants. For
+   the index QUARTIC_SIGN it returns the sign of the polynomial at `from`: -1, 0 or 1. `is_closed` is then ignored. */
 typedef struct ExactQuartic {
     double (*solve)(void *context, const Products *gap, int index);
     void *context;
@@ -66,7 +67,7 @@ enum { QUARTIC_SIGN = -1 };
 
 /* ---- products ---- */
 
-/* Add the product of two sums times a power of two, which may be negative, to a power. Zeros are left out. */
+/* Add to a power the product of two sums, times a power of two, which may be negative. Zeros are left out. */
 static inline void add_products(Products *products, int power, const double *a, int a_count, const double *b,
                                 int b_count, double factor) {
     for (int i = 0; i < a_count; i++) {
@@ -103,7 +104,7 @@ static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
     return (DoubleDouble){a.high * power, a.low * power};
 }
 
-/* Write a polynomial in powers of the time from an instant on. */
+/* Expand a polynomial in powers of the time after an instant. */
 static inline void shift_origin(PairPolynomial *p, double from) {
     for (int lowest = 0; lowest < p->degree; lowest++) {
         for (int k = p->degree - 1; k >= lowest; k--) {
@@ -113,7 +114,7 @@ static inline void shift_origin(PairPolynomial *p, double from) {
     }
 }
 
-/* Divide a polynomial whose lowest powers are 0 by as many powers of t. */
+/* Divide a polynomial by t^count. Its lowest `count` powers are 0. */
 static inline void drop_powers(PairPolynomial *p, int count) {
     p->degree -= count;
     for (int k = 0; k <= p->degree; k++) {
@@ -134,7 +135,7 @@ static inline Polynomial round_polynomial(const PairPolynomial *p) {
 
 /* ---- values ---- */
 
-/* A value, and a bound on its error. */
+/* A value, and a bound of its error. */
 typedef struct PairValue {
     DoubleDouble value;
     double error;

@@ -1,15 +1,17 @@
-/* Intervals that contain exactly one root t > 0 of a polynomial of degree 4 or less, proven by error bounds.
+/* Isolation of roots: intervals that contain exactly one root t > 0 of a polynomial of degree 4 or less, proved by
+   error bounds.
 
    The half line t >= 0, or the interval up to a horizon, is mapped to 0 <= s <= 1 by
 
        t = c s / ((1 - s) (1 - r) + r s),   r = c / horizon,
 
-   so that s = 1/2 is the instant c. Times the n-th power of the denominator, the polynomial has the coefficients b of
-   Bernstein's basis. By Descartes' rule, it has no root in the interval if all b have one sign, and exactly one if they
-   change sign once. Otherwise the interval is halved by de Casteljau's algorithm, which computes means of neighbours. A
-   sign counts if the coefficient exceeds a bound on its error. If a sign that matters is uncertain, the result is
-   QUARTIC_UNDECIDED. Any c is right; one near a minimum of the polynomial needs few halvings. In pairs, intervals are
-   finite, and quartic.h proceeds from one to the next, so that roots may differ by many orders of magnitude.
+   so that s = 1/2 is the instant c. The polynomial is multiplied by the n-th power of the denominator. The result has
+   Bernstein coefficients b. By Descartes' rule, it has no root in the interval if all b have one sign, and exactly one
+   if they change sign once. Otherwise the interval is halved by de Casteljau's algorithm, which computes means of
+   neighbouring coefficients. A sign counts only if the coefficient exceeds its error bound. If a sign that matters is
+   uncertain, the result is QUARTIC_UNDECIDED. Any c is correct. With c near a minimum of the polynomial, few halvings
+   are needed. In pairs, intervals are finite, and quartic.h proceeds from one interval to the next. So the roots may
+   differ by many orders of magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */
@@ -25,7 +27,7 @@
 
 enum {
     QUARTIC_UNDECIDED = -1,
-    MOST_HALVINGS = 52, /* of one polynomial: CAROM_BERNSTEIN_ERROR covers as many */
+    MOST_HALVINGS = 52, /* of one polynomial; CAROM_BERNSTEIN_ERROR covers this many */
     MOST_PAIR_HALVINGS = 120,
     MOST_WAITING = MOST_HALVINGS / 2, /* intervals on the stack */
     MOST_PAIRS_WAITING = MOST_PAIR_HALVINGS / 2,
@@ -35,7 +37,7 @@ enum {
 typedef struct Bracket {
     double begin;
     double end;
-    bool is_fall; /* whether the polynomial turns negative at the root */
+    bool is_fall; /* whether the polynomial becomes negative at the root */
 } Bracket;
 
 /* Choose(k, j) over choose(n, j). */
@@ -60,14 +62,14 @@ static inline double instant_of(const Substitution *map, double s) {
 typedef enum SignChanges {
     NO_CHANGE,
     ONE_CHANGE,
-    SEVERAL_CHANGES, /* possibly: some sign may be uncertain */
+    SEVERAL_CHANGES, /* possibly: some signs may be uncertain */
 } SignChanges;
 
-/* Return how often the coefficients of an interval change sign. `first` and `last` are known signs, or 0. */
+/* Return how often the coefficients of an interval change sign. `first` and `last` are their signs if known, or 0. */
 static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int degree, double error, int first,
                                                           int last) {
     const unsigned all = (2u << degree) - 1u;
-    unsigned positive = 0, negative = 0; /* bit k is for coefficient k; neither is set if its sign is uncertain */
+    unsigned positive = 0, negative = 0; /* bit k is for coefficient k; an uncertain sign sets neither bit */
     for (int k = 0; k <= degree; k++) {
         positive |= (unsigned)(b[k] > error) << k;
         negative |= (unsigned)(b[k] < -error) << k;
@@ -76,8 +78,8 @@ static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int d
     negative |= (unsigned)(first < 0) | ((unsigned)(last < 0) << degree);
     if (positive == all || negative == all)
         return NO_CHANGE;
-    /* One sign for the first coefficients and the other for the rest, or for all of it but its first: that one may be
-       uncertain, since either sign leaves one change. */
+    /* There is one change if the first coefficients have one sign and the rest have the other. The first coefficient of
+       the rest may be uncertain, since either sign leaves one change. */
     unsigned low = positive & 1u ? positive : negative, not_high = all & ~(positive & 1u ? negative : positive);
     bool is_one = (low & (low + 1u)) == 0u && (not_high == low || not_high == 2u * low + 1u) && low != 0u;
     return is_one && not_high != all ? ONE_CHANGE : SEVERAL_CHANGES;
@@ -87,11 +89,11 @@ static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int d
 
 typedef struct BernsteinPiece {
     double b[QUARTIC_POWERS];
-    double begin; /* of s */
+    double begin; /* of the interval, in s */
     double end;
 } BernsteinPiece;
 
-/* Write the coefficients of the whole interval; return the largest sum of the magnitudes of the terms of one. */
+/* Write the coefficients of the whole interval. Return the largest sum of the magnitudes of one coefficient's terms. */
 static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, const Substitution *map,
                                                   double *b) {
     double term[QUARTIC_POWERS], size[QUARTIC_POWERS];
@@ -122,7 +124,7 @@ static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int
     return largest;
 }
 
-/* Halve an interval: it becomes its first half. */
+/* Halve an interval. `piece` becomes its first half. */
 static CAROM_ALWAYS_INLINE void halve(BernsteinPiece *piece, BernsteinPiece *second, const int degree) {
     double first[QUARTIC_POWERS];
     first[0] = piece->b[0];
@@ -139,7 +141,7 @@ static CAROM_ALWAYS_INLINE void halve(BernsteinPiece *piece, BernsteinPiece *sec
     second->begin = piece->end = 0.5 * (piece->begin + piece->end);
 }
 
-/* As `isolate_roots`, for a polynomial of degree n. */
+/* Do the same as `isolate_roots` for a polynomial of degree n. */
 static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, const int n, int start, double scale,
                                                        double horizon, int most, Bracket *brackets,
                                                        double *doubt) {
@@ -178,13 +180,13 @@ static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, cons
     return QUARTIC_UNDECIDED;
 }
 
-/* Find the roots t > 0 in their order, up to `most` of them, and return their number or QUARTIC_UNDECIDED.
+/* Isolate the roots t > 0 in ascending order, at most `most` of them. Return their number or QUARTIC_UNDECIDED.
 
-   `start` is the exact sign of the polynomial at 0, `scale` is c. Roots from the horizon on may be left out. If a sign
-   is uncertain, `doubt` is about the instant of the first such sign. */
+   `start` is the exact sign of the polynomial at 0, and `scale` is c. Roots at the horizon or later may be left out. If
+   a sign is uncertain, `doubt` is set to about the instant of the first such sign. */
 static inline int isolate_roots(const Polynomial *p, int start, double scale, double horizon, int most,
                                 Bracket *brackets, double *doubt) {
-    if (p->degree == 4) /* a constant, for which the compiler unrolls all loops */
+    if (p->degree == 4) /* a constant, so that the compiler unrolls all loops */
         return isolate_roots_of_degree(p, 4, start, scale, horizon, most, brackets, doubt);
     return isolate_roots_of_degree(p, p->degree, start, scale, horizon, most, brackets, doubt);
 }
@@ -193,12 +195,12 @@ static inline int isolate_roots(const Polynomial *p, int start, double scale, do
 
 typedef struct BernsteinPairPiece {
     DoubleDouble b[QUARTIC_POWERS];
-    double begin; /* in parts of the interval */
+    double begin; /* as fractions of the whole interval */
     double end;
 } BernsteinPairPiece;
 
-/* Write 12 times the coefficients of the interval from 0 to `width`; return the largest sum of the magnitudes of the
-   terms of one. */
+/* Write 12 times the coefficients of the interval from 0 to `width`. Return the largest sum of the magnitudes of one
+   coefficient's terms. */
 static inline double write_pair_bernstein(const PairPolynomial *p, double width, DoubleDouble *b) {
     const int n = p->degree;
     DoubleDouble term[QUARTIC_POWERS];
@@ -214,7 +216,7 @@ static inline double write_pair_bernstein(const PairPolynomial *p, double width,
         double total = 0.0;
         b[j] = (DoubleDouble){0.0, 0.0};
         for (int k = 0; k <= j; k++) {
-            double part = (double)(int)(12.0 * BINOMIAL_RATIO[n][j][k] + 0.5); /* exact: a whole number */
+            double part = (double)(int)(12.0 * BINOMIAL_RATIO[n][j][k] + 0.5); /* exact, since it is an integer */
             b[j] = sum_pairs(b[j], times_double(term[k], part));
             total += size[k] * part;
         }
@@ -223,7 +225,7 @@ static inline double write_pair_bernstein(const PairPolynomial *p, double width,
     return largest;
 }
 
-/* Halve an interval: it becomes its first half. */
+/* Halve an interval. `piece` becomes its first half. */
 static inline void halve_pairs(BernsteinPairPiece *piece, BernsteinPairPiece *second, int degree) {
     DoubleDouble first[QUARTIC_POWERS];
     first[0] = piece->b[0];
@@ -240,8 +242,8 @@ static inline void halve_pairs(BernsteinPairPiece *piece, BernsteinPairPiece *se
     second->begin = piece->end = 0.5 * (piece->begin + piece->end);
 }
 
-/* Find the roots between 0 and `width` in their order, up to `most` of them; return their number or QUARTIC_UNDECIDED.
-   `from` is added to the instants. */
+/* Isolate the roots between 0 and `width` in ascending order, at most `most` of them. Return their number or
+   QUARTIC_UNDECIDED. `from` is added to the instants. */
 static inline int isolate_roots_of_part(const PairPolynomial *p, int start, double from, double width, int most,
                                         Bracket *brackets) {
     const int n = p->degree;
@@ -289,13 +291,13 @@ static inline double approximate_cube_root(double a) {
     return root * next * sqrt(sqrt(next));
 }
 
-/* Return about the largest root t > 0 of the derivative, or 0 for none. */
+/* Return an approximation of the largest root t > 0 of the derivative, or 0 if there is none. */
 static inline double last_turn(const Polynomial *p) {
     const int n = p->degree;
     if (n < 2)
         return 0.0;
     double inverse = 1.0 / (n * p->power[n]);
-    double c[QUARTIC_POWERS - 1]; /* of the derivative, whose highest power is 1 */
+    double c[QUARTIC_POWERS - 1]; /* coefficients of the derivative, scaled so that the highest is 1 */
     for (int k = 0; k < n - 1; k++)
         c[k] = (k + 1) * p->power[k + 1] * inverse;
     if (n == 2)
@@ -321,9 +323,10 @@ static inline double last_turn(const Polynomial *p) {
     return t;
 }
 
-/* Return about the first instant at which another power has the magnitude of power 0; infinity for none. */
+/* Return an approximation of the first instant at which another term is as large as the constant term; infinity for
+   none. */
 static inline double first_balance(const Polynomial *p) {
-    double largest = 0.0; /* of the inverse */
+    double largest = 0.0; /* inverse of the smallest such instant */
     for (int k = 1; k <= p->degree; k++) {
         double part = fabs(p->power[k] / p->power[0]);
         part = k == 1 ? part : k == 3 ? approximate_cube_root(part) : sqrt(k == 4 ? sqrt(part) : part);
@@ -332,7 +335,8 @@ static inline double first_balance(const Polynomial *p) {
     return 1.0 / largest;
 }
 
-/* Return about the last instant at which a power of the other sign has the magnitude of the highest one; 0 for none. */
+/* Return an approximation of the last instant at which a term of the other sign is as large as the highest one; 0 for
+   none. */
 static inline double last_balance(const Polynomial *p) {
     double largest = 0.0;
     for (int k = 0; k < p->degree; k++) {
@@ -344,7 +348,8 @@ static inline double last_balance(const Polynomial *p) {
     return largest;
 }
 
-/* Return the root of the derivative near an instant, to the last place, or the instant itself if there is none. */
+/* Return the root of the derivative near an instant, accurate to the last place. If there is none, return the instant
+   itself. */
 static inline double sharpen_turn(const PairPolynomial *p, const Polynomial *floats, double near_turn) {
     const int n = p->degree;
     double t = near_turn;
@@ -362,12 +367,13 @@ static inline double sharpen_turn(const PairPolynomial *p, const Polynomial *flo
     return t;
 }
 
-/* Return about the instant that separates the roots best: of a gap that opens again, when it is least. */
+/* Return an instant that separates the roots well. For a gap that opens again, it is about the time of the smallest
+   gap. */
 static inline double time_scale(const Polynomial *p, int start) {
     double turn = (p->power[p->degree] > 0.0) == (start > 0) ? last_turn(p) : 0.0;
     if (!(turn > 0.0))
         return 1.5 * last_balance(p);
     if (fabs(p->power[1]) * turn < 0x1p-6 * fabs(p->power[0]))
-        return greater(turn, first_balance(p)); /* before that, no power matters */
+        return greater(turn, first_balance(p)); /* before that, no other term matters */
     return turn;
 }

@@ -1,7 +1,8 @@
-/* A root of a polynomial of degree 4 or less, refined in its bracket to twice the precision of floats, and rounded.
+/* Refinement of a root of a polynomial of degree 4 or less, in its bracket, to twice the precision of floats; and its
+   rounding.
 
    Floats approximate the root. Then the polynomial is evaluated in pairs, so that the correction by Newton's method has
-   an error of about 2^-45 of itself. Bounds on the derivatives near the root prove a bound on that error. */
+   a relative error of about 2^-45. Bounds of the derivatives near the root prove a bound of that error. */
 
 #pragma once
 
@@ -18,20 +19,21 @@ enum {
     MOST_PAIR_STEPS = 64,
 };
 
-/* A root: `time` + `rest`, with an error of at most `error`. */
+/* A root, `time` + `rest`, with an error of at most `error`. */
 typedef struct QuarticRoot {
     double time;
     double rest;
     double error;
-    double end; /* of its bracket */
+    double end; /* end of its bracket */
     bool is_fall;
 } QuarticRoot;
 
-/* Return an approximation of the root in a bracket, by Halley's method, or by halving where that leaves the bracket. */
+/* Return an approximation of the root in a bracket, by Halley's method. If a step leaves the bracket, the bracket is
+   halved instead. */
 static inline double approximate_root(const Polynomial *p, const Bracket *bracket) {
     double begin = bracket->begin, end = bracket->end;
     Derivatives first = derivatives_at(p, begin), last = derivatives_at(p, end);
-    /* Begin with the root of the parabola that fits the polynomial at an end of the bracket. */
+    /* Begin with the root of the parabola that approximates the polynomial at an end of the bracket. */
     bool is_last = fabs(last.value) < fabs(first.value);
     Derivatives at = is_last ? last : first;
     double root = sqrt(greater(at.rate * at.rate - 4.0 * at.value * at.half_bend, 0.0));
@@ -52,12 +54,12 @@ static inline double approximate_root(const Polynomial *p, const Bracket *bracke
     return t;
 }
 
-/* Find the root in a bracket, as exactly as pairs allow; return whether its error is known. `floats` is the float form
-   of `p`. */
+/* Find the root in a bracket as accurately as pairs allow. Return whether its error is known. `floats` is the float
+   form of `p`. */
 static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial *floats, const Bracket *bracket,
                                        QuarticRoot *root) {
     const int n = p->degree;
-    /* The ends of a bracket are rounded instants, so a root that is found next to one may be another. */
+    /* The ends of a bracket are rounded instants. A root found next to an end may therefore be a different root. */
     const double least = bracket->begin * (1.0 + 0x1p-48), most = bracket->end * (1.0 - 0x1p-48);
     double begin = bracket->begin, end = bracket->end;
     double t = approximate_root(floats, bracket);
@@ -66,7 +68,8 @@ static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial
         if (!(t > begin && t < end))
             t = 0.5 * (begin + end);
         PairValue at = value_of_pairs(p, t);
-        /* First derivative, and a bound on its error; a bound on the second one up to t / 2^7 later. */
+        /* First derivative, and a bound of its error. `bend` is a bound of the second derivative up to t / 2^7
+           later. */
         double rate = 0.0, size = 0.0, bend = 0.0, later = t * (1.0 + 0x1p-7);
         for (int k = n; k >= 1; k--) {
             rate = rate * t + k * p->power[k].high;
@@ -77,7 +80,8 @@ static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial
         double slope = fabs(rate);
         double change = -at.value.high / rate;
         double reach = 4.0 * (fabs(change) + at.error / slope);
-        /* Within `reach` of t the derivative changes by less than a quarter of itself, so there is one root in it. */
+        /* Within `reach` of t the derivative changes by less than a quarter, so that interval contains exactly one
+           root. */
         double doubt = rate_error + bend * reach;
         if (doubt <= 0.25 * slope && reach <= 0x1p-8 * t && t - reach > least && t + reach < most) {
             double part = doubt / slope + 0x1p-50;
@@ -101,7 +105,7 @@ static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial
     return is_found;
 }
 
-/* Write the float nearest to a root; return whether the error bound decides which one that is. */
+/* Write the float nearest to a root. Return whether the error bound proves which one that is. */
 static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
     DoubleDouble sum = two_sum(root->time, root->rest);
     double error = root->error + 0x1p-50 * fabs(sum.low);
@@ -111,13 +115,13 @@ static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
 
 /* ---- the rounding of the exact solver ---- */
 
-/* The exact solver isolates all roots t > 0 in intervals of binary fractions. It begins with (0, 1], doubles the end
-   until the interval contains the next root, and halves the interval until it contains no other. Then it goes on
-   halving to 55 bits, and rounds the middle. For the first root this is the nearest float. For the later ones, whose
-   intervals begin at the end of the one before, it may be that float's neighbour. Here the same is done with roots that
-   are known to twice the precision. */
+/* The exact solver isolates all roots t > 0 in intervals whose ends are binary fractions. It begins with (0, 1] and
+   doubles the end until the interval contains the next root. Then it halves the interval until it contains no other
+   root. It continues halving to 55 bits and rounds the middle. For the first root this is the nearest float. The
+   intervals of later roots begin at the end of the one before, so their result may be next to the nearest float. The
+   functions below do the same with roots that are known to twice the precision. */
 
-/* Return -1, 0 or 1 for a root that is before, possibly at, or after an instant. */
+/* Return -1, 0 or 1 for a root that is before an instant, possibly at it, or after it. */
 static inline int compare_root(const QuarticRoot *root, double t) {
     double away = root->time - t;
     double difference = away + root->rest;
@@ -125,7 +129,8 @@ static inline int compare_root(const QuarticRoot *root, double t) {
     return difference > bound ? 1 : difference < -bound ? -1 : 0;
 }
 
-/* Write the middle of the part of an interval, halved to 55 bits, that contains a root; return whether it is known. */
+/* Halve an interval to 55 bits, and write the middle of the part that contains a root. Return whether the result is
+   known. */
 static inline bool round_by_halving(double low, double high, const QuarticRoot *root, double *time) {
     DoubleDouble width = two_diff(high, low);
     int halvings;
@@ -163,7 +168,8 @@ static inline bool round_by_halving(double low, double high, const QuarticRoot *
     return true;
 }
 
-/* Write the falls among all roots t > 0, rounded as the exact solver does; return their number or QUARTIC_UNDECIDED. */
+/* Write those of the roots t > 0 that are falls, rounded like the exact solver. Return their number or
+   QUARTIC_UNDECIDED. */
 static inline int round_falls(const QuarticRoot *roots, int count, double *times) {
     double low = 0.0, high = 1.0;
     int falls = 0;
@@ -205,7 +211,7 @@ static inline bool is_certainly_nonzero(const PairPolynomial *p, const Polynomia
     return fabs(at.value.high) > at.error;
 }
 
-/* Return whether no bound of the intervals by which the exact solver isolates the first root is a root itself. */
+/* Return whether no end of the intervals in which the exact solver isolates the first root is itself a root. */
 static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floats, const QuarticRoot *first) {
     double low = 0.0, high = 1.0;
     while (compare_root(first, high) >= 0)

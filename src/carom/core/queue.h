@@ -1,7 +1,7 @@
-/* Event queue: a tournament tree of the times of all discs' next events, with eight times in a match.
+/* Event queue: a tournament tree of the times of all discs' next events. A match compares eight times.
 
-   The eight times of a match share a cache line. The least of them moves up a level, together with the number of its
-   disc. Nothing is moved or deleted as in a heap: a disc's time is overwritten. */
+   The eight times of a match share a cache line. The smallest of them moves up one level, together with the number of
+   its disc. Unlike in a heap, entries are not moved or deleted: the time of a disc is overwritten. */
 
 #pragma once
 
@@ -10,10 +10,10 @@
 
 typedef struct Sibling {
     double time;
-    Index place; /* in its level */
+    Index place; /* index in its level */
 } Sibling;
 
-/* Divide a queue into levels; return whether there are few enough discs. */
+/* Divide a queue into levels. Return false if there are too many discs. */
 static inline bool lay_out_queue(Queue *q, Index discs) {
     Index length = 0;
     Index size = discs;
@@ -28,12 +28,12 @@ static inline bool lay_out_queue(Queue *q, Index discs) {
     return false;
 }
 
-/* Return how many times a queue holds that was divided into levels. */
+/* Return the number of times in a queue that was divided into levels. */
 static inline Index queue_length(const Queue *q) {
     return q->level[q->top] + SIBLINGS;
 }
 
-/* Return the least of the other seven times of a match, in three rounds that a processor can overlap. */
+/* Return the smallest of the other seven times of a match, in three rounds that a processor can overlap. */
 static CAROM_ALWAYS_INLINE Sibling best_sibling(const double *times, Index place) {
     double a = times[place ^ 1];
     double b = times[place ^ 2];
@@ -55,7 +55,7 @@ static CAROM_ALWAYS_INLINE Sibling best_sibling(const double *times, Index place
     return (Sibling){lesser(abc, defg), place ^ (abc < defg ? at_abc : at_defg)};
 }
 
-/* Set the time of disc `i`'s next event, and update the levels above as far as it matters. */
+/* Set the time of disc `i`'s next event, and update the levels above as far as necessary. */
 static inline void set_time(Queue *q, Index i, double time) {
     Index place = i;
     Index holder = i;
@@ -64,11 +64,11 @@ static inline void set_time(Queue *q, Index i, double time) {
         Index above = q->level[level + 1] + (place >> 3);
         if (time > q->time[above]) {
             if ((q->holder[above] >> (3 * level)) != place)
-                return; /* the match has another winner */
+                return; /* another time has won the match */
             Sibling best = best_sibling(q->time + q->level[level], place);
             Index other = level == 0 ? best.place : q->holder[q->level[level] + best.place];
             Index earlier = best.time < time;
-            holder += (other - holder) * earlier; /* unpredictable, so it is no branch */
+            holder += (other - holder) * earlier; /* the condition is unpredictable, so this is not a branch */
             time = lesser(best.time, time);
         } else if (time == q->time[above] && (q->holder[above] >> (3 * level)) != place) {
             return;
@@ -79,12 +79,12 @@ static inline void set_time(Queue *q, Index i, double time) {
     }
 }
 
-/* Return the disc of the earliest event; if several share the time, one of them. */
+/* Return the disc of the earliest event. If several discs share the time, it is any of them. */
 static inline Index earliest(const Queue *q) {
     return q->holder[q->level[q->top]];
 }
 
-/* Return the earliest time of all discs except `i` and `j`, which may be the same disc. */
+/* Return the earliest time of all discs except `i` and `j`, which may be equal. */
 static inline double earliest_except(const Queue *q, Index i, Index j) {
     double least = CAROM_INF;
     for (Index level = 0; level < q->top; level++) {
@@ -105,12 +105,13 @@ static inline double earliest_except(const Queue *q, Index i, Index j) {
     return least;
 }
 
-/* Return the first disc from `i` on whose time is at most `time`, or the number of discs if there is none. */
+/* Return the first disc whose number is at least `i` and whose time is at most `time`. If there is none, return the
+   number of discs. */
 static inline Index next_not_after(const Queue *q, Index i, double time) {
     while (i < q->discs) {
         if (q->time[i] <= time)
             return i;
-        /* Skip the largest subtree that begins at i and holds nothing so early. */
+        /* Skip the largest subtree that begins at i and contains no such time. */
         Index level = 0;
         while (level < q->top && (i & (((Index)8 << (3 * level)) - 1)) == 0 &&
                q->time[q->level[level + 1] + (i >> (3 * (level + 1)))] > time)
@@ -120,7 +121,8 @@ static inline Index next_not_after(const Queue *q, Index i, double time) {
     return q->discs;
 }
 
-/* Return the disc that most likely comes after disc `i`, the earliest, judged by the last two rounds. */
+/* Return the disc whose event most probably follows that of disc `i`, the earliest. Only the last two rounds are
+   considered. */
 static inline Index runner_up(const Queue *q, Index i) {
     Index last = q->top - 1;
     Sibling upper = best_sibling(q->time + q->level[last], i >> (3 * last));

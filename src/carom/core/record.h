@@ -1,4 +1,4 @@
-/* Recorded impacts: rows, and memory for them. */
+/* Recorded impacts: their rows, and which of them are ambiguous. */
 
 #pragma once
 
@@ -11,18 +11,19 @@
 
 /* Ambiguous impacts: those whose result depends on an order that physics does not decide.
 
-   An impact is ambiguous where it shares a movable disc with an earlier recorded one at what may be the same instant, as
-   far as resolution.h knows both. It is not where the two normals are exactly orthogonal, because then neither impulse
-   changes the result of the other. The result of an ambiguous impact depends on an order that is a convention: (time,
-   first, second). Friction also acts across the normal: an impact with friction has no direction (not a number), and is
-   orthogonal to none. Faces of finite walls whose order changes nothing are in `carom.core.wall_features`:
-   `are_decidable`.
+   An impact is ambiguous if it may have the same instant as an earlier recorded one that shares a movable disc with it.
+   resolution.h states how well both instants are known. It is not ambiguous if the two normals are exactly orthogonal,
+   because then neither impulse changes the result of the other impact. By convention, the order is (time, first,
+   second). Friction also acts perpendicular to the normal. So an impact with friction is stored with a NaN normal,
+   which is orthogonal to no other. `are_decidable` in `carom.core.wall_features` decides for which faces of finite
+   walls the order changes nothing.
 
-   Two earlier impacts of a disc are enough. No direction is orthogonal to two that are not parallel. Of all impacts that
-   reach as far in time as a later one, the one that reaches furthest interferes with it. Otherwise the furthest of those
-   not parallel to that one does, or none does. */
+   For each disc, two earlier impacts are sufficient. `Recent.furthest` is the impact whose interval of possible times
+   ends last. If a new impact begins before that end and is not orthogonal to it, the new impact is ambiguous. If the
+   two are orthogonal, the new impact is orthogonal to no impact that is not parallel to `furthest`. Only the one of
+   those whose interval ends last matters: `Recent.across`. */
 
-/* Return whether an impact not before `begin` may be simultaneous with an earlier one that changes its result. */
+/* Return whether an impact, at `begin` or later, may be simultaneous with an earlier one that changes its result. */
 static inline bool has_influence(const LastContact *earlier, double begin, const LastContact *later,
                                  const Corners *corners) {
     if (!(begin <= earlier->latest && later->nx * earlier->nx + later->ny * earlier->ny != 0.0))
@@ -33,7 +34,7 @@ static inline bool has_influence(const LastContact *earlier, double begin, const
                                    earlier->elastic && later->elastic);
 }
 
-/* Add an impact to those of a disc; return whether it is ambiguous. */
+/* Add an impact to the impacts of a disc. Return whether it is ambiguous. */
 static inline bool add_contact(Recent *recent, double time, double resolution, double nx, double ny, int feature,
                                bool elastic, const Corners *corners) {
     LastContact *f = &recent->furthest;
@@ -53,7 +54,7 @@ static inline bool add_contact(Recent *recent, double time, double resolution, d
     return found;
 }
 
-/* Start with no earlier impacts. */
+/* Initialise without earlier impacts. */
 static inline void clear_recent(Recent *recent) {
     recent->furthest = (LastContact){-CAROM_INF, 0.0, 0.0, NO_FEATURE, false};
     recent->across = recent->furthest;
@@ -65,7 +66,7 @@ static inline bool is_recorded(const Record *r, double time) {
     return r->is_wanted && r->begin <= time && time <= r->end;
 }
 
-/* Enlarge the rows to a capacity; return whether there was memory. */
+/* Resize the rows to a capacity. Return false if there is no memory. */
 static inline bool resize_rows(Record *r, Index capacity) {
     if (r->has_spins) {
         Spins *spins = r->resize(r->spins, (size_t)r->count * sizeof(Spins), (size_t)capacity * sizeof(Spins));
@@ -88,7 +89,7 @@ static inline bool resize_rows(Record *r, Index capacity) {
     return true;
 }
 
-/* Make room for one more impact; return whether there is any. */
+/* Make room for one more impact. Return false if there is no memory. */
 static inline bool reserve_row(Record *r) {
     if (CAROM_UNLIKELY(r->count == r->capacity)) {
         Index capacity =
@@ -108,9 +109,9 @@ static inline bool reserve_row(Record *r) {
     return true;
 }
 
-/* Write an impact that was just applied to the next row; `reserve_row` has made room.
+/* Write an impact that was just applied to the next row, for which `reserve_row` has made room.
 
-   x, y and `feature` are those of a `Contact`. The velocity of a wall after is that before. */
+   x, y and `feature` are those of a `Contact`. The velocity of a wall is the same before and after. */
 static inline void write_impact_row(Record *r, double time, Index first, Index second, double nx, double ny,
                                     const Before *before, const double *after1, const double *after2,
                                     const Spins *spins, double x, double y, Index feature) {
@@ -135,17 +136,17 @@ static inline void write_impact_row(Record *r, double time, Index first, Index s
     r->count += 1;
 }
 
-/* What decides whether an impact is ambiguous. */
+/* The data that decide whether an impact is ambiguous. */
 typedef struct Ambiguity {
     double resolution; /* of its time, seconds */
     bool slides;       /* whether friction acts between the bodies */
-    bool moves1;       /* whether each is a disc that moves */
+    bool moves1;       /* whether the first and the second body are movable discs */
     bool moves2;
     int feature; /* of a finite wall, or NO_FEATURE */
     bool elastic; /* whether that wall loses no energy */
 } Ambiguity;
 
-/* Note an impact for those that follow it; return whether it is ambiguous itself. */
+/* Store an impact for comparison with later ones. Return whether it is ambiguous itself. */
 static inline bool note_impact(const Record *r, double time, Index first, Index second, double nx, double ny,
                                const Ambiguity *a) {
     int feature = a->feature;
@@ -166,7 +167,7 @@ static inline void mark_ambiguous(Record *r) {
     r->ambiguous_count += 1;
 }
 
-/* Record an impact that was just applied: both of the above. */
+/* Record an impact that was just applied, and mark it if it is ambiguous. */
 static inline void record_impact(Record *r, double time, Index first, Index second, double nx, double ny,
                                  const Before *before, const double *after1, const double *after2, const Spins *spins,
                                  double x, double y, Index contact_feature, const Ambiguity *a) {

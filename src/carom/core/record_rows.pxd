@@ -10,7 +10,7 @@ cdef extern from "carom/core/binding_memory.h":
 
 
 cdef inline array memory_as_array(void *memory, size_t size):
-    """Return allocated memory, cut to a number of bytes, as an array that frees it."""
+    """Return allocated memory, shortened to `size` bytes, as an array that frees it."""
     rows = array((size,), 1, "B", allocate_buffer=False)
     rows.data = <char *>realloc(memory, size)
     rows.callback_free_data = free
@@ -18,9 +18,9 @@ cdef inline array memory_as_array(void *memory, size_t size):
 
 
 cdef inline tuple release_rows(Record *r):
-    """Return the impacts recorded since the last call, one or more, as bytes, with their spins and contacts.
+    """Return the impacts recorded since the last call, at least one, as bytes, with their spins and contacts.
 
-    No row is copied. Spins are None if no disc spins, contacts if all walls are half-planes.
+    No row is copied. Spins are None if no disc spins. Contacts are None if all walls are half-planes.
     """
     impacts = memory_as_array(r.rows, r.count * sizeof(Impact))
     spins = memory_as_array(r.spins, r.count * sizeof(Spins)) if r.has_spins else None
@@ -38,7 +38,7 @@ cdef inline tuple ambiguous_rows(const Record *r):
 
 
 cdef inline void free_record(Record *r) noexcept:
-    """Free what the record has allocated; `recent` belongs to the caller."""
+    """Free the memory of the record, except `recent`, which belongs to the caller."""
     free(r.rows)
     free(r.spins)
     free(r.contacts)

@@ -1,13 +1,13 @@
-/* What a run of either loop is set up from: discs, walls and laws as arrays of numbers.
+/* Input of a run of either solver: discs, walls and laws as arrays of numbers.
 
-   A binding sets the pointers; the functions of the set-up read the arrays, and keep none of them. */
+   A binding sets the pointers. The set-up functions read the arrays and keep no pointers to them. */
 
 #pragma once
 
 #include "carom/core/carom_core.h"
 #include "carom/core/quartic_forms.h"
 
-enum { /* numbers of a row */
+enum { /* numbers per row */
     WALL_NUMBERS = 4,
     MATERIAL_NUMBERS = 2,
     DRIVEN_NUMBERS = 3,
@@ -21,47 +21,52 @@ typedef struct RunInput {
     const double *position; /* x and y of each disc */
     const double *velocity;
     const double *radius;
-    const double *mass;    /* INF: no impact moves the disc */
-    const double *spin;    /* NULL, like `inertia`, if no disc spins and none accelerates */
-    const double *inertia; /* moment of inertia over mass times radius squared; INF: it never turns */
+    const double *mass;    /* INF for a disc that no impact moves */
+    const double *spin;    /* NULL, like `inertia`, if no disc spins and no disc accelerates */
+    const double *inertia; /* moment of inertia over mass times radius squared; INF: the disc never turns */
     Index disc_count;
     Index wall_count;
-    const double *materials; /* restitution and friction of each wall; NULL if PIC has `walls`, which have those of the law */
-    const double *driven;    /* rows of three: body, number of legs, belt speed. Walls, then discs, each ascending */
-    const double *legs;      /* rows of six, of each driven body in turn: begins, ends, moved_x, moved_y, vx, vy */
+    /* restitution and friction of each wall; NULL if PIC uses `walls`, which have the coefficients of the law */
+    const double *materials;
+    const double *driven; /* rows of three: body, number of legs, belt speed. Walls first, then discs, each ascending */
+    const double *legs;      /* rows of six, body by body: begin, end, moved_x, moved_y, vx, vy */
     Index driven_count;
     Index leg_count;
     bool has_spins;
     bool has_finite_walls;
     bool has_acceleration; /* gravity, or a table that decelerates */
     double gravity[2];
-    double deceleration;       /* of a table */
+    double deceleration;       /* of the table */
     double rolling_resistance; /* of discs on walls */
     Law law;
     Resize resize;
 
-    /* ---- of PIC ---- */
-    const double *walls;    /* x, y, nx and ny of each, if the walls are the obstacles, else NULL */
-    const double *features; /* rows of FEATURE_NUMBERS; read if the features are the obstacles: always with acceleration */
+    /* ---- only for PIC ---- */
+    const double *walls;    /* x, y, nx and ny of each wall, if the walls are the obstacles; otherwise NULL */
+    /* rows of FEATURE_NUMBERS; used if the features are the obstacles, which they always are with acceleration */
+    const double *features;
     Index feature_count;
-    const double *grounds;  /* with acceleration: of each feature is_ground, the vertex over each end, and how many
-                               features a disc on it never meets; rows of four */
-    const double *never_lists; /* these features, of each ground in turn */
+    /* with acceleration, rows of four for each feature: is_ground, the vertex at each end, and the number of features
+       that a disc on it never hits */
+    const double *grounds;
+    const double *never_lists; /* numbers of these features, ground by ground */
     Index never_length;
-    double cell_factor; /* on the width of a cell; INF for a single cell. It changes no result */
+    double cell_factor; /* factor on the width of a cell; INF for a single cell. It changes no result */
     Index standstill;
-    bool solves_all_pairs; /* for comparison: without cells, queue and stored predictions. It changes no result */
+    bool solves_all_pairs; /* whether to use the all-pairs loop, for comparison. It changes no result */
     ExactQuartic exact;
     Corners corners;
-    double until; /* end of the run, since the start, unless `carom_advance` is given a later one: see `State.until` */
+    /* end of the run, since the start, unless `carom_advance` is called with a later one: see `State.until` */
+    double until;
 
-    /* ---- of PIT ---- */
-    const double *chains; /* of each wall: number of edges, half width and size; x, y, nx and ny if it has no edges */
-    const double *edges;  /* of each chain in turn: rows of the first ten numbers of `ChainEdge` in chain_distance.h */
+    /* ---- only for PIT ---- */
+    /* of each wall: number of edges, half width and size; or x, y, nx and ny if it has no edges */
+    const double *chains;
+    const double *edges;  /* chain by chain: rows of the first ten numbers of `ChainEdge` in chain_distance.h */
     Index edge_count;
     double step; /* frame k is at k * step / rate */
     double rate;
-    double damping;  /* rate at which the discs are damped, a second; 0 for none */
+    double damping;  /* rate at which discs are damped, per second; 0 for none */
     bool skips;      /* whether tests that can find nothing are skipped. It changes no result */
     double max_waste; /* how much work of skipping may be wasted: see `State.max_waste` in pit_state.h */
 } RunInput;
@@ -74,7 +79,7 @@ static inline bool can_stop(const RunInput *input) {
     return found;
 }
 
-/* Write the law of each wall, whose material is its own. */
+/* Write the law of each wall, with the wall's own material. */
 static inline void write_wall_laws(Law *laws, const RunInput *input) {
     for (Index k = 0; k < input->wall_count; k++) {
         laws[k] = input->law;

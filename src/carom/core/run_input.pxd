@@ -1,4 +1,4 @@
-"""Declarations of `run_input.h`, and `RunInput` from the arrays of Python, for the bindings."""
+"""Declarations of `run_input.h`, and conversion of Python arrays to a `RunInput`, for the bindings."""
 
 from libc.string cimport memset
 
@@ -61,7 +61,7 @@ cdef inline Law law_of(start, double contact_duration) except *:
 
 
 cdef inline const double *floats(list kept, values) except? NULL:
-    """Return where the numbers of an array are, which a list keeps; NULL for none."""
+    """Return the address of an array's numbers; NULL if there are none. `kept` keeps the array alive."""
     import numpy as np
 
     array = np.ascontiguousarray(values, np.float64)
@@ -71,9 +71,9 @@ cdef inline const double *floats(list kept, values) except? NULL:
 
 
 cdef inline RunInput input_of(start, acceleration, list kept) except *:
-    """Return what both loops need of a start, `carom.model.disc_arrays.DiscArrays`; a list keeps the arrays.
+    """Return the input for both solvers of a start, `carom.model.disc_arrays.DiscArrays`. `kept` keeps arrays alive.
 
-    `acceleration` has the attributes of `carom.solvers.event_driven.run.Acceleration`; it is None for none.
+    `acceleration` has the attributes of `carom.solvers.event_driven.run.Acceleration`, or is None.
     """
     cdef RunInput given
     memset(&given, 0, sizeof(RunInput))

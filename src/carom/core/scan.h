@@ -1,11 +1,12 @@
-/* Narrow phase: which disc a disc meets next.
+/* Narrow phase: which disc a disc collides with next.
 
-   The time at which two discs meet is counted from the later of their own times, so it depends on their two paths only. A
-   scan bounds these times by the plain form, and solves a pair to the last digit only if the bounds do not separate two
-   candidates. The earliest candidate is solved when it becomes the next event of all.
+   The time at which two discs collide is counted from the later of their own times, so it depends on their two paths
+   only. A scan bounds these times by the plain form. It solves a pair exactly only if the bounds do not separate two
+   candidates. The earliest candidate is solved exactly when it is the next event of all discs.
 
-   A scan has four rounds. Each processes what the one before has kept, with as few branches as possible: a processor
-   cannot predict which discs are near and which approach, and a wrong guess costs as much as the arithmetic of a pair. */
+   A scan has four rounds. Each round processes what the round before has kept, with as few branches as possible. Which
+   discs are near and which approach is unpredictable for a processor, and a misprediction costs as much as the
+   arithmetic of a pair. */
 
 #pragma once
 
@@ -16,20 +17,22 @@
 #include "carom/core/state.h"
 #include "carom/core/touching.h"
 
-typedef struct Chains { /* of a block of cells, as far as they have not been processed */
-    Index left;         /* number of chains, including the one in progress */
-    Index disc;         /* next disc of the one in progress, or NOBODY */
+typedef struct Chains { /* the unprocessed chains of a block of cells */
+    Index left;         /* number of chains, including the present one */
+    Index disc;         /* next disc of the present chain, or NOBODY */
 } Chains;
 
-/* Return when discs `i` and `j` meet on their present paths, infinity for never. */
+/* Return when discs `i` and `j` collide on their present paths; infinity for never. */
 static inline double pair_event_time(const State *s, Index i, Index j) {
     return pair_impact_time(&s->discs[i < j ? i : j], &s->discs[i < j ? j : i]);
 }
 
-/* Return the disc that disc `i` met last if both are still on the paths of that impact, else NOBODY.
+/* Return the disc that disc `i` hit last, if both are still on the paths that began at that impact. Otherwise return
+   NOBODY.
 
-   Such a pair never meets again on these paths. Rounding can leave a small approach (with restitution 0, all of it), which
-   must not become another impact, and another, without end. A disc that never moves is always on its path. */
+   Such a pair never collides again on these paths. Rounding can leave a small speed of approach (with restitution 0,
+   the whole remaining normal speed is rounding). It must not cause another impact, and so on without end. The path of a
+   disc that never moves is always the same. */
 static inline Index last_partner(const State *s, Index i) {
     Index last = s->discs[i].last;
     if (last < 0)
@@ -37,7 +40,7 @@ static inline Index last_partner(const State *s, Index i) {
     return s->discs[last].inverse_mass == 0.0 || s->discs[last].last == i ? last : NOBODY;
 }
 
-/* Round 1: find the discs in a block of cells, except those in chains; return how many. */
+/* Round 1: find the discs in a block of cells, except those in chains. Return their number. */
 static inline Index gather(State *s, Block block, Chains *chains) {
     Index count = 0;
     Index left = 0;
@@ -57,7 +60,7 @@ static inline Index gather(State *s, Block block, Chains *chains) {
     return count;
 }
 
-/* Round 1 again: add discs in chains to `count` others, up to a batch; return how many there are then. */
+/* Second part of round 1: add discs in chains to the `count` discs found, up to a batch. Return the new number. */
 static CAROM_NOINLINE Index gather_chained(State *s, Block block, Chains *chains, Index count) {
     while (chains->left > 0 && count < BATCH) {
         Index chain = chains->left;
@@ -80,7 +83,7 @@ static CAROM_NOINLINE Index gather_chained(State *s, Block block, Chains *chains
     return count;
 }
 
-/* Round 2: keep the discs that approach disc `i`, with their motion relative to it; return how many. */
+/* Round 2: keep the discs that approach disc `i`, with their relative motion. Return their number. */
 static inline Index keep_approaching(State *s, Index i, Index met, Index count) {
     Candidates *c = &s->candidates;
     Disc a = s->discs[i];
@@ -97,7 +100,8 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
         c->reach[kept] = a.radius + b->radius;
         c->start[kept] = r.start;
         Bounded along = approach(r.dx, r.dy, r.ux, r.uy);
-        int comes = !(along.value > along.error); /* the error-free form decides about NaN, where products overflow */
+        /* for NaN, which results from overflow of products, the error-free form decides */
+        int comes = !(along.value > along.error);
         int is_other = j != i;
         int is_free = j != met;
         kept += comes & is_other & is_free;
@@ -105,10 +109,11 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
     return kept;
 }
 
-/* Round 3: bound the time at which each candidate is met; infinity for never. `has_low` says whether starts have low parts. */
+/* Round 3: bound the time at which each candidate is hit; infinity for never. `has_low` says whether starts have low
+   parts. */
 static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has_low) {
     for (Index block = 0; block < (count + LANES - 1) / LANES; block++) {
-        for (Index lane = 0; lane < LANES; lane++) { /* compilers make vector instructions of this */
+        for (Index lane = 0; lane < LANES; lane++) { /* compilers turn this loop into vector instructions */
             Index k = block * LANES + lane;
             Bounded b = approach(c->dx[k], c->dy[k], c->ux[k], c->uy[k]);
             Bounded gap = separation(c->dx[k], c->dy[k], c->reach[k]);
@@ -125,7 +130,7 @@ static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has
             double least = wait * (1.0 - CAROM_ROOT_ERROR);
             double most = wait * (1.0 + CAROM_ROOT_ERROR);
             if (has_low) {
-                double open = CAROM_ULP * fabs(c->start_low[k]); /* of the sums with the low part */
+                double open = CAROM_ULP * fabs(c->start_low[k]); /* error of the sums with the low part */
                 least += c->start_low[k] - open;
                 most += c->start_low[k] + open;
             }
@@ -139,7 +144,7 @@ static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has
     }
 }
 
-/* Return the earliest of the candidates and of `best`, solved to the last digit; of a tie the lower number. */
+/* Return the earliest of the candidates and `best`, solved exactly. In a tie the lower number is first. */
 static inline Candidate solve_earliest(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     double latest = best.high;
@@ -159,7 +164,7 @@ static inline Candidate solve_earliest(const State *s, Index i, Index count, Can
     return (Candidate){best.low, best.low, best.partner};
 }
 
-/* Round 4: return the earliest of the candidates and of `best`. */
+/* Round 4: return the earliest of the candidates and `best`. */
 static inline Candidate earliest_of(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     Index at = -1;
@@ -185,12 +190,13 @@ static inline Candidate earliest_of(const State *s, Index i, Index count, Candid
 /* Return the predicted impact of a disc. */
 static inline Candidate predicted_impact(const Prediction *p) {
     double high = p->impact_time;
-    if (!p->exact) /* a lower bound is too low by at most ROOT_ERROR of the wait, or it is unknown */
+    if (!p->exact) /* a lower bound is too low by at most ROOT_ERROR of the wait, or nothing is known about it */
         high = p->impact_time >= 0.0 ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Candidate){p->impact_time, high, p->partner};
 }
 
-/* Predict the next impact of disc `i` with a disc: of all around, or (OF_CELL) of the predicted one and of new ones. */
+/* Predict the next impact of disc `i` with another disc. The candidates are all discs around it. With OF_CELL they are
+   only the predicted partner and the discs of new cells. */
 static inline void predict_impact(State *s, Index i, Change change) {
     Candidate best = {CAROM_INF, CAROM_INF, NOBODY};
     Index met = last_partner(s, i);

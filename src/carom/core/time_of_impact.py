@@ -40,6 +40,10 @@ def time_of_impact(
 
     Raises:
         InputError: A value is not finite, a radius is not positive, or a last axis is not of length 2.
+
+    Examples:
+        >>> carom.time_of_impact((0, 0), (1, 0), 0.5, (3, 0), (0, 0), 0.5)
+        2.0
     """
     position1, velocity1 = vectors("p1", p1), vectors("v1", v1)
     position2, velocity2 = vectors("p2", p2), vectors("v2", v2)

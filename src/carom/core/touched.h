@@ -1,11 +1,13 @@
-/* Bodies that a disc touches with no speed along the normal.
+/* Bodies that a disc touches without normal speed.
 
-   An impact with restitution 0 leaves two bodies without relative velocity along the normal. Floats leave a rounding of
-   it instead, which must not become another impact. So the contact is kept as a fact: until an impact on the disc changes
-   the velocity along that normal, the disc does not meet that body again. An impact whose normal is orthogonal changes
-   nothing along it; any other does, and so does friction. Two unit normals of floats, of two roundings a component, have
-   a product of at most CAROM_ERROR if they are orthogonal: what an impact changes along a normal by less than that is
-   less than the rounding of the velocity itself. docs/theory/pic.md, section "Contacts after restitution 0". */
+   An impact with restitution 0 leaves two bodies without relative velocity along the normal. In floats a rounding error
+   of it remains, which must not cause another impact. So the contact is stored as a fact: the disc does not hit that
+   body again until an impact on the disc changes the velocity along that normal. An impact with an orthogonal normal
+   does not change it. Any other impact does, and so does friction.
+
+   Each component of a unit normal has two roundings. If two such normals are orthogonal, their product is therefore at
+   most CAROM_ERROR. A change of the velocity along a normal by less than that is smaller than the rounding of the
+   velocity itself. docs/theory/pic.md, section "Contacts after restitution 0". */
 
 #pragma once
 
@@ -15,20 +17,20 @@
 #include "carom/core/constants.h"
 
 enum {
-    /* In the plane two normals that are not parallel fix a velocity; the third is for a wall that is given twice. */
+    /* In the plane, two normals that are not parallel fix a velocity. The third is for a wall that occurs twice. */
     MOST_TOUCHED = 3
 };
 
 typedef struct Touched {
-    int body; /* disc, or -1 - that obstacle or wall */
-    double nx; /* unit normal of the impact, in either direction */
+    int body; /* disc i as i; obstacle or wall k as -1 - k */
+    double nx; /* unit normal of the impact; its sense does not matter */
     double ny;
-    double until; /* when a driven body changes to another leg of its path, since the start; else infinity */
+    double until; /* when a driven body begins another leg of its path, since the start; otherwise infinity */
 } Touched;
 
 typedef struct TouchedBodies {
     int count;
-    Touched bodies[MOST_TOUCHED]; /* the oldest first */
+    Touched bodies[MOST_TOUCHED]; /* oldest first */
 } TouchedBodies;
 
 static inline bool is_touched(const TouchedBodies *t, ptrdiff_t body) {
@@ -40,8 +42,8 @@ static inline bool is_touched(const TouchedBodies *t, ptrdiff_t body) {
     return false;
 }
 
-/* Note an impact of a disc on a body at a time since the start. `slides` says whether friction may have acted, `stops`
-   whether the impact leaves no relative velocity along the normal. */
+/* Store an impact of a disc on a body at a time since the start. `slides` says whether friction may have acted. `stops`
+   says whether the impact leaves no relative velocity along the normal. */
 static inline void note_touched(TouchedBodies *t, Touched body, double time, bool slides, bool stops) {
     int kept = 0;
     for (int k = 0; k < t->count; k++) {

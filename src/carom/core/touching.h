@@ -1,4 +1,4 @@
-/* The bodies of a run that touch without speed along the normal: see touched.h for the rule. */
+/* Bodies of a run that touch without normal speed; touched.h explains the rule. */
 
 #pragma once
 
@@ -6,23 +6,24 @@
 #include "carom/core/state.h"
 #include "carom/core/touched.h"
 
-/* Return whether disc `i` is on a path on which it does not approach a body, since an impact has left it no speed. */
+/* Return whether disc `i` does not approach a body on its present path, because an impact has left it no normal
+   speed. */
 static inline bool parts_from(const State *s, Index i, Index body) {
     return s->discs[i].inverse_mass == 0.0 || s->discs[i].last == body || is_touched(&s->touched[i], body);
 }
 
-/* Return whether two discs touch without speed along the normal, or are on the paths of their own impact. */
+/* Return whether two discs touch without normal speed, or are still on the paths that began at their own impact. */
 static inline bool are_parting(const State *s, Index i, Index j) {
     return parts_from(s, i, j) && parts_from(s, j, i);
 }
 
-/* Return when a body changes to another leg of its path, since the start; infinity for never. */
+/* Return when a body begins another leg of its path, since the start; infinity for never. */
 static inline double leg_end(const State *s, Index body, double time) {
     const Driven *row = driven_row(&s->driving, body);
     return row == NULL || row->leg_count == 0 ? CAROM_INF : s->driving.legs[leg_at(&s->driving, row, time)].ends;
 }
 
-/* Note an impact of two discs that was just applied; the normal is the unit vector from one to the other. */
+/* Store an impact of two discs that was just applied. The normal is the unit vector from one to the other. */
 static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, double nx, double ny, bool is_elastic) {
     bool slides = s->law.contact.friction > 0.0 && !is_elastic, stops = s->law.restitution == 0.0 && !is_elastic;
     Index pair[2] = {i, j};
@@ -33,9 +34,9 @@ static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, doubl
     }
 }
 
-/* Note an impact on wall or feature `k` that was just applied; n is the unit normal.
+/* Store an impact on wall or feature `k` that was just applied. n is the unit normal.
 
-   A disc that moves along the inside of an arc without speed along the normal is pressed to it: that is no such contact. */
+   The inside of an arc is excluded. A disc that moves along it without normal speed is pressed against it. */
 static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double nx, double ny, bool is_elastic) {
     const Law *law = s->feature_count > 0 ? &s->wall_laws[s->features[k].wall] : &s->law;
     bool is_bent_inwards = s->feature_count > 0 && s->features[k].kind == INNER_ARC;
@@ -46,7 +47,7 @@ static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double
     note_touched(&s->touched[i], touched, s->clock.reported, slides, stops);
 }
 
-/* Remove from a scan the discs that disc `i` does not approach; return how many are left. */
+/* Remove from a scan the discs that disc `i` does not approach. Return how many remain. */
 static CAROM_NOINLINE Index remove_touching(State *s, Index i, Index count) {
     Index kept = 0;
     for (Index k = 0; k < count; k++) {

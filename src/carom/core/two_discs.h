@@ -1,6 +1,6 @@
-/* Two discs without walls: they meet at most once, and their impact has a closed form.
+/* Two discs without walls: they collide at most once, and the impact has a closed form.
 
-   A scene is solved in one step, with the operations of the event loop. Tests compare the bits. */
+   A scene is solved in one step, with the operations of the event loop. Tests compare the bits of both. */
 
 #pragma once
 
@@ -16,12 +16,12 @@ typedef struct FreeDisc {
     double vx;
     double vy;
     double radius;
-    double inverse_mass; /* 0: it never moves */
+    double inverse_mass; /* 0 for a disc that never moves */
 } FreeDisc;
 
 typedef struct TwoDiscsResult {
     Impact impact;
-    double position[4]; /* at the end, of the first disc, then of the second */
+    double position[4]; /* at the end: x and y of the first disc, then of the second */
     double velocity[4];
     bool has_impact;
 } TwoDiscsResult;
@@ -50,7 +50,8 @@ static inline void write_disc(const FreeDisc *a, double wait, double *position, 
     velocity[1] = a->vy;
 }
 
-/* Give two discs in contact their velocities after the impact, and record it; return whether it has a normal. */
+/* Set the velocities of two discs in contact after their impact, and record it. Return whether the impact has a
+   normal. */
 static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double restitution, Impact *row) {
     double dx = b->x - a->x;
     double dy = b->y - a->y;
@@ -73,8 +74,8 @@ static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double re
 
 /* Solve a scene of two discs up to `end`, seconds.
 
-   Return false if that takes the event loop: a number is not of an ordinary size (`carom.support.limits`), or they meet too far
-   out. */
+   Return false if the event loop is needed: a number is not of ordinary size (`carom.support.limits`), or the discs
+   meet too far from the origin. */
 static inline bool solve_two_discs(FreeDisc first, FreeDisc second, double restitution, double end,
                                    TwoDiscsResult *result) {
     FreeDisc *a = &first;

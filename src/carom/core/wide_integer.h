@@ -1,7 +1,8 @@
-/* Whole numbers of 256 bits, for the few numbers whose rounding floats do not decide: see exponentials.h.
+/* Integers of 256 bits, for the few results whose rounding floats do not decide: see exponentials.h.
 
-   A number is eight limbs of 32 bits, the lowest first, in two's complement. Limbs are that short because compilers for
-   32-bit machines have no product of 64 by 64 bits. All operations ignore overflow; callers keep numbers in range. */
+   A number is eight limbs of 32 bits, the lowest first, in two's complement. Limbs have only 32 bits because compilers
+   for 32-bit machines have no product of 64 by 64 bits. All operations ignore overflow; callers keep numbers in
+   range. */
 
 #pragma once
 
@@ -64,11 +65,11 @@ static inline WideInteger wide_negate(WideInteger a) {
     return wide_subtract((WideInteger){{0}}, a);
 }
 
-/* Return a times 2^shift, rounded down, for a shift from -255 to 255 and any sign of a. */
+/* Return a times 2^shift, rounded down, for a shift from -255 to 255 and a of any sign. */
 static inline WideInteger wide_shift(WideInteger a, int shift) {
     WideInteger shifted;
     uint32_t sign = wide_is_negative(a) ? 0xFFFFFFFFu : 0;
-    int down = shift < 0 ? (-shift + 31) / 32 : 0; /* limbs by which to shift down, before shifting up */
+    int down = shift < 0 ? (-shift + 31) / 32 : 0; /* number of limbs to shift down by, before shifting up */
     int up = shift + 32 * down;
     for (int i = 0; i < WIDE_LIMBS; i++) {
         int source = i + down - up / 32;
@@ -79,7 +80,7 @@ static inline WideInteger wide_shift(WideInteger a, int shift) {
     return shifted;
 }
 
-/* Return the product of two fixed-point numbers, 0 or more: a b / 2^192, rounded down. */
+/* Return the product of two nonnegative fixed-point numbers: a b / 2^192, rounded down. */
 static inline WideInteger wide_multiply(WideInteger a, WideInteger b) {
     uint32_t product[2 * WIDE_LIMBS] = {0};
     for (int i = 0; i < WIDE_LIMBS; i++) {
@@ -98,7 +99,7 @@ static inline WideInteger wide_multiply(WideInteger a, WideInteger b) {
     return quotient;
 }
 
-/* Return a times a factor of at most 32 bits, for any sign of a. */
+/* Return a, which may have any sign, times a factor of at most 32 bits. */
 static inline WideInteger wide_multiply_small(WideInteger a, uint32_t factor) {
     WideInteger product;
     uint64_t carry = 0;
@@ -110,7 +111,7 @@ static inline WideInteger wide_multiply_small(WideInteger a, uint32_t factor) {
     return product;
 }
 
-/* Return a, 0 or more, over a divisor, rounded down. */
+/* Return a nonnegative number divided by a divisor, rounded down. */
 static inline WideInteger wide_divide_small(WideInteger a, uint32_t divisor) {
     WideInteger quotient;
     uint64_t rest = 0;
@@ -122,7 +123,7 @@ static inline WideInteger wide_divide_small(WideInteger a, uint32_t divisor) {
     return quotient;
 }
 
-/* Return x 2^shift, rounded down. It must be below 2^255, and x must be finite. */
+/* Return x 2^shift, rounded down. The result must be below 2^255, and x must be finite. */
 static inline WideInteger wide_from_double(double x, int shift) {
     int exponent;
     double mantissa = ldexp(frexp(fabs(x), &exponent), 53);
@@ -135,8 +136,8 @@ static inline WideInteger wide_from_double(double x, int shift) {
     return wide_shift(whole, shift < -255 ? -255 : shift);
 }
 
-/* Return the float nearest to a 2^exponent, the even one of two: infinity beyond the largest. The result must not be
-   subnormal. */
+/* Return the float nearest to a 2^exponent. In a tie it is the even one. The result is infinity beyond the largest
+   float, and must not be subnormal. */
 static inline double wide_to_double(WideInteger a, int exponent) {
     bool negative = wide_is_negative(a);
     WideInteger size = negative ? wide_negate(a) : a;
@@ -149,7 +150,8 @@ static inline double wide_to_double(WideInteger a, int exponent) {
     uint64_t mantissa = (uint64_t)top.limb[1] << 32 | top.limb[0];
     if (dropped > 0) {
         WideInteger rest = wide_subtract(size, wide_shift(top, dropped));
-        WideInteger excess = wide_subtract(rest, wide_power_of_two(dropped - 1)); /* over half of the last place */
+        /* minus half of a unit in the last place */
+        WideInteger excess = wide_subtract(rest, wide_power_of_two(dropped - 1));
         if (!wide_is_negative(excess) && (!wide_is_zero(excess) || (mantissa & 1) != 0)) {
             mantissa++;
         }

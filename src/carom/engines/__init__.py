@@ -1,1 +1,1 @@
-"""Engines: the interface of adapters, engines that are programs in any language, importers, and the registry."""
+"""Engines: the adapter interface, engines in other languages, importers of engines' files, and the registry."""

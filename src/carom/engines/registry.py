@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from carom.engines.api import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
 from carom.model.trace import canonical_profile
+from carom.support.checks import instance
 from carom.support.escaping import is_older, named_hints
 
 if TYPE_CHECKING:
@@ -43,6 +44,11 @@ class EngineInfo:
         knobs: Settings that may be searched, with their ranges, by name.
         install: Command that installs the engine; empty if it needs none.
         code: Whether the adapter can write its settings as code of the engine.
+
+    Examples:
+        >>> (info,) = carom.engines(["pit"])
+        >>> info.available, list(info.profiles)
+        (True, ['tuned'])
     """
 
     name: str
@@ -59,7 +65,7 @@ class EngineInfo:
     code: bool = False
 
     def own_profiles(self, asked: Iterable[str]) -> list[str]:
-        """Return the profiles that are asked for and that it has; an alias is replaced by the name."""
+        """Return which of the requested profiles the engine has. An alias is replaced by the name."""
         named = dict.fromkeys(canonical_profile(self.name, profile) for profile in asked)
         return [profile for profile in named if profile in self.profiles]
 
@@ -81,7 +87,7 @@ class AdapterPoint:
     Attributes:
         name: Name of the adapter.
         value: The object reference of the entry point, or the path of the manifest.
-        distribution: The distribution that contains it; empty if there is none, or its name can't be read.
+        distribution: The distribution that contains the adapter; empty if there is none, or its name can't be read.
         manifest: Whether it is a manifest.
         broken: Why the entry point is invalid; empty if it is valid.
     """
@@ -108,7 +114,7 @@ class AdapterPoint:
 
 @cache
 def _program(manifest: str) -> ProgramAdapter:
-    """Return the adapter of a manifest. It is cached, since it keeps its program running for the next world."""
+    """Return the adapter of a manifest. The adapter is cached, since it keeps its program for the next world."""
     from carom.engines.protocol.adapter import program_adapter
 
     return program_adapter(manifest)
@@ -138,7 +144,7 @@ def adapter_points() -> Mapping[str, AdapterPoint]:
     for word in filter(None, os.environ.get(MANIFESTS, "").split(os.pathsep)):
         path = _manifest_in(Path(word))
         if not path.is_absolute():  # a worker process has a working folder of its own
-            raise AdapterError(f"{MANIFESTS} must hold absolute paths, got {word!r}")
+            raise AdapterError(f"{MANIFESTS} must contain absolute paths, got {word!r}")
         name = _manifest_name(path)
         if name in found:
             raise AdapterError(f"{path} names its engine {name!r}, like {found[name].value}")
@@ -147,7 +153,7 @@ def adapter_points() -> Mapping[str, AdapterPoint]:
 
 
 def _points_of(distribution: metadata.Distribution) -> list[AdapterPoint]:
-    """Return the adapters of a distribution. If its entry points can't be read, its location is the name."""
+    """Return the adapters of a distribution. If its entry points can't be read, its location serves as the name."""
     try:
         points = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
     except Exception as error:  # noqa: BLE001 - a damaged file can cause any exception
@@ -184,14 +190,16 @@ def _manifest_in(path: Path) -> Path:
 def resolve_engine(word: str) -> str:
     """Return the name of an engine that is given by name or by its manifest. A manifest is registered.
 
-    Worker processes of this machine inherit the registration by the environment.
+    Worker processes of this machine inherit the registration through the environment.
 
     Args:
         word: A name, a manifest, or a folder with one. A path has a slash, ends in ``.toml``, or is ``.`` or ``..``.
 
     Raises:
+        InputError: It is no text.
         AdapterError: The manifest does not exist, is invalid, or has the name of another engine.
     """
+    instance("engine", word, str)
     if not (word.endswith(".toml") or "/" in word or os.sep in word or word in {os.curdir, os.pardir}):
         return word
     from carom.engines.protocol.manifest import load_manifest
@@ -207,7 +215,7 @@ def resolve_engine(word: str) -> str:
 
 
 def engine_argument(name: str) -> str:
-    """Return the value for ``--engine`` that works in any process: the manifest if there is one, or else the name."""
+    """Return a value for ``--engine`` that works in any process: the manifest, or the name if there is none."""
     point = adapter_points().get(name)
     return point.value if point is not None and point.manifest else name
 
@@ -245,7 +253,7 @@ def load_adapter(name: str) -> Adapter:
 
     Raises:
         UnknownNameError: No adapter has the name.
-        AdapterError: Its entry point can't be loaded, or the object is not an adapter.
+        AdapterError: The adapter's entry point can't be loaded, or the object is not an adapter.
     """
     require_named(name)
     point = adapter_points()[name]
@@ -265,7 +273,7 @@ def load_adapter(name: str) -> Adapter:
                 getattr(adapter, part)
             except AttributeError as error:
                 raise AdapterError(f"{point.value}: its {part} failed: AttributeError: {error}") from error
-        raise AdapterError(f"{point.value} is not an adapter: it lacks {', '.join(missing) or 'prepare to call'}")
+        raise AdapterError(f"{point.value} is not an adapter: it lacks {', '.join(missing) or 'a callable prepare'}")
     found: Adapter = adapter
     return found
 
@@ -280,7 +288,7 @@ def has_part(thing: object, part: str) -> bool:
 
 
 def unavailable_reason(engine: Engine) -> str:
-    """Return why an engine can't be used here (not installed, or too old); empty if it can. It is not imported."""
+    """Return why an engine can't be used here (missing or too old); empty if it can. The engine is not imported."""
     try:
         found = not engine.module or importlib.util.find_spec(engine.module) is not None
     except (ImportError, ValueError):  # the parent package of a dotted name is missing, or has no spec

@@ -1,8 +1,8 @@
 """Pool on a Dask cluster: the same work in the same kind of worker processes, with the same results.
 
-The cluster's tasks are the items of `ClusterPool.each`. Each starts engines in processes of their own, as on this
-machine, so that an abort of an engine affects neither the cluster's worker nor other items. If a worker of the cluster
-is lost, Dask's scheduler gives its items to another.
+The cluster's tasks are the items of `ClusterPool.each`. Each item starts engines in separate processes, as on this
+machine. So an engine that aborts affects neither the cluster's worker nor other items. If a worker of the cluster is
+lost, Dask's scheduler gives its items to another.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class ClusterPool(Pool):
         self._limits, self._address = (time_limit_s, memory_limit_mb), scheduler
         try:
             self._client: Any = distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
-        except (OSError, ValueError, TypeError) as error:  # its TimeoutError is an OSError; a TypeError lacks TLS
+        except (OSError, ValueError, TypeError) as error:  # includes TimeoutError; a TypeError means missing TLS
             reason = str(error) or type(error).__name__
             hints = [f"start one with `dask scheduler`, and its workers with `dask worker {scheduler}`"]
             raise ClusterError(f"no Dask scheduler at {scheduler}: {reason}", hints=hints) from None
@@ -88,7 +88,7 @@ class ClusterPool(Pool):
         self._client.close()
 
     def on_this_machine(self) -> AbstractContextManager[Pool]:
-        """Return a pool of one worker process an engine on this machine."""
+        """Return a pool on this machine with one worker process for each engine."""
         return LocalPool(1, *self._limits)
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
@@ -110,7 +110,7 @@ class ClusterPool(Pool):
             for name, item in items
         }
         lost = []
-        with self._watched(submitted) as gone:
+        with self._watch_workers(submitted) as gone:
             for future in distributed.as_completed(list(submitted), loop=self._client.loop):
                 name = submitted.pop(future)
                 try:
@@ -128,7 +128,7 @@ class ClusterPool(Pool):
             raise ClusterError(f"{what}: {len(lost)}, the first with {lost[0]}", hints=[_CONTINUE])
 
     @contextmanager
-    def _watched(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
+    def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
         """Cancel the submitted items at the end, or if there is no worker for long. Yield a list for the reason."""
         over, gone = threading.Event(), list[str]()
 

@@ -26,14 +26,14 @@ T = TypeVar("T")
 
 
 class Codec(Generic[T]):
-    """Writes and reads values of one type as JSON. Create one for each type and reuse it: that takes milliseconds.
+    """Writes and reads values of one type as JSON. Creating a codec takes milliseconds.
 
     Args:
         kind: The type: a dataclass that JSON can represent.
     """
 
     def __init__(self, kind: Any) -> None:
-        # The tuple carries the configuration, which pydantic does not accept for a dataclass but passes on to it.
+        # pydantic does not accept a configuration for a dataclass, but a tuple passes its own on to the dataclass.
         self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))
 
     def dumps(self, value: T) -> bytes:
@@ -65,7 +65,7 @@ def _validator(read: Callable[[Any], Any]) -> PlainValidator:
 
 
 def _array(dtype: DTypeLike) -> Any:
-    """Return an array type that pydantic can convert. It may be combined with `| None`."""
+    """Return an array type that pydantic can convert. The type may be combined with `| None`."""
 
     def packed(array: NDArray[Any]) -> Any:
         return [list(array.shape), base64.b64encode(np.asarray(array, dtype).tobytes()).decode()]
@@ -77,14 +77,15 @@ def _array(dtype: DTypeLike) -> Any:
     return Annotated[Any, PlainSerializer(packed), _validator(unpacked)]
 
 
-#: Fields that an older journal of this format may lack. They are None then.
+#: Fields that an older journal of this format may lack. Missing fields are None.
 LATER = frozenset({"edges", "modes", "looks", "rests"})
 
 
 def _carried(kind: type[Any], **carried: Any) -> Any:
-    """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` has types of fields.
+    """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` has field types.
 
-    In a text of its own, NaN and infinities need not be strings, which could not be distinguished from text settings.
+    In a separate text, NaN and infinities can be numbers. As strings, NaN and infinities could not be distinguished
+    from text settings.
     """
     hints = (
         get_type_hints(
@@ -111,7 +112,7 @@ def _carried(kind: type[Any], **carried: Any) -> Any:
 
 
 def _check_shapes(value: Any) -> Any:
-    """Return a value. If it is a trace, first check the shapes of its arrays against its scene and impacts."""
+    """Return a value. For a trace, first check the shapes of arrays against scene and impacts."""
     if not isinstance(value, Trace):
         return value
     discs, impacts = len(value.scene.discs), len(value.impacts)

@@ -80,7 +80,7 @@ def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
 
 
 def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
-    """Return the capabilities of a method. Those of a profile apply only if no setting is replaced."""
+    """Return the capabilities of a method. A profile's capabilities apply only if no setting is replaced."""
     return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
 
 
@@ -188,7 +188,8 @@ class _Run:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
         self.steps, self.taken = scene.step_count(dt_s), 0
         arrays, discs = scene.arrays, len(scene.discs)
-        #: The last states, the first row being the scene's start or the last one of the rows before, and the last row.
+        #: The last states, and the row of the present one. The first row is the start or the last state of earlier
+        #: rows.
         self.rows, self.row = StateRows(1 + min(self.steps, max(_ROWS // discs, 2)), discs), 0
         self.rows.position_m[0], self.rows.velocity_m_s[0] = arrays.position_m, arrays.velocity_m_s
         self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, arrays.turns
@@ -252,9 +253,10 @@ class _Run:
                 return
 
     def _take_quiet_steps(self, world: Any, until_s: float) -> None:
-        """Take steps up to one with contacts or a warning, or near a time, and add the states of all except the last.
+        """Take steps until one has contacts or a warning, or is near a time. Add the states of all except the last.
 
-        `world` is a `carom.engines.api.QuietWorld`. Its contacts are impacts by themselves, so that none is open.
+        `world` is a `carom.engines.api.QuietWorld`. The contacts of such a world are impacts by themselves, so no
+        contact stays open.
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
@@ -284,7 +286,7 @@ class _Run:
             if self.outcome is not Outcome.STANDSTILL:
                 return False
         contacts: object = found.contacts
-        # Most steps have none.
+        # Most steps have no contacts.
         self.contacts = (
             () if contacts == () else self.validator.contacts(contacts, float(rows.time_s[self.row]), time_s)
         )
@@ -311,7 +313,7 @@ class _Run:
         self.row = 0
 
     def _pass_on_states(self) -> None:
-        """Pass the states of the rows on to the comparison of steps; the first row is known there."""
+        """Pass the states of the rows to the comparison of steps, which already has the first row."""
         if self.watch is not None:
             self.watch.add(self.rows.states(slice(1, self.row + 1)))
 
@@ -332,7 +334,7 @@ class _Run:
             discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), self.taken * self.dt_s
             if self.slowing.table_m_s2:  # the path of a disc that has stopped since then can't be traced back
                 discs, until_s, missing = [*range(len(self.scene.discs))], self.scene.duration_s, 0.0
-            state = self._flown_to(until_s, discs, impacts, turned_s, spins)
+            state = self._fly_to(until_s, discs, impacts, turned_s, spins)
         if self.samples and completed:
             self.positions += [
                 state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
@@ -385,7 +387,7 @@ class _Run:
             return pull, None
         return pull, np.where(held, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
 
-    def _flown_to(
+    def _fly_to(
         self,
         until_s: float,
         discs: list[int],
@@ -393,7 +395,7 @@ class _Run:
         kept_s: NDArray[np.float64],
         spins: NDArray[np.void] | None,
     ) -> Observation:
-        """Return the last state, with some discs advanced by free flight to a time from the previous state.
+        """Return the last state, with some discs replaced by their free flight from the previous state to a time.
 
         A disc starts from its last impact before the scene's end, if it had one since the previous state. Later impacts
         are ignored.
@@ -408,15 +410,15 @@ class _Run:
                 (kept_s > begun_s) & ((kept["first"] == disc) | (kept["second"] == disc))
             ).tolist():
                 side = "first" if kept["first"][row] == disc else "second"
-                place, _ = self._flown(disc, place, speed, float(kept_s[row]) - since_s)
+                place, _ = self._fly(disc, place, speed, float(kept_s[row]) - since_s)
                 speed, since_s = kept[f"velocity_{side}_after"][row], float(kept_s[row])
                 turning = turning if spins is None else spins[f"{side}_after"][row]
-            position[disc], velocity[disc] = self._flown(disc, place, speed, until_s - since_s)
+            position[disc], velocity[disc] = self._fly(disc, place, speed, until_s - since_s)
             if spin is not None and turning is not None:
                 spin[disc] = turning * self.slowing.damping.kept(until_s - since_s)
         return replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
 
-    def _flown(
+    def _fly(
         self, disc: int, place: NDArray[np.float64], speed: NDArray[np.float64], seconds: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return position and velocity of a disc after some seconds of free flight."""

@@ -1,13 +1,13 @@
 """Declarations and settings of adapters, queried in worker processes, since an adapter is third-party code.
 
-Only the adapters that a command needs are queried. Those of one distribution share a process, since starting one takes
-longer than the query. An adapter that hangs, ends its process or declares something invalid is unavailable for that
-reason; others are not affected.
+Only the adapters that a command needs are queried. Adapters of one distribution share a process, since starting one
+takes longer than the query. An adapter that hangs, ends its process or declares something invalid is unavailable for
+that reason; others are not affected.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from types import MappingProxyType
@@ -23,13 +23,14 @@ from carom.engines.registry import (
     version_of,
     why_unavailable,
 )
-from carom.errors import AdapterError
+from carom.errors import AdapterError, InputError
 from carom.execution.engine_run import profile_settings
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, SettingOverrides, Status
 from carom.execution.pool import LocalPool, Pool, TaskRunner
 from carom.execution.validate import plain_text, validate_adapter
 from carom.model.trace import Setting
+from carom.support.checks import shown
 from carom.support.display import Shown
 
 
@@ -86,8 +87,15 @@ def engines(names: Sequence[str] | None = None) -> EngineList:
         names: Names of adapters; by default all that are installed.
 
     Raises:
+        InputError: It is no list.
         UnknownNameError: There is no such engine.
+
+    Examples:
+        >>> [info.name for info in carom.engines(["pic", "pit"])]
+        ['pic', 'pit']
     """
+    if isinstance(names, str) or not (names is None or isinstance(names, Iterable)):
+        raise InputError(f"names must be a list, even of one item, got {shown(names)}")
     with LocalPool() as pool:
         return describe_engines(names, pool)
 
@@ -134,7 +142,7 @@ def find_engine(name: str) -> EngineInfo:
 
 
 def _process_key(name: str) -> tuple[str, str]:
-    """Return a key that adapters which share a process have in common."""
+    """Return a key that is equal for adapters that share a process."""
     distribution = distribution_of(name)
     return distribution, "" if distribution else name
 
@@ -150,7 +158,7 @@ def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
             continue
         reason = answer.reason
         if answer.status is not Status.FAILED:
-            reason = f"its adapter was asked what it declares, and {answer.status.value}: {answer.reason}"
+            reason = f"query of its declarations: {answer.status.value}: {answer.reason}"
         yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))
 
 
@@ -183,7 +191,7 @@ class Methods:
     """The methods to run at each step, and the reasons why some can't be run.
 
     Attributes:
-        at: Methods by engine and step; the last of profiles with the same settings.
+        at: Methods by engine and step. If profiles have the same settings, only the last is included.
         refused: Why a method of an available engine can't be run at a step with any scene.
         infos: Descriptions of the engines, by name.
     """
@@ -234,7 +242,7 @@ def list_methods(
         for info in infos
     }
     found: dict[str, dict[str, Answer[_Settings]]] = {info.name: {} for info in infos}
-    for several in pool.each(((name, of) for name, of in tasks.items() if of), _ask_all):
+    for several in pool.each(((name, of) for name, of in tasks.items() if of), _query_all):
         for task, answer in several:
             found[task.engine][task.profile] = answer
     at: dict[tuple[str, float], tuple[Method, ...]] = {}
@@ -265,9 +273,9 @@ def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> 
     if info.unavailable or answer is None:
         return Answer(Status.UNAVAILABLE, info.unavailable)
     if answer.value is None:
-        return Answer(answer.status, f"asked for its settings: {answer.reason}")
+        return Answer(answer.status, f"query of its settings: {answer.reason}")
     return Answer(Status.FAILED, str(answer.value[step]))
 
 
-def _ask_all(tasks: Sequence[SettingsTask], runner: TaskRunner) -> Iterator[tuple[SettingsTask, Answer[_Settings]]]:
+def _query_all(tasks: Sequence[SettingsTask], runner: TaskRunner) -> Iterator[tuple[SettingsTask, Answer[_Settings]]]:
     yield from zip(tasks, runner.run_each(tasks), strict=True)

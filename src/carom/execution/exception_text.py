@@ -31,5 +31,5 @@ def exception_message(error: BaseException) -> str:
     try:
         text = str(error)
     except Exception as second:  # noqa: BLE001 - an adapter's own exception class can raise another one
-        return f"its message can't be made: {visible(type(second).__name__)}"
+        return f"its message can't be built: {visible(type(second).__name__)}"
     return visible(text[:MOST_REASON])[:MOST_REASON]

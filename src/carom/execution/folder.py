@@ -25,13 +25,13 @@ class Folder:
     """
 
     def __init__(self) -> None:
-        import fcntl  # where there is none, there are no workers
+        import fcntl  # missing on systems without worker processes
 
         _clear_abandoned()
         self._root = Path(tempfile.mkdtemp(prefix=PREFIX))
         self.path = self._root / WORK
         self.path.mkdir()
-        # The lock file gets its name only when it is locked, so that no other process takes the folder for abandoned.
+        # The lock file gets its name only when it is locked, so that no other process removes the folder as abandoned.
         self._lock = os.open(self._root / f"{LOCK}.new", os.O_CREAT | os.O_RDWR, 0o600)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
         os.rename(self._root / f"{LOCK}.new", self._root / LOCK)
@@ -48,7 +48,7 @@ def _clear_abandoned() -> None:
     import fcntl
 
     for root in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
-        with suppress(OSError):  # another user's, or already removed
+        with suppress(OSError):  # the folder belongs to another user, or is already removed
             lock = os.open(root / LOCK, os.O_RDWR | os.O_NOFOLLOW)
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -58,7 +58,7 @@ def _clear_abandoned() -> None:
 
 
 def _remove(root: Path) -> None:
-    """Remove a folder. Its lock is removed last, so that a partly removed folder is found again.
+    """Remove a folder. The lock is removed last, so that a partly removed folder is found again.
 
     Subfolders are moved up into the folder before they are emptied, so that any depth works. Links are not followed.
     """
@@ -79,7 +79,7 @@ def _remove(root: Path) -> None:
                 try:
                     for entry in os.listdir(folder):
                         if _is_folder(entry, folder):
-                            while _is_there(f"{moved}", top):  # of a removal that was broken off
+                            while _is_there(f"{moved}", top):  # left by an interrupted removal
                                 moved += 1
                             os.rename(entry, f"{moved}", src_dir_fd=folder, dst_dir_fd=top)
                             todo.append(f"{moved}")
@@ -95,7 +95,7 @@ def _remove(root: Path) -> None:
 
 
 def _is_folder(name: str, within: int) -> bool:
-    """Whether a name is a folder, not a link to one. Its permissions are restored, since an engine can change them."""
+    """Whether a name is a folder, not a link. Permissions are restored, since an engine can change them."""
     found = stat.S_ISDIR(os.stat(name, dir_fd=within, follow_symlinks=False).st_mode)
     if found:
         os.chmod(name, 0o700, dir_fd=within)

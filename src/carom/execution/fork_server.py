@@ -1,12 +1,12 @@
 """Fork server: forks worker processes whose imports are already done, since imports take longer than most runs.
 
-The server is forked from the main thread of the `carom` command, before any other thread starts. It has no open file
-except null and its socket, and it loads no adapter and no engine. For each request it forks a watchdog
+The server is forked from the main thread of the `carom` command, before any other thread starts. The server has no open
+file except null and its socket, and it loads no adapter and no engine. For each request it forks a watchdog
 (`carom.execution.watchdog`), whose streams, folder, session, limits and environment are those of a new interpreter. The
 server ends with the command, and everything that it forked ends with it.
 
 Only the command `carom` on Linux has a fork server. Another process, such as a notebook, can have threads, which a fork
-does not copy. There, and if the server does not answer, each worker starts in a new interpreter.
+does not copy. In such a process, and if the server does not answer, each worker starts in a new interpreter.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ class ForkServer:
             if sys.platform == "linux":
                 pidfd = os.pidfd_open(process)
                 select.select([pidfd], [], [], PATIENCE_S)
-                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # a stopped one would not react to another signal
+                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # a stopped server would not react to another signal
                 os.close(pidfd)
             os.waitpid(process, 0)
 
@@ -255,7 +255,7 @@ class _Server:
 
 
 def _become_watchdog(message: bytes, files: Sequence[int], others: Sequence[int]) -> NoReturn:
-    """Turn this forked process into a watchdog. Its worker also ends in this function."""
+    """Turn this forked process into a watchdog. The watchdog's worker also ends in this function."""
     code = 1
     try:
         server = os.getppid()

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 _MARGIN_RADII = 2.0
 _AHEAD_STEPS = 2
 
-#: Number of steps that must have left every velocity unchanged, and moved every disc by it.
+#: Number of steps that must have left every velocity unchanged, and moved every disc by its velocity.
 _QUIET_STEPS = 2
 
 #: Allowed rounding error of a position in a step, in units in the last place of the largest coordinate or of the
@@ -41,7 +41,7 @@ class FreeFlight:
     Then the final state is at the end of these straight paths.
 
     Attributes:
-        needed_from_s: Time from which on `begins` needs every step. Before, it needs only those with contacts.
+        needed_from_s: Time from which `begins` needs every step. Earlier it needs only steps with contacts.
 
     Args:
         scene: The scene.
@@ -79,7 +79,7 @@ class FreeFlight:
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
             return False
         earliest_s = time_s + self._earliest(now, self._scene.duration_s - time_s)
-        # No pair comes near before that. If one is near now, the test is repeated at increasing intervals.
+        # No pair comes near before that time. If one is near now, the test is repeated at increasing intervals.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
         self.needed_from_s = self._look_from_s - (_QUIET_STEPS + 0.5) * self._dt_s
@@ -113,14 +113,14 @@ class FreeFlight:
         p, v = now.position_m, now.velocity_m_s
         apart = p[self._second] - p[self._first]
         if (np.hypot(apart[:, 0], apart[:, 1]) <= self._touching).any():
-            return 0.0  # what overlaps may still be pushed apart
+            return 0.0  # overlapping bodies may still be pushed apart
         nearest = min((self._reaches(wall, p, v) for wall in self._walls), default=math.inf)
         if nearest <= left_s or not len(apart):
             return nearest
         return min(nearest, float(time_until_near(apart, v[self._second] - v[self._first], self._near).min()))
 
     def _reaches(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
-        if not isinstance(wall, tuple):  # no disc is there before it has flown as far as that
+        if not isinstance(wall, tuple):  # no disc reaches the wall before it has flown that far
             away = np.array(
                 [wall.gap(x, y, reach) for (x, y), reach in zip(p.tolist(), self._margin.tolist(), strict=True)]
             )

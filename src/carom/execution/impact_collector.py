@@ -1,7 +1,7 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
-A contact that lasts several steps becomes one impact. Its velocities are those just before its first step and just
-after its last. If a method reports the velocities of a contact itself, these are used.
+A contact that lasts several steps becomes one impact. The impact's velocities are those just before its first step and
+just after its last. If a method reports the velocities of a contact itself, these are used.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class _OpenContact:
     rested: _OpenContact | None = None
 
     def impact(self) -> _OpenContact:
-        """Return the contact up to the end of its impact. Steps after a whole step at rest do not belong to it."""
+        """Return the contact up to the end of its impact. Steps after a whole step at rest are not part of it."""
         return self if self.rested is None or self.rested.steps == self.steps else self.rested
 
     def add(self, impulse: float, normal: Vector) -> None:
@@ -93,7 +93,7 @@ class _OpenContact:
         self.length += impulse * math.hypot(*normal)
 
     def normal(self) -> Vector:
-        """Return the direction of the total impulse, with the average length of the normals; else the first normal."""
+        """Return the direction of the total impulse, with the mean length of the normals; if 0, the first normal."""
         size = math.hypot(*self.along)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal
@@ -131,7 +131,7 @@ class ImpactCollector:
         self.spins: NDArray[np.void] | None = None
 
     def pass_to(self, time_s: float, now: Observation) -> None:
-        """Pass steps without contacts while no contact is open; the last of them ended at `time_s`."""
+        """Pass steps without contacts, up to one that ended at `time_s`. No contact may be open."""
         self._last, self._last_s = now, time_s
 
     def add(self, time_s: float, now: Observation) -> None:
@@ -255,11 +255,11 @@ class ImpactCollector:
             known.rested = replace(known)
 
     def _is_resting(self, motions: _Motions, normal: Vector, step_s: float) -> bool:
-        """Whether gravity may hold a pair together: its relative speed is at most that of a fall of `_REST_STEPS`."""
+        """Whether gravity may hold a pair together: its relative speed is at most what `_REST_STEPS` of fall give."""
         return abs(_separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
 
     def _has_all_impulses(self, contact: Contact) -> bool:
-        """Whether all impulses of a contact are reported, including that of friction if there is friction."""
+        """Whether all impulses of a contact are reported, including friction's impulse if there is friction."""
         rubs = self._rubs_walls if contact.second < 0 else self._rubs_discs
         return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
 
@@ -295,7 +295,8 @@ class ImpactCollector:
                 if held
                 else _effective_time(pair, contact, self._gravity, self._slowing, leg)
             )
-        # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body it is bent.
+        # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body the path is
+        # bent.
         falls = bool(self._gravity.any())
         bent = falls and len(self._movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
@@ -325,8 +326,8 @@ class ImpactCollector:
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
         """Return velocities and spins of slowed discs at the instant of an impact, from those at step boundaries.
 
-        If the instant is not known, the reported one is used. It is clamped to at most the contact's duration before
-        its start or after its end.
+        If the instant is not known, the reported one is used. The reported instant is clamped to at most the contact's
+        duration before its start or after its end.
         """
         lasted = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
@@ -348,7 +349,7 @@ def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
 
 
 def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], leg: Course) -> float:
-    """Instant at which a pair that then rests arrives, on its free path, at its resting position.
+    """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
 
     `_effective_time` does not apply, since gravity holds the pair and it does not fly on. After the impact its distance
     along the normal changes at the speed at the boundary. The free path before is a parabola, or a line if gravity
@@ -378,12 +379,12 @@ def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.floa
 def _effective_time(
     pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], slowing: Slowing, leg: Course
 ) -> float:
-    """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
+    """Return the instant at which the free-flight paths before and after the contact are nearest, by least squares.
 
     With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are d0 +
-    u0 (t - t0) and d1 + u1 (t - t1). They meet, in one dimension exactly, where their difference is least. It is a
-    linear function of t with slope u0 - u1, also under gravity, where both are parabolas of one curvature. With damping
-    they are lines in undamped time. On a table their curvatures differ.
+    u0 (t - t0) and d1 + u1 (t - t1). The lines meet, in one dimension exactly, where their difference is least. The
+    difference is a linear function of t with slope u0 - u1, also under gravity, where both are parabolas of one
+    curvature. With damping they are lines in undamped time. On a table their curvatures differ.
     """
     d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
     d1, u1 = _relative(pair, contact.end, contact.end_s, leg)

@@ -34,7 +34,7 @@ class Method:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile; an alias is replaced by it.
-        tried: Settings that replace those of the profile. With any, this is another method than the profile's.
+        tried: Settings that replace those of the profile. With such settings the method differs from the profile's.
     """
 
     engine: str
@@ -51,7 +51,7 @@ class Method:
 
     @property
     def label(self) -> str:
-        """Engine and profile, as people are shown them."""
+        """Engine and profile, for tables."""
         return f"{self.engine} {self.profile_shown}".rstrip()
 
     @property
@@ -61,7 +61,7 @@ class Method:
 
     @property
     def name(self) -> str:
-        """Engine and profile, in files."""
+        """Engine and profile, for files."""
         return f"{self.engine}/{self.profile_shown or self.profile}"
 
 
@@ -71,13 +71,13 @@ PIT_METHOD = Method("pit", "tuned")
 
 @dataclass(frozen=True)
 class Job:
-    """One run to make: one scene by one method at one step.
+    """One run: one scene by one method at one step.
 
     Attributes:
         scene: The scene.
         method: Engine and profile.
         dt_s: Step, seconds.
-        refinement: Index of the step among those of the scene, 0 for the coarsest. It makes scenes comparable.
+        refinement: Index of the step among those of the scene, 0 for the coarsest. The index makes scenes comparable.
         phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
     """
 
@@ -114,8 +114,8 @@ class JobTask:
         return self.job.engine
 
 
-#: An adapter may always take this many seconds to answer, however short the time limit of a run is: its process has to
-#: start first.
+#: Seconds that an adapter may always take to answer a query, however short the time limit of a run is: its process has
+#: to start first.
 MIN_TIME_LIMIT_S = 20.0
 
 
@@ -164,7 +164,7 @@ class Answer(Generic[T]):
 
 
 class Task(Protocol[T_co]):
-    """Work with one engine. It is sent to a worker process, carried out there, and its value is sent back."""
+    """Work with one engine. The task is sent to a worker process, carried out there, and its value is sent back."""
 
     @property
     def engine(self) -> str:

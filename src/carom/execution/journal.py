@@ -91,9 +91,9 @@ class Journal(MemoryJournal[K, T], Closeable):
     Args:
         of: Name of the content, in words.
         kind: Type of the entries. JSON must be able to represent their keys and values.
-        path: The file, in an existing folder. It is created if it does not exist.
+        path: The file, in an existing folder. The file is created if it does not exist.
         stamp: Options that a resumed run must share with the run that began the journal.
-        resume: Whether to continue an existing journal. Without it, an existing one is refused.
+        resume: Whether to continue an existing journal. Without `resume` an existing journal is refused.
         retry: Whether to continue an existing journal, without the entries in which an engine failed.
 
     Raises:
@@ -162,13 +162,13 @@ class Journal(MemoryJournal[K, T], Closeable):
             what = (
                 _describe_difference(there, stamp)
                 if isinstance(there, dict)
-                else "its first line does not say what it is of"
+                else "its first line does not name its content"
             )
-            raise InputError(f"{self.path} is no journal of this work: {what}", hints=["name another folder"])
+            raise InputError(f"{self.path} is not a journal of this work: {what}", hints=["name another folder"])
         found = []
         for number, line in enumerate(lines, start=2):
             if len(line) > LONGEST_LINE:
-                limit = f"is longer than {LONGEST_LINE >> 20} MiB, which none of Carom's is"
+                limit = f"is longer than {LONGEST_LINE >> 20} MiB, the limit of Carom's lines"
                 raise InputError(f"{self.path}, line {number} {limit}", hints=[_REMOVE])
             try:
                 found.append(self._codec.loads(line))
@@ -205,12 +205,12 @@ def canonical(path: Path) -> list[bytes]:
 
 def _describe_difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     if there.get("format") != JOURNAL_FORMAT:
-        of = f"it is of format {shortened(repr(there.get('format')))}, as another version of Carom wrote it"
-        return f"{of}, and this one is {JOURNAL_FORMAT}"
+        of = f"it has the format {shortened(repr(there.get('format')))} of another version of Carom"
+        return f"{of}, and this version uses {JOURNAL_FORMAT}"
     # A name in only one of the two is a difference, even if its value is null.
     names = [name for name in {**here, **there} if (name in there, there.get(name)) != (name in here, here.get(name))]
     return "; ".join(
-        f"its {shortened(visible(name))} is {shortened(visible(str(there.get(name, 'absent'))))}, and this one's "
+        f"its {shortened(visible(name))} is {shortened(visible(str(there.get(name, 'absent'))))}, but this study's is "
         f"{shortened(visible(str(here.get(name, 'absent'))))}"
         for name in names
     )

@@ -1,8 +1,9 @@
 """Cuts an engine's steps so that they end when bodies begin to touch, by the engine's own contact test.
 
 An engine detects an impact at a step boundary, up to a step late. If new bodies touch after a step, the driver restores
-the state before it and bisects the length of the step. It stops at two lengths that the clock can't distinguish: bodies
-touch after the longer and not after the shorter. Motion and contact test are the engine's own; no formula of Carom is
+the state before it and bisects the length of the step. The bisection stops at two lengths that the clock can't
+distinguish: bodies touch after the longer and not after the shorter. Motion and contact test are the engine's own; no
+    formula of Carom is
 used.
 
 Bodies that touch only between two boundaries are not found: as without cutting, contact is tested once per step.
@@ -31,7 +32,7 @@ class Cutter:
 
     def __init__(self, world: World) -> None:
         if not isinstance(world, CuttableWorld):
-            told = "a located profile needs a world with cut, touching, save and restore; this one has not"
+            told = "a located profile needs a world with cut, touching, save and restore; this one lacks some of them"
             raise AdapterError(f"{told}; see docs/reference/adapters.md#located-profiles")
         self.world = world
         self.pieces, self.probes, self.stuck = 0, 0, False

@@ -1,4 +1,4 @@
-"""Options shared by all studies, and the options of a cross-check. They are declared by `carom.support.options`."""
+"""Options shared by all studies, and the options of a cross-check, declared by `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def engine_names(*, stamped: bool = False) -> Any:
     return option(
         None,
         ValueKind("a name", "NAME", name().take, _engine, name().wrong),
-        "Engine name, or path of an engine.toml; repeatable. Its code runs with your permissions.",
+        "Engine name, or path of an engine.toml; repeatable. The engine's code runs with your permissions.",
         "--engine",
         "-e",
         many=True,
@@ -64,24 +64,24 @@ def profile_names(
 
 
 def step_lengths(said: str, *, stamped: bool = False) -> Any:
-    """Return the option that takes steps; `said` is the default in words."""
+    """Declare the option for steps. `said` describes the default."""
     what = "Time step in seconds, such as 1/240; repeatable."
     return option(None, step(), what, "--dt", many=True, stamped=stamped, said=said)
 
 
 def phase_seed(*, stamped: bool = False) -> Any:
-    """Return the option that says where the sequence of phases begins."""
+    """Declare the option for the start of the sequence of phases."""
     return option(0, whole(0, MOST_SEED), "Start of the sequence of phases.", "--seed", stamped=stamped)
 
 
 def time_limit(*, stamped: bool = False) -> Any:
-    """Declare after what time a run is ended."""
+    """Declare the option for the time limit of a run."""
     what = "Time limit of a run in seconds."
     return option(DEFAULT_TIME_LIMIT_S, seconds(), what, "--time-limit", stamped=stamped)
 
 
 def memory_limit(*, stamped: bool = False) -> Any:
-    """Declare how much memory a process may take."""
+    """Declare the option for the memory limit of a process."""
     what, said = "Memory limit of an engine process in megabytes.", "total memory / (jobs + 1)"
     return option(None, megabytes(), what, "--memory-limit", stamped=stamped, said=said)
 
@@ -105,7 +105,7 @@ def scheduler() -> Any:
 
 
 def no_scheduler(reason: str) -> Any:
-    """Declare the option for a cluster in a study that can't use one, and why it can't."""
+    """Declare the option for a cluster in a study that can't use one, with the reason."""
 
     def refuse(_value: Any) -> None:
         raise ValueError
@@ -134,7 +134,7 @@ class LimitOptions(DeclaredOptions):
     scheduler: str | None = scheduler()
 
     def pool(self) -> Pool:
-        """Return the pool that is asked for: on the cluster of `scheduler`, or else on this machine.
+        """Return the requested pool: on the cluster of `scheduler`, or else on this machine.
 
         Raises:
             CaromError: The cluster can't be used; see `carom.execution.cluster.ClusterPool`.
@@ -182,22 +182,23 @@ class Options(LimitOptions):
     Attributes:
         engines: Names of adapters; by default every one whose engine is installed.
         dts: Steps, seconds; by default those of `default_dts` for each scene.
-        profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that there
-            are. Where two profiles of an engine have the same settings, only the later one is run. One whose steps are
-            cut is run at a scene's coarsest step only, unless steps are asked for, since what it finds does not depend
-            on them.
-        settings: Settings to try instead of the profiles' own, by name; every engine asked for must have them. A text
-            is read as the kind that the setting is.
-        phases: At how many sub-step phases to run each job in addition to the scene's, for the spread of its errors.
+        profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that an
+            engine has. If two profiles of an engine have the same settings, only the later one is run. A profile whose
+            steps are cut is run only at a scene's coarsest step, unless steps are given: its results do not depend on
+            them.
+        settings: Settings to try instead of the profiles' own, by name. Every requested engine must have the settings.
+            A text is converted to the type of the setting.
+        phases: Number of sub-step phases at which to run each job in addition to the scene's own, for the spread of
+            errors.
         seed: Start of the quasi-random sequence of phases.
-        certified: Whether to score against certified runs. By default PIC is the reference, and for scenes of three
-            discs or more a certified run says up to which impact it is reliable, where python-flint is installed.
+        certified: Whether to score against certified runs. By default PIC is the reference. For scenes of three discs
+            or more, a certified run then shows up to which impact PIC is reliable, if python-flint is installed.
         certify_s: Seconds for the certified run of each scene.
         timing: Whether to time each job at its scene's coarsest step too, in a pass in which nothing else runs.
-        samples: Whether to keep states for drawing; nobody draws them where no report is written.
+        samples: Whether to keep states for drawing. Only reports need them.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     engines: Sequence[str] | None = engine_names(stamped=True)
@@ -216,7 +217,7 @@ class Options(LimitOptions):
             wrong=("x", 5, ["x"], None),
             gather=parse_settings,
         ),
-        "Override a setting of the profiles, repeatable. Every chosen engine must have it.",
+        "Override a setting of the profiles, repeatable. Every chosen engine must have the setting.",
         "--set",
         stamped=True,
     )

@@ -1,4 +1,4 @@
-"""Phases: one scene is run with many starts within a step, and the scores are a distribution.
+"""Phases: a scene is run with many starts within a step, and the scores are a distribution.
 
 With a single phase a step can be lucky or unlucky. `carom.comparator.shift` shifts a scene to another phase.
 """
@@ -19,7 +19,7 @@ from carom.model.scene import Scene
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PhaseSpread:
     """The scores of one cell over many phases.
 
@@ -27,10 +27,10 @@ class PhaseSpread:
         phases: Number of phases that ran.
         wrong: Number of phases with a missed or spurious impact.
         missed: Number of phases with a missed impact.
-        velocity_median: Median over phases of the largest velocity error, over the scene's speed; NaN without any.
-        velocity_worst: The largest.
+        velocity_median: Median over phases of the largest velocity error, over the scene's speed; NaN if there is none.
+        velocity_worst: Largest velocity error of all phases, over the scene's speed.
         time_median_s: Median over phases of the magnitude of the largest time error, seconds.
-        time_worst_s: The largest.
+        time_worst_s: Largest time error of all phases in magnitude, seconds.
         pit_miss_probability: Fraction of all phases in which PIT misses the impact, by a closed form; NaN unless the
             scene has two discs that meet on straight paths.
     """
@@ -61,9 +61,10 @@ def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
 def pit_miss_probability(scene: Scene, dt_s: float) -> float:
     """Return the fraction of all phases in which PIT misses the impact of two discs; NaN if they do not meet.
 
-    PIT detects the impact in the interval in which the discs overlap and approach: half the chord, ``sqrt(R^2 - b^2)``,
-    at the relative speed. If the interval is at least a step long, a frame always falls into it. Otherwise the
-    probability is its length in steps. This is valid for straight relative paths at constant speed.
+    PIT detects the impact if a frame is in the interval in which the discs overlap and approach. The interval's length
+    is half the chord, ``sqrt(R^2 - b^2)``, over the relative speed. If the interval is at least a step long, a frame is
+    always in it. Otherwise the probability is the interval's length in steps. The formula is valid for straight
+    relative paths at constant speed.
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan
@@ -71,7 +72,7 @@ def pit_miss_probability(scene: Scene, dt_s: float) -> float:
     if one.legs or two.legs:
         return math.nan
     if any(scene.gravity_m_s2) and one.immovable is not two.immovable:
-        return math.nan  # the one falls onto the other: no straight path
+        return math.nan  # only one disc falls, so the relative path is not straight
     d = np.subtract(two.position_m, one.position_m)
     u = np.subtract(two.velocity_m_s, one.velocity_m_s)
     speed = math.hypot(*u)

@@ -1,7 +1,7 @@
 """The plan of a cross-check: which scene runs on which engine, with which profile and at which step.
 
-It is derived from the scenes and from the declarations of the adapters. Each adapter is queried in its own process, and
-no engine is imported. Runs and the output of ``--explain`` use the same plan.
+The plan follows from the scenes and from the declarations of the adapters. Each adapter is queried in its own process,
+and no engine is imported. Runs and the output of ``--explain`` use the same plan.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def select_profiles(infos: Sequence[EngineInfo], asked: Sequence[str] | None) ->
             raise UnknownNameError(f"no requested engine has a profile {profile!r}", hints=hints)
     if asked is None:
         asked = [name for name in DEFAULT_PROFILES if any(info.own_profiles([name]) for info in infos)]
-    # If no requested adapter can be loaded, a row of each shows the reason.
+    # If no requested adapter can be loaded, a row for each adapter shows the reason.
     return tuple(offered if ALL_PROFILES in asked else asked) or DEFAULT_PROFILES
 
 
@@ -152,7 +152,7 @@ def observe_job(job: Job, runner: TaskRunner, *, samples: bool = False) -> Answe
 def check_own_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
     """Return the answer to a job, or a failure if it contains the trace of another scene."""
     if answer.value is not None and answer.value.scene != job.scene:
-        return Answer(Status.FAILED, "answered nonsense: a trace of another scene")
+        return Answer(Status.FAILED, "invalid answer: a trace of another scene")
     return answer
 
 
@@ -161,7 +161,7 @@ def missing_profile_reason(profile: str, capabilities: Capabilities) -> str:
     if profile.startswith("cylinder") and capabilities.dimensions == 2:
         return "its discs are two-dimensional: there is nothing to tip over"
     if profile == "resting":
-        return "no setting of its own is known that brings discs to rest better than the tuned ones"
+        return "no settings are known that bring discs to rest better than the tuned ones"
     if profile == "no-ccd" and not capabilities.continuous_detection:
         return "it has no continuous detection that could be left out"
     if capabilities.contact_times is ContactTimes.SOLVED:

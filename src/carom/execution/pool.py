@@ -74,12 +74,12 @@ class Pool(TaskRunner):
 
         Args:
             items: Each item with the name of the engine that it needs.
-            work: Yields the results of an item. It runs tasks on the runner that is passed with the item.
+            work: Yields the results of an item. The function runs tasks on the runner that is passed with the item.
         """
 
 
 class InProcessPool(Pool):
-    """Carries out all tasks in this process, one after another. It does not protect against a crash of an engine."""
+    """Carries out all tasks in this process, one after another. An engine that crashes ends this process too."""
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Carry out tasks one after another."""
@@ -122,7 +122,7 @@ class Lane(TaskRunner):
         return self._workers.keys()
 
     def worker_of(self, engine: str) -> Worker:
-        """Return the worker of an engine. Its process starts with the first task."""
+        """Return the worker of an engine. The process starts with the first task."""
         with self._lock:
             if self._closed:
                 raise ClosedError

@@ -18,7 +18,7 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.support.formatting import instant
 
-#: Limit of a cross-check, since every row of its tables needs memory for these impacts.
+#: Most impacts of a reference in a cross-check. Every row of its tables needs memory for them.
 MOST_IMPACTS = 200_000
 
 #: Scenes with more discs are certified on request only: bounds for all pairs take 8 MB at 1000 discs.
@@ -54,7 +54,7 @@ def solve_reference(scene: Scene) -> Trace | str:
         at = f"{MOST_IMPACTS} impacts come before {instant(trace.end_time_s)} of its {scene.duration_s:g} s"
         return f"{at}, more than a cross-check follows; shorten duration_s"
     if broken := find_non_finite(trace):
-        return f"PIC's own answer is no number: {broken}"
+        return f"PIC's own result is not a number: {broken}"
     return trace
 
 
@@ -74,7 +74,7 @@ def require_reference(found: Trace | str) -> Trace:
     """Return the trace that `solve_reference` found.
 
     Raises:
-        UnsupportedError: It found none.
+        UnsupportedError: There is no reference.
     """
     if isinstance(found, str):
         raise UnsupportedError(found)
@@ -91,8 +91,8 @@ def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CER
 
     Args:
         trace: The PIC trace of the scene.
-        asked: True to certify and to score against the certified run. None to certify the horizon of scenes with three
-            discs or more if python-flint is installed. False not to certify.
+        asked: True to certify and to score against the certified run. With None the horizon is certified for scenes
+            with three discs or more if python-flint is installed. False not to certify.
         time_budget_s: Seconds for the certified run.
 
     Raises:

@@ -27,10 +27,10 @@ class Row:
         reason: Why it was not run; empty if it was.
         trace: The trace; None if it was not run.
         score: The comparison with the reference; None if it was not run.
-        timing: Its run times; None if it was not timed.
+        timing: Run times; None if the job was not timed.
         time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None if either was
             not timed.
-        spread: Its scores over many sub-step phases; None if only one was run.
+        spread: Scores over many sub-step phases; None if only one was run.
         untimed: Why it was not timed although it ran and timing was requested; empty otherwise.
     """
 
@@ -69,12 +69,17 @@ class Results(Tabular):
         elapsed_s: Wall-clock seconds of the whole cross-check.
         certified: Certification of a scene's reference, or why there is none, by the scene's name. Scenes of one or two
             discs are included on request only.
-        horizons: Time up to which runs of a scene are compared with its reference, seconds, by the scene's name. Beyond
-            it the reference is not reliable (certified or estimated), or contact lasts. Other scenes are compared
-            completely.
+        horizons: Time up to which runs of a scene are compared with its reference, seconds, by the scene's name. After
+            this time the reference is not reliable (certified or estimated), or lasting contact has begun. Other scenes
+            are compared completely.
         phases: Number of sub-step phases at which each job was run in addition to the scene's own.
         skipped: Run time that PIC and PIT at the coarsest step save by skipping, by the scene's name; empty if no run
             was timed, or no report is drawn.
+
+    Examples:
+        >>> results = carom.cross_check(["paper"], ["pit"], dts=[1 / 24], timing=False)
+        >>> [row.score.grade.name for row in results.rows]
+        ['WRONG', 'SAMPLED', 'SAMPLED', 'WRONG']
     """
 
     rows: tuple[Row, ...]

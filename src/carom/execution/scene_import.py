@@ -58,7 +58,7 @@ def import_scene(
 
     Args:
         path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``), an MJCF model (``.xml``), or a world written
-            by Planck's ``Serializer.toJson`` (``.json``). The first two are read in a process of their own, which
+            by Planck's ``Serializer.toJson`` (``.json``). The first two are read in a separate process, which
             creates only types of the engine; see ``docs/reference/security.md``.
         name: Name of the scene; by default the name of the file.
         duration_s: Duration of the scene, seconds.

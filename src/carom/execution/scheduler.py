@@ -16,8 +16,8 @@ from carom.execution.job import Answer, Task
 from carom.execution.journal import JournalEntry, MemoryJournal
 from carom.execution.pool import Pool, TaskRunner
 
-#: A batch holds tasks of this many steps together, about a second of work: then the cost of sending a batch is
-#: negligible, and little is lost with one. The limit on the number of tasks keeps the workers evenly busy to the end.
+#: Most steps of the tasks in a batch together, about a second of work. The cost of sending a batch is then negligible,
+#: and little is lost with one. The limit on the number of tasks keeps the workers evenly busy to the end.
 BATCH_STEPS = 50_000
 BATCH_TASKS = 16
 
@@ -27,9 +27,9 @@ T = TypeVar("T")
 
 
 class DependentTasks(ABC, Generic[T]):
-    """Several tasks with one result, of which later tasks depend on the answers to earlier ones.
+    """Several tasks with one result. Later tasks depend on the answers to earlier ones.
 
-    It is pickled if the pool is a cluster.
+    An instance is pickled if the pool is a cluster.
     """
 
     @property
@@ -42,7 +42,7 @@ class DependentTasks(ABC, Generic[T]):
         """Run the tasks and return their common result."""
 
     def complete(self, answer: Answer[Any]) -> Answer[T]:
-        """Return the answer to journal, for the result of `run`. It runs in the study's process and can write files."""
+        """Turn the result of `run` into the answer for the journal. The study's process runs it."""
         return answer
 
 
@@ -55,13 +55,13 @@ Batch = list[tuple[K, AnyTask[T]]]
 
 @dataclass(frozen=True)
 class TaskRequest(Generic[S, K, T]):
-    """A task that a study wants to have run.
+    """A task that a study requests.
 
     Attributes:
         subject: The study's own label of the task; returned with the answer.
         key: Key of the task's journal entry. Tasks with the same key are the same.
         task: Task to carry out.
-        refused: Why the task can't be carried out, if that is known. Then it is neither sent nor journalled.
+        refused: Why the task can't be carried out, if that is known. A refused task is neither sent nor journalled.
         steps: Number of engine steps. Tasks of few steps share a batch, others have a batch of their own.
     """
 

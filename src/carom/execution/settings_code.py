@@ -1,4 +1,4 @@
-"""Settings of a profile as code of the engine, ready to paste. The adapter writes it in a worker process."""
+"""Settings of a profile as code of the engine, ready to paste. The adapter writes the code in a worker process."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
             raise AdapterError(f"the adapter {engine!r} cannot print settings as code; adapters that can: {able}")
         if profile in info.located:
             others = ", ".join(name for name in info.profiles if name not in info.located)
-            cut = "its steps are cut by Carom, which no setting of the engine does"
+            cut = "Carom cuts its steps, which no setting of the engine does"
             raise AdapterError(
                 f"profile {profile!r} of {engine} cannot be printed as code: {cut}; profiles that can: {others}"
             )

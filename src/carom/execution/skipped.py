@@ -18,7 +18,7 @@ from carom.solvers.run import trace_of
 #: Number of alternating runs for the median of their ratios: at least, at most, and the seconds after which to stop.
 _LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
 
-#: Limit of the tests of pairs and walls in a run without skipping. With more it would take too long.
+#: Limit of the tests of pairs and walls in a run without skipping. With more tests a run would take too long.
 MOST_TESTS = 20_000_000
 
 

@@ -12,7 +12,7 @@ class StateRows:
     """Rows for the validated states of consecutive steps.
 
     Attributes:
-        numbers: All numbers of each state, one row per state. The other arrays are views of it.
+        numbers: All numbers of each state, one row per state. The other arrays are views of this one.
         position_m: Positions, shape ``(k, n, 2)``.
         velocity_m_s: Velocities, shape ``(k, n, 2)``.
         spin_rad_s: Spins, shape ``(k, n)``; 0 if an adapter reports none.

@@ -34,11 +34,11 @@ AGREED = 0.1
 
 _TOO_SHORT = (
     "too short to time: the clock shows 0 s for {steps} steps, the median of {runs} runs; a program's clock should "
-    "tell microseconds apart (docs/reference/engine-protocol.md)"
+    "resolve microseconds (docs/reference/engine-protocol.md)"
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Timing:
     """Run times, each the median of several runs.
 
@@ -95,7 +95,8 @@ def time_run(
         runs: Largest number of runs, at least one.
         enough_s: No further run is made once this many seconds have been timed.
         agreed: No further run is made once two consecutive times differ by less than this fraction.
-        call: Whether to time a call with no steps too. It is made before the steps and not included in their time.
+        call: Whether to time a call with no steps too. The call is made before the steps and not included in their
+            time.
         zero: Whether a time of 0 is accepted, for runs so short that only their overhead is measured.
 
     Raises:

@@ -34,7 +34,7 @@ FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 #: Limits of a text, and of the number of settings or counts. People read all of these.
 MOST_CHARACTERS = 2000
 MOST_ENTRIES = 1000
-#: Limit of whole numbers. Python can't even print much larger ones.
+#: Limit of whole numbers. Python can't even print much larger numbers.
 MOST_WHOLE = 2**64
 
 _FLOAT64 = np.dtype(np.float64)
@@ -49,7 +49,7 @@ def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
     """Return a text from an adapter, of at most `most` characters, as a plain string.
 
     Raises:
-        AdapterError: It is not a text, is too long, or is not valid Unicode. The message names it as `what`.
+        AdapterError: The value is not a text, is too long, or is not valid Unicode. The message calls the value `what`.
     """
     if not isinstance(value, str):
         raise adapter_error(f"{what} must be a text, got {_shown(value)}")
@@ -67,7 +67,7 @@ def plain_settings(settings: object, of: str) -> dict[str, Setting]:
     """Return settings as plain numbers, bools and strings. Messages describe their owner by `of`.
 
     Raises:
-        AdapterError: They are not a mapping, or a name or value has another type.
+        AdapterError: The settings are not a mapping, or a name or value has another type.
     """
     return {
         plain_text(name, f"a name among the settings {of}"): _plain(name, value, of)
@@ -100,7 +100,7 @@ def plain_counts(counts: object) -> dict[str, int]:
     """Return work counts as plain numbers.
 
     Raises:
-        AdapterError: They are not a mapping of texts to whole numbers.
+        AdapterError: The counts are not a mapping of texts to whole numbers.
     """
     return {
         plain_text(name, "a name among the counts"): _whole(count, f"count {name!r}", least=0)
@@ -133,16 +133,14 @@ def validate_adapter(adapter: Adapter) -> Declarations:
             )
     profiles: object = adapter.profiles
     if not isinstance(profiles, Mapping) or not profiles:
-        raise adapter_error(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}", DECLARED)
+        raise adapter_error(f"profiles must be a mapping with at least one profile, got {_shown(profiles)}", DECLARED)
     for name, profile in _entries(profiles, "profiles"):
         where = f"profiles[{plain_text(name, 'the name of a profile')!r}]"
         if not isinstance(profile, Profile):
             raise adapter_error(f"{where} must be a Profile, got {_shown(profile)}", DECLARED)
         plain_text(profile.description, f"{where}.description")
         if not callable(profile.settings) or not isinstance(profile.located, bool):
-            raise adapter_error(
-                f"{where} must have settings that can be called, and a located that is True or False", DECLARED
-            )
+            raise adapter_error(f"settings of {where} must be callable, and located must be True or False", DECLARED)
         if not isinstance(profile.changed, Mapping):
             raise adapter_error(
                 f"{where}.changed must be a mapping of names to reasons, got {_shown(profile.changed)}", DECLARED
@@ -177,7 +175,7 @@ def _check_capabilities(found: object, where: str) -> Capabilities:
             raise adapter_error(f"{where}.{name} must be {kind}, got {_shown(value)}", DECLARED)
     if capabilities.float_bits not in MANTISSA_BITS:
         narrow = capabilities.float_bits < min(MANTISSA_BITS)
-        advice = "; declare 32 for narrower floats: to the rounding of these they are held" if narrow else ""
+        advice = "; declare 32 for narrower floats, whose rounding is then judged by 32 bits" if narrow else ""
         raise adapter_error(
             f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {capabilities.float_bits}{advice}",
             DECLARED,
@@ -215,7 +213,7 @@ class Validator:
 
     Args:
         scene: The scene of the run.
-        dt_s: Its step, seconds.
+        dt_s: Step of the run, seconds.
         float_bits: Declared width of the method's floats.
     """
 
@@ -305,7 +303,7 @@ class Validator:
             return Contact(first, second, time_s, (x, y), **told)
         if self._needs_spins and found.spins_rad_s is None:
             raise adapter_error(
-                f"a contact of bodies {first} and {second} tells velocities and no spins_rad_s, in a scene whose discs "
+                f"a contact of bodies {first} and {second} has velocities but no spins_rad_s, in a scene whose discs "
                 "turn"
             )
         pairs = _items(found.velocities, f"velocities {of}", 4)
@@ -325,7 +323,7 @@ class Validator:
                     does = (
                         "0 for a wall, which neither moves nor turns"
                         if not any(due)
-                        else f"{drive[0]:g}, {drive[1]:g} before and after for a wall that is driven so"
+                        else f"{drive[0]:g}, {drive[1]:g} before and after, the velocity of the driven wall"
                     )
                     raise adapter_error(f"{name} {of} must be {does}, got {shown}")
             velocities = (velocities[0], drive, velocities[2], drive)
@@ -343,7 +341,7 @@ def _check_array(found: object, name: str, shape: tuple[int, ...]) -> None:
 def _items(found: object, what: str, count: int) -> tuple[object, ...]:
     items = tuple(found) if isinstance(found, tuple | list | np.ndarray) else ()
     if len(items) != count:
-        raise adapter_error(f"{what} must be {count} of them, got {_shown(found)}")
+        raise adapter_error(f"{what} must have {count} items, got {_shown(found)}")
     return items
 
 

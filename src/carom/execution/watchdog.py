@@ -1,7 +1,7 @@
 """Watchdog: terminates a worker and all its child processes when the worker ends or the parent exits.
 
-It is run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.worker_process`, or forked by
-`carom.execution.fork_server`. It forks before it loads an adapter. The child becomes the worker
+The watchdog is run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.worker_process`, or
+forked by `carom.execution.fork_server`. The watchdog forks before it loads an adapter. The child becomes the worker
 (`carom.execution.worker`) and uses standard input, output and error. The watchdog waits until one of these happens:
 
 - The worker ends.
@@ -41,7 +41,7 @@ def main() -> None:
 
 
 def watch_worker(parent: int, memory_bytes: int) -> None:
-    """Fork a worker and watch it. This returns only in the worker, after its last task.
+    """Fork a worker and watch it. The function returns only in the worker, after its last task.
 
     Args:
         parent: The process whose exit ends the watchdog and the worker.
@@ -106,7 +106,7 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
 
 
 def _reap_children(worker: int, *, wait: bool = False) -> int | None:
-    """Reap the children that have ended, and return the worker's status; None if it is not among them."""
+    """Reap the children that have ended, and return the worker's status; None if the worker has not ended."""
     found = None
     with suppress(ChildProcessError):
         while True:

@@ -1,7 +1,8 @@
 """Main program of a worker process: reads tasks from standard input, carries them out, and writes answers.
 
-It is started only by `carom.execution.watchdog`. An engine that prints, aborts or hangs affects only this process. Its
-output goes to standard error; the parent keeps the end of it, and shows it with a failure or a crash.
+The program is started only by `carom.execution.watchdog`. An engine that prints, aborts or hangs affects only this
+process. The engine's output goes to standard error; the parent keeps the end of it, and shows it with a failure or a
+crash.
 
 A message is a pickled list of tasks from Carom itself. An answer is a line of JSON, since its content comes from an
 adapter: the number of the task, counted from the start of the process, and the `Answer`.
@@ -48,7 +49,7 @@ def carry_out(task: Task[T]) -> Answer[T]:
     except CaromError as error:
         return Answer(Status.FAILED, exception_message(error))
     except MemoryError:
-        return Answer(Status.FAILED, "MemoryError: it takes more than its process may; raise --memory-limit")
+        return Answer(Status.FAILED, "MemoryError: the engine needs more memory than allowed; raise --memory-limit")
     except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this job's reason
         return Answer(Status.FAILED, describe_exception(error))
 

@@ -50,7 +50,7 @@ class ClosedError(Exception):
 
 
 class Worker:
-    """One worker process. It is started at the first task, and again after a task that ended it.
+    """One worker process. The process is started at the first task, and again after a task that ended it.
 
     Args:
         memory_bytes: Memory limit of the process, and of each process that it starts.
@@ -69,8 +69,8 @@ class Worker:
     def run_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
         """Send tasks in one message and yield the answer to each, in order, as soon as it arrives.
 
-        A task fails alone if it ends the process, exceeds `time_limit_s` or returns an invalid answer. Its answer has
-        the reason, and the tasks after it are sent again.
+        A task fails alone if it ends the process, exceeds `time_limit_s` or returns an invalid answer. The task's
+        answer has the reason, and the tasks after it are sent again.
 
         Raises:
             ClosedError: The worker was closed during a task.
@@ -123,7 +123,7 @@ class Worker:
                     said = process.last_printed() if answer.status is Status.FAILED else ""
                     process.answered += 1
                     return replace(answer, reason=f"{answer.reason}; {said}") if said else answer
-            answer = Answer(Status.FAILED, f"answered nonsense: {_shown(line)}")
+            answer = Answer(Status.FAILED, f"invalid answer: {_shown(line)}")
         self._end()
         return answer
 
@@ -162,8 +162,8 @@ class _Process:
     """
 
     def __init__(self, folder: str, memory_bytes: int, fork_server: ForkServer | None) -> None:
-        # The child must find exactly the adapters that this process finds, wherever they are on the path. It works in
-        # a folder of its own, so that an engine's log file is not written next to the user's scenes.
+        # The child must find exactly the adapters that this process finds, wherever they are on the path. The child
+        # works in a folder of its own, so that an engine's log file is not written next to the user's scenes.
         path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
         forked = fork_server.start(folder, path, memory_bytes) if fork_server is not None else None
         self._popen = forked or _start_watchdog(folder, path, memory_bytes)
@@ -217,7 +217,7 @@ class _Process:
                     self.ended |= key.fd == self._answers
             except BlockingIOError:
                 pass
-            except BrokenPipeError:  # it ended before it had read everything; the end of its answers shows that
+            except BrokenPipeError:  # the process ended before it had read everything; its answers show that
                 self._selector.unregister(self._requests)
 
     def printed(self) -> str:
@@ -236,22 +236,22 @@ class _Process:
         return f"it last printed: {said}" if said else ""
 
     def describe_end(self) -> Answer[Any]:
-        """Return how the process ended and its last output. One that closed its answer pipe has not crashed."""
+        """Return how the process ended and its last output. A process that closed its answer pipe has not crashed."""
         try:
             code = self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:
-            return Answer(Status.FAILED, "the engine closed what its process answers by, and ran on")
+            return Answer(Status.FAILED, "the engine closed the pipe for answers, and continued")
         status, how = Status.CRASHED, f"exit code {code}"
         if code < 0:
             how = f"the engine's process was ended by {_signal_name(-code)}"
         elif code == ANSWERS_CLOSED:
-            status, how = Status.FAILED, f"the engine closed what its process answers by, which then ended ({how})"
+            status, how = Status.FAILED, f"the engine closed the pipe for answers; its process then ended ({how})"
         said = self.last_printed()
         return Answer(status, f"{how}; {said}" if said else how)
 
     def end(self) -> None:
         """End the process and all processes that it started."""
-        self._popen.send_signal(signal.SIGCONT)  # its watchdog can have been stopped
+        self._popen.send_signal(signal.SIGCONT)  # the watchdog can have been stopped
         for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
             if pipe is not None:
                 pipe.close()  # the watchdog ends when its input does

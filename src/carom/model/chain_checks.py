@@ -1,7 +1,7 @@
-"""Checks of a chain of edges: none may have no length, and the chain may not fold back, cross or touch itself.
+"""Checks of a chain of edges: every edge has a length, and the chain does not fold back, cross or touch itself.
 
-All decisions are exact. Points that two edges share are of the form ``(x + x' s, y + y' s)`` with rational numbers and
-s the square root of one, and the sign of ``p + q s`` needs no rounding.
+All decisions are exact. The coordinates of a point that two edges share have the form ``x + x' s``, with rational
+numbers x and x' and the square root s of a rational number. The sign of ``p + q s`` is found without rounding.
 """
 
 from __future__ import annotations
@@ -25,35 +25,35 @@ class Surd(NamedTuple):
 
     @property
     def sign(self) -> int:
-        """Return 1 above 0, -1 below, else 0."""
+        """Return the sign of the number: 1, 0 or -1."""
         p, q = self.whole, self.part if self.square else 0
         if p >= 0 and q >= 0:
             return int(p > 0 or q > 0)
         if p <= 0 and q <= 0:
             return -1
-        larger = p * p - q * q * self.square  # above 0 where the whole decides
+        larger = p * p - q * q * self.square  # above 0 if the whole part decides the sign
         return (larger > 0) - (larger < 0) if p > 0 else (larger < 0) - (larger > 0)
 
 
 class Place(NamedTuple):
-    """A point that two edges may share; its coordinates are `Surd`s of one square."""
+    """A point that two edges may share. The coordinates are `Surd`s with the same square root."""
 
     x: Surd
     y: Surd
 
     def side(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return the side of a line through `a` on which the point is: 1 for the left."""
+        """Return on which side of the line through `a` the point is: 1 left, -1 right, 0 on the line."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         whole = along[0] * dy - along[1] * dx
         return Surd(whole, along[0] * self.y.part - along[1] * self.x.part, self.x.square).sign
 
     def ahead(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return whether the point is ahead of `a` (1), behind it (-1) or next to it (0), in the direction `along`."""
+        """Return whether the point is ahead of `a` (1), behind it (-1) or level with it (0) in a direction."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         return Surd(along[0] * dx + along[1] * dy, along[0] * self.x.part + along[1] * self.y.part, self.x.square).sign
 
     def floats(self) -> tuple[float, float]:
-        """Return the point in floats, near enough for a message."""
+        """Return the point as floats, for messages."""
         root = math.sqrt(float(self.x.square))
         return float(self.x.whole) + float(self.x.part) * root, float(self.y.whole) + float(self.y.part) * root
 
@@ -68,20 +68,20 @@ class _Line:
         self.turn = 1 if edge.bulge > 0 else -1
 
     def holds(self, place: Place) -> bool:
-        """Whether a point of its line, or circle, lies on the edge, ends included."""
+        """Whether a point on the edge's line or circle is on the edge itself, ends included."""
         if self.circle is not None:  # a counterclockwise arc is on the right of its chord
             return place.side(self.a, self.along) * self.turn <= 0
         return place.ahead(self.a, self.along) >= 0 and place.ahead(self.b, self.along) <= 0
 
 
 class Crossing(NamedTuple):
-    """Two edges that share what they must not.
+    """Two edges that share a point other than their joint.
 
     Attributes:
-        first: Number of the one edge.
-        second: Number of the other, which is higher.
-        x: Position, metres, to the accuracy of a message.
-        y: Likewise.
+        first: Number of the first edge.
+        second: Number of the second edge, which is higher.
+        x: x coordinate of the point, metres, rounded for messages.
+        y: y coordinate of the point, metres, rounded for messages.
     """
 
     first: int
@@ -91,7 +91,7 @@ class Crossing(NamedTuple):
 
 
 def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
-    """Yield the pairs of edges, none of no length, that share a point other than the joint between them."""
+    """Yield the pairs of edges that share a point other than the joint between them. All edges have a length."""
     lines = [_Line(edge) for edge in edges]
     spans = [_span(edge, line.circle) for edge, line in zip(edges, lines, strict=True)]
     last = len(edges) - 1
@@ -102,13 +102,13 @@ def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
                 continue
             joints = [one.a] if i == j - 1 else []
             joints += [one.b] if closed and i == 0 and j == last else []
-            for place in _shared(lines[i], one):
-                if not any(_is(place, joint) for joint in joints):
+            for place in _find_shared_points(lines[i], one):
+                if not any(_is_at(place, joint) for joint in joints):
                     yield Crossing(i, j, *place.floats())
                     break
 
 
-def _is(place: Place, point: tuple[Number, Number]) -> bool:
+def _is_at(place: Place, point: tuple[Number, Number]) -> bool:
     return not any(Surd(c.whole - p, c.part, c.square).sign for c, p in zip(place, point, strict=True))
 
 
@@ -124,50 +124,50 @@ def _span(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, 
     return box[0], box[1], box[2], box[3]
 
 
-def _at(point: tuple[Number, Number]) -> Place:
+def _place_at(point: tuple[Number, Number]) -> Place:
     return Place(Surd(point[0], 0, 0), Surd(point[1], 0, 0))
 
 
-def _shared(one: _Line, other: _Line) -> Iterator[Place]:
-    """Yield the points that two edges share; of a shared stretch only its ends."""
+def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
+    """Yield the points that two edges share. For a shared stretch, yield its ends."""
     candidates: Iterator[Place]
     if one.circle is not None and one.circle == other.circle:
         middles = (_middle(line, one.circle) for line in (one, other))
-        candidates = iter([*map(_at, (one.a, one.b, other.a, other.b)), *middles])
+        candidates = iter([*map(_place_at, (one.a, one.b, other.a, other.b)), *middles])
     elif one.circle is None and other.circle is None:
-        candidates = _of_straights(one, other)
+        candidates = _intersect_straights(one, other)
     elif one.circle is None and other.circle is not None:
-        candidates = _on_line(one.a, one.along, other.circle)
+        candidates = _intersect_line(one.a, one.along, other.circle)
     elif other.circle is None and one.circle is not None:
-        candidates = _on_line(other.a, other.along, one.circle)
+        candidates = _intersect_line(other.a, other.along, one.circle)
     elif one.circle is not None and other.circle is not None:
-        candidates = _of_circles(one.circle, other.circle)
+        candidates = _intersect_circles(one.circle, other.circle)
     for place in candidates:
         if one.holds(place) and other.holds(place):
             yield place
 
 
 def _middle(line: _Line, circle: ExactCircle) -> Place:
-    """Return the middle of an arc. Two arcs on one circle that overlap may share only joints and this point."""
+    """Return the middle of an arc. Overlapping arcs of one circle may share no other point than this and joints."""
     x, y, radius2 = circle
     ex, ey = line.along
-    # The middle is off the centre by the radius, across the chord, to the right of a counterclockwise arc.
+    # The middle is one radius from the centre, across the chord: on the right of a counterclockwise arc.
     square = radius2 / (ex * ex + ey * ey)
     return Place(Surd(x, line.turn * ey, square), Surd(y, -line.turn * ex, square))
 
 
-def _of_straights(one: _Line, other: _Line) -> Iterator[Place]:
+def _intersect_straights(one: _Line, other: _Line) -> Iterator[Place]:
     (ex, ey), (fx, fy) = one.along, other.along
     dx, dy = other.a[0] - one.a[0], other.a[1] - one.a[1]
     cross = ex * fy - ey * fx
     if cross != 0:
         part = (dx * fy - dy * fx) / cross
-        yield _at((one.a[0] + part * ex, one.a[1] + part * ey))
+        yield _place_at((one.a[0] + part * ex, one.a[1] + part * ey))
     elif dx * ey - dy * ex == 0:
-        yield from map(_at, (one.a, one.b, other.a, other.b))
+        yield from map(_place_at, (one.a, one.b, other.a, other.b))
 
 
-def _on_line(a: tuple[Number, Number], along: tuple[Number, Number], circle: ExactCircle) -> Iterator[Place]:
+def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circle: ExactCircle) -> Iterator[Place]:
     """Yield the points at which a line meets a circle."""
     (ex, ey), dx, dy = along, a[0] - circle.x, a[1] - circle.y
     e2, b = ex * ex + ey * ey, ex * dx + ey * dy
@@ -182,11 +182,11 @@ def _on_line(a: tuple[Number, Number], along: tuple[Number, Number], circle: Exa
         )
 
 
-def _of_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
-    """Yield the points at which two circles meet: those of the one on the line of equal power."""
+def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
+    """Yield the points at which two circles meet: points of the first on the line of equal power."""
     dx, dy = other.x - one.x, other.y - one.y
     distance2 = dx * dx + dy * dy
     if distance2 == 0:
         return
     part = (distance2 + one.radius2 - other.radius2) / (2 * distance2)
-    yield from _on_line((one.x + part * dx, one.y + part * dy), (-dy, dx), one)
+    yield from _intersect_line((one.x + part * dx, one.y + part * dy), (-dy, dx), one)

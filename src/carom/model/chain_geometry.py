@@ -1,7 +1,8 @@
-"""The line of a finite wall as floats (straight edges and arcs, or a circle), and its point nearest to another.
+"""Geometry of finite walls in floats: straight edges, arcs and circles, and their point nearest to a given point.
 
-An edge runs from one point to the next. Its bulge is the tangent of a quarter of its angle, as in DXF: 0 is straight, 1
-half of a circle, and above 0 it runs counterclockwise. The wall is all points within a half width of the line.
+An edge runs from one point to the next. The edge's bulge is the tangent of a quarter of its angle, as in DXF. A bulge
+of 0 is a straight edge, 1 is half of a circle, and a positive bulge runs counterclockwise. The wall consists of all
+points within a half width of the line.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ Point = tuple[float, float]
 
 
 class ExactCircle(NamedTuple):
-    """The circle that an arc is part of, exactly: its centre and squared radius are rational in the file's numbers."""
+    """The exact circle of an arc. Centre and squared radius are rational numbers."""
 
     x: Fraction
     y: Fraction
@@ -33,13 +34,13 @@ class Edge(NamedTuple):
 
 
 class Foot(NamedTuple):
-    """The point of a wall's line that is nearest to another.
+    """The point of a wall's line that is nearest to a given point.
 
     Attributes:
-        x: Its x coordinate, metres.
-        y: Its y coordinate, metres.
-        edge: Number of the edge that holds it; the lower of two.
-        inner: Whether it is between the ends of that edge.
+        x: x coordinate of the point, metres.
+        y: y coordinate of the point, metres.
+        edge: Number of the edge that contains the point; if two edges do, the lower number.
+        inner: Whether the point is between the ends of that edge.
     """
 
     x: float
@@ -57,10 +58,10 @@ def circle_of(edge: Edge) -> ExactCircle:
 
 
 class Stretch(NamedTuple):
-    """An edge, or a whole circle, as floats, with its point nearest to another.
+    """An edge, or a whole circle, as floats.
 
     Attributes:
-        edge: The edge; both ends of a whole circle are one point of it.
+        edge: The edge. In a whole circle both of its ends are the same point.
         centre: Centre of an arc's circle; None for a straight edge.
         radius: Radius of an arc's circle; 0 for a straight edge.
     """
@@ -75,7 +76,7 @@ class Stretch(NamedTuple):
         return self.edge.a == self.edge.b
 
     def nearest(self, x: float, y: float) -> tuple[Point, bool]:
-        """Return the point of the edge that is nearest to another, and whether it is between the ends."""
+        """Return the point of the edge that is nearest to a given point, and whether it is between the ends."""
         (ax, ay), (bx, by), bulge = self.edge
         if self.centre is None:
             ex, ey = bx - ax, by - ay
@@ -85,10 +86,10 @@ class Stretch(NamedTuple):
             return ((ax, ay) if part <= 0.0 else (bx, by)), False
         (cx, cy), (dx, dy) = self.centre, (x - self.centre[0], y - self.centre[1])
         distance = math.sqrt(dx * dx + dy * dy)
-        if self.whole:  # all points of a circle are as far from its centre
+        if self.whole:  # all points of a circle are equally far from its centre
             rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
             return rim, self.radius > 0.0
-        # The ends decide whether it is in the sector, since a flat arc's centre is far off.
+        # The ends decide whether the point is in the sector, since the centre of a flat arc is far away.
         begun = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
         not_ended = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
         if (begun or not_ended) if abs(bulge) > 1.0 else (begun and not_ended):
@@ -98,11 +99,11 @@ class Stretch(NamedTuple):
         return ((ax, ay) if to_a <= to_b else (bx, by)), False
 
     def power(self, x: float, y: float) -> float:
-        """Return the squared distance of a point from an arc's centre less its squared radius.
+        """Return the power of a point: its squared distance from an arc's centre minus the squared radius.
 
-        The result is computed from the ends, so that a huge radius costs no digits: circles through both are ``(p -
-        a).(p - b)`` plus a multiple of the chord's cross product with ``p - a``, which vanishes on the line through
-        them.
+        The power is computed from the arc's ends, so a huge radius costs no digits. For every circle through both ends
+        it is ``(p - a).(p - b)`` plus a multiple of the cross product of the chord and ``p - a``. The cross product is
+        0 on the line through the ends.
         """
         (ax, ay), (bx, by), bulge = self.edge
         across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
@@ -118,14 +119,14 @@ class Stretch(NamedTuple):
 
 @dataclass(frozen=True)
 class Outline:
-    """The shape of a finite wall, in metres or in units of a run's own.
+    """The shape of a finite wall, in metres or in a run's own units.
 
     Attributes:
         points: Points of a chain; the centre of a circle.
         bulges: Bulge of each edge of a chain.
-        half_width: The wall is all points within this of the line.
+        half_width: The wall consists of all points within this distance of the line.
         closed: Whether an edge runs from the last point to the first.
-        solid: Whether the inside of a closed chain is matter, too.
+        solid: Whether the inside of a closed chain is also part of the wall.
         radius: Radius of a circle; None for a chain.
     """
 
@@ -138,7 +139,7 @@ class Outline:
 
     @property
     def described(self) -> str:
-        """Kind and numbers of the shape, in a few words."""
+        """Short text with the kind and the numbers of the shape."""
         x, y = self.points[0]
         if self.radius is not None:
             return f"a circle of radius {self.radius:g} m about ({x:g}, {y:g})"
@@ -154,7 +155,7 @@ class Outline:
 
     @cached_property
     def stretches(self) -> tuple[Stretch, ...]:
-        """The edges with their circles as floats, or the whole circle."""
+        """The edges, or the whole circle, as floats."""
         if self.radius is not None:
             ((x, y),) = self.points
             start = (x + self.radius, y)
@@ -163,13 +164,13 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """Coordinates and radii, also of arcs, from which units are chosen; some are below 0."""
+        """Coordinates and radii, including the radii of arcs, from which units are chosen. Some are negative."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 
     @cached_property
     def box(self) -> tuple[Point, Point]:
-        """The lower left and the upper right corner of a box that holds the line, and what it encloses."""
+        """The lower left and the upper right corner of a box that contains the line and everything inside it."""
         held = [*self.points]
         for (cx, cy), radius in ((arc.centre, arc.radius) for arc in self.stretches if arc.centre is not None):
             held += [(cx - radius, cy - radius), (cx + radius, cy + radius)]
@@ -177,7 +178,7 @@ class Outline:
         return (min(xs), min(ys)), (max(xs), max(ys))
 
     def nearest(self, x: float, y: float) -> Foot:
-        """Return the point of the line that is nearest to another."""
+        """Return the point of the line that is nearest to a given point."""
         feet = [
             (_square(px - x, py - y), k, px, py, inner)
             for k, ((px, py), inner) in enumerate(stretch.nearest(x, y) for stretch in self.stretches)
@@ -186,7 +187,7 @@ class Outline:
         return Foot(px, py, k, inner)
 
     def feet_within(self, x: float, y: float, distance: float) -> Iterator[Foot]:
-        """Yield the nearest point of each edge within a distance; a point of two edges once, for the lower edge."""
+        """Yield the nearest point of each edge within a distance. A point of two edges is yielded for the lower one."""
         seen = set()
         for k, stretch in enumerate(self.stretches):
             place, inner = stretch.nearest(x, y)
@@ -195,17 +196,17 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def edge_at(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return the edge that is nearest to a point; the lowest of several."""
+        """Return which of some edges is nearest to a point; if several are, the lowest."""
         places = [(self.stretches[k].nearest(x, y)[0], k) for k in among]
         return min((_square(px - x, py - y), k) for (px, py), k in places)[1]
 
     def gap(self, x: float, y: float, radius: float) -> float:
-        """Return the distance of a disc's rim from the wall; negative if they overlap."""
+        """Return the distance between a disc's rim and the wall; negative if they overlap."""
         foot = self.nearest(x, y)
         return math.sqrt((x - foot.x) ** 2 + (y - foot.y) ** 2) - self.half_width - radius
 
     def encloses(self, x: float, y: float) -> bool:
-        """Whether a point that is not on the line is inside the closed line."""
+        """Whether a closed line encloses a point that is not on the line."""
         if not self.closed:
             return False
         crossings = 0
@@ -217,7 +218,7 @@ class Outline:
         return crossings % 2 == 1
 
     def drawn(self, arc_parts: int) -> Iterator[Point]:
-        """Yield the points of a polyline for drawing; a whole turn has this many parts."""
+        """Yield the points of a polyline for drawing. A full circle has `arc_parts` parts."""
         for k, stretch in enumerate(self.stretches):
             (ax, ay), b, bulge = stretch.edge
             if k == 0:
@@ -232,14 +233,14 @@ class Outline:
             yield b
 
     def scaled(self, exponent: int) -> Outline:
-        """Return the shape in units of a power of two of these, which changes no digit."""
+        """Return the shape with all lengths divided by ``2**exponent``, which changes no digit."""
         points = tuple((math.ldexp(x, -exponent), math.ldexp(y, -exponent)) for x, y in self.points)
         radius = None if self.radius is None else math.ldexp(self.radius, -exponent)
         return replace(self, points=points, half_width=math.ldexp(self.half_width, -exponent), radius=radius)
 
 
 def _square(x: float, y: float) -> float:
-    """Return the square of a length by products. Products are rounded alike on every machine, powers are not."""
+    """Return the squared length of a vector. Products are rounded alike on every machine; powers are not."""
     return x * x + y * y
 
 
@@ -251,6 +252,6 @@ def _stretch(edge: Edge) -> Stretch:
 
 
 def _root(square: Fraction) -> float:
-    """Return the square root of a rational number as a float, whatever its size."""
+    """Return the square root of a rational number of any size as a float."""
     shift = (square.numerator.bit_length() - square.denominator.bit_length()) // 2
     return math.ldexp(math.sqrt(float(square / Fraction(4) ** shift)), shift)

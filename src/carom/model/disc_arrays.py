@@ -1,6 +1,6 @@
 """Discs and walls as arrays, the input of solvers, also for a million discs.
 
-A scene of a million discs is a million validated objects; as arrays the same state takes milliseconds.
+A scene of a million discs would be a million validated objects. As arrays, the same state is built in milliseconds.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from carom.errors import InputError
 from carom.model.chain_geometry import Outline
 from carom.model.overlap import Overlap, overlaps
 from carom.model.prescribed_motion import Drive
+from carom.support.escaping import shown
 from carom.support.formatting import number
 from carom.support.limits import LARGEST, ORDINARY, require_within
 
@@ -36,31 +37,44 @@ class Material(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscArrays:
-    """The start of an event-driven run, which refuses one in which discs overlap. Compared by identity, not by value.
+    """The initial state of a run, as arrays. Instances are compared by identity, not by value.
+
+    An event-driven run refuses a state in which discs overlap.
 
     Attributes:
         position_m: Centres at time 0, shape ``(n, 2)``, metres.
         velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
         radius_m: Radii, shape ``(n,)``, metres, above 0.
         mass_kg: Masses, shape ``(n,)``, kilograms, above 0; infinity is an immovable disc.
-        walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side; of a finite wall
-            its outline.
+        walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side. The outline of
+            each finite wall.
         restitution: Coefficient of restitution of every pair of discs, 0 to 1.
-        wall_restitution: Coefficient of restitution of every disc and wall, 0 to 1.
+        wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
         spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, radians a second; None for 0.
-        inertia_factor: Moments of inertia over mass times radius squared, shape ``(n,)``, above 0 to 1; infinity does
-            not turn. None for 1/2 everywhere.
+        inertia_factor: Moments of inertia over mass times radius squared, shape ``(n,)``, above 0 and up to 1; infinity
+            for a disc that can't turn. None for 1/2 everywhere.
         friction: Coulomb's coefficient of every pair of discs, 0 or more.
-        wall_friction: Coulomb's coefficient of every disc and wall, 0 or more.
-        tangential_restitution: Tangential restitution of every pair of discs where friction holds them, -1 to 1.
-        wall_tangential_restitution: Tangential restitution of every disc and wall, -1 to 1.
-        wall_materials: Coefficients of each wall, if one differs from `wall_restitution` and `wall_friction`; else
-            None.
-        wall_drives: The path of each wall, if one is driven; else None. `walls` has their places at time 0.
-        belts_m_s: Speed of each wall's surface to the left of the normal into the free side, metres a second, if one
-            moves; else None.
-        driven_discs: Numbers of the discs of infinite mass that move, ascending.
-        disc_drives: The path of each of them.
+        wall_friction: Coulomb's coefficient between any disc and any wall, 0 or more.
+        tangential_restitution: Tangential restitution of two discs, -1 to 1, if friction can stop their slip.
+        wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
+        wall_materials: Coefficients of each wall; None if all walls have `wall_restitution` and `wall_friction`.
+        wall_drives: Path of each wall; None if no wall is driven. `walls` has their positions at time 0.
+        belts_m_s: Speed of each wall's surface, metres a second, to the left of the normal into the free side; None if
+            no surface moves.
+        driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
+        disc_drives: Path of each driven disc.
+
+    Examples:
+        >>> import numpy as np
+        >>> start = carom.DiscArrays(
+        ...     position_m=np.array([[0.0, 0.0], [3.0, 0.0]]),
+        ...     velocity_m_s=np.array([[1.0, 0.0], [0.0, 0.0]]),
+        ...     radius_m=np.full(2, 0.5),
+        ...     mass_kg=np.ones(2),
+        ... )
+        >>> run = carom.EventDrivenRun(start)
+        >>> run.advance_to(5.0).name, run.counts["impacts"]
+        ('COMPLETED', 1)
     """
 
     position_m: NDArray[np.float64]
@@ -86,10 +100,13 @@ class DiscArrays:
         """Check shapes and values.
 
         Raises:
-            InputError: A shape does not fit, a value is not finite or not of an ordinary size (`carom.support.limits`),
-                a radius or mass not positive, an immovable disc moves, a disc spins that can't turn, or a coefficient
-                is outside its range.
+            InputError: A shape does not fit. A value is not finite or not of an ordinary size (`carom.support.limits`).
+                A radius or mass is not positive. An immovable disc has a velocity, or a disc that can't turn has a
+                spin. A coefficient is outside its range.
         """
+        for name in ("position_m", "velocity_m_s", "radius_m", "mass_kg"):
+            if not isinstance(getattr(self, name), np.ndarray):
+                raise InputError(f"{name} must be a NumPy array, got {shown(getattr(self, name))}")
         n = len(self.position_m)
         if n == 0:
             raise InputError("position_m must hold at least one disc")
@@ -124,10 +141,10 @@ class DiscArrays:
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
-        """Refuse sizes outside the range in which results are exact to rounding; speeds and coordinates may be smaller.
+        """Refuse sizes for which results are not exact to rounding. Small speeds and coordinates are allowed.
 
         Raises:
-            InputError: The message names the attribute, the value, and the limits.
+            InputError: The message names the attribute, the value and the limits.
         """
         for name, array, least in (
             ("position_m", self.position_m, 0.0),
@@ -141,7 +158,7 @@ class DiscArrays:
 
     @classmethod
     def of_valid(cls, **fields: Any) -> DiscArrays:
-        """Return the start of a scene, whose fields have been checked one by one, as read-only arrays."""
+        """Return the start of a scene as read-only arrays. The scene has already checked its fields."""
         start = object.__new__(cls)
         start.__dict__.update(fields)
         for array in fields.values():
@@ -165,7 +182,7 @@ class DiscArrays:
 
     @property
     def driven(self) -> bool:
-        """Whether a wall or a disc is driven, or the surface of a wall runs."""
+        """Whether a wall or a disc is driven, or the surface of a wall moves."""
         return bool(self.driven_discs) or self.wall_drives is not None or self.belts_m_s is not None
 
     def drive_of_wall(self, k: int) -> Drive:
@@ -173,7 +190,7 @@ class DiscArrays:
         return STANDS if self.wall_drives is None else self.wall_drives[k]
 
     def belt_of_wall(self, k: int) -> float:
-        """Return the speed at which the surface of wall `k` runs, metres a second."""
+        """Return the speed of the surface of wall `k`, metres a second."""
         return 0.0 if self.belts_m_s is None else self.belts_m_s[k]
 
     @property
@@ -206,14 +223,14 @@ class DiscArrays:
         """Whether friction can act at all."""
         return self.rubs_discs or self.rubs_walls
 
-    @cached_property  # which the solving of two discs would spend a quarter of its time on
+    @cached_property  # uncached, it takes a quarter of the time of solving two discs
     def turns(self) -> bool:
-        """Whether discs spin or can start to spin; otherwise a run stores no spins."""
+        """Whether discs spin or can start to spin. If not, a run stores no spins."""
         return self.rubs or bool(np.any(self.spins))
 
     @cached_property
     def is_ordinary(self) -> bool:
-        """Whether every number but 0 and infinity is of an ordinary size, see `carom.support.limits`."""
+        """Whether every number except 0 and infinity is of an ordinary size, see `carom.support.limits`."""
         lengths = (self.position_m, self.radius_m, self._wall_lengths)
         measures = (*lengths, self.velocity_m_s, self.driven_speeds, self.mass_kg, self.surface_speed_m_s)
         size = np.abs(np.concatenate([array.ravel() for array in measures]))
@@ -225,7 +242,7 @@ class DiscArrays:
 
     @property
     def driven_speeds(self) -> NDArray[np.float64]:
-        """Components of all velocities of driven bodies, and speeds of belts, metres a second; some are below 0."""
+        """Components of all velocities of driven bodies, and speeds of belts, metres a second. Some are negative."""
         drives = (*(self.wall_drives or ()), *self.disc_drives)
         speeds = [part for drive in drives for leg in drive.legs for part in leg.velocity]
         return np.array([*speeds, *(self.belts_m_s or ())], np.float64)
@@ -238,12 +255,12 @@ class DiscArrays:
         return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
 
     def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficients of restitution of impacts, whose second bodies these are; walls are negative."""
+        """Return the coefficients of restitution of impacts, from their second bodies. A wall has a negative number."""
         walls = np.array([material.restitution for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
 
     def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficients of friction of impacts, as `restitution_of` those of restitution."""
+        """Return the coefficients of friction of impacts, from their second bodies."""
         walls = np.array([material.friction for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
 
@@ -258,23 +275,23 @@ class DiscArrays:
         return self.wall_materials is None and self.has_half_planes
 
     def half_planes(self, solver: str = "the caller", *, own_materials: bool = False) -> tuple[HalfPlane, ...]:
-        """Return the walls of a start that has no others.
+        """Return the walls, which must all be half-planes.
 
         Raises:
-            InputError: A wall is no half-plane, or has coefficients of its own and `own_materials` is false. The
+            InputError: A wall is not a half-plane, or has its own coefficients although `own_materials` is false. The
                 message names the first such wall and the solver.
         """
         planes = tuple(wall for wall in self.walls if isinstance(wall, tuple))
         if self.wall_materials is not None and not own_materials:
-            raise InputError(f"walls have restitution or friction of their own, which {solver} does not support")
+            raise InputError(f"walls have their own restitution or friction, which {solver} does not support")
         if len(planes) < len(self.walls):
             number, shape = next((k, wall) for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
-            said = f"wall {number} is no half-plane, which {solver} does not support: {shape.described}"
+            said = f"wall {number} is not a half-plane; {solver} does not support {shape.described}"
             raise InputError(said)
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
-        """Return the first overlaps of bodies, named as in `overlap.overlaps`, and whether there are more."""
+        """Return the first overlaps, and whether there are more. Bodies are named as in `overlap.overlaps`."""
         return overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:
@@ -290,5 +307,5 @@ class DiscArrays:
 
 
 def wall_lengths(wall: HalfPlane | Outline) -> tuple[float, ...]:
-    """Return the coordinates and radii of a wall, metres; some are below 0."""
+    """Return the coordinates and radii of a wall, metres. Some are negative."""
     return wall[:2] if isinstance(wall, tuple) else wall.lengths

@@ -1,6 +1,6 @@
 """Shorthand of scene files: lengths in pixels, and a disc's moment of inertia by its shape.
 
-It is expanded when a file is read, so a scene always has metres and a moment of inertia.
+The shorthand is expanded when a file is read. A scene itself contains only metres and moments of inertia.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 from carom.errors import InputError, Problem, SceneError
 from carom.support.checks import number, shown
 
-#: Moment of inertia over mass times radius squared, of a body of even density.
+#: Moment of inertia over mass times radius squared, for uniform density.
 SHAPES = {"disc": 0.5, "sphere": 0.4}
 
 UNITS = ("m", "px")
@@ -23,7 +23,7 @@ _LENGTHS = {
 
 
 def written_out(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the values of a file as fields of a scene; malformed values are unchanged, and the fields refuse them.
+    """Return the content of a file with its shorthand expanded. The fields refuse malformed values later.
 
     Raises:
         SceneError: `length_unit`, `pixels_per_metre` or a `shape` is unknown, or conflicts with another field.
@@ -33,7 +33,7 @@ def written_out(content: dict[str, Any]) -> dict[str, Any]:
     if unit not in UNITS:
         raise SceneError([Problem(("length_unit",), f'must be "m" or "px", got {shown(unit)}')])
     if (unit == "px") != (pixels is not None):
-        there = "is required where length_unit is px, but missing" if pixels is None else 'needs length_unit = "px"'
+        there = "is required with length_unit px, but missing" if pixels is None else 'needs length_unit = "px"'
         raise SceneError([Problem(("pixels_per_metre",), there)])
     if unit == "px":
         try:
@@ -50,19 +50,19 @@ def written_out(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _in_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
-    found: dict[str, Any] = _divided(content, _LENGTHS[""], per_metre)
+    found: dict[str, Any] = _divide_fields(content, _LENGTHS[""], per_metre)
     for name in ("discs", "walls"):
         if isinstance(bodies := found.get(name), list):
-            found[name] = [_divided(body, _LENGTHS[name], per_metre) for body in bodies]
+            found[name] = [_divide_fields(body, _LENGTHS[name], per_metre) for body in bodies]
     return found
 
 
-def _divided(fields: Any, names: tuple[str, ...], by: float) -> Any:
+def _divide_fields(fields: Any, names: tuple[str, ...], by: float) -> Any:
     if not isinstance(fields, dict):
         return fields
     found = {name: _quotient(value, by) if name in names else value for name, value in fields.items()}
     if isinstance(legs := found.get("legs"), list):
-        found["legs"] = [_divided(leg, ("velocity_m_s",), by) for leg in legs]
+        found["legs"] = [_divide_fields(leg, ("velocity_m_s",), by) for leg in legs]
     return found
 
 
@@ -74,7 +74,7 @@ def _quotient(value: Any, by: float) -> Any:
         return value
     try:
         return value / by
-    except OverflowError:  # a whole number beyond floats
+    except OverflowError:  # an integer too large for a float
         return value
 
 
@@ -91,15 +91,15 @@ def _with_inertia(disc: Any, k: int) -> Any:
 
 
 def with_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
-    """Return the JSON Schema of a scene file, shorthand included, from that of a scene."""
+    """Return the JSON Schema of a scene file: the schema of a scene, extended by the shorthand."""
     unit = {
         "default": "m",
-        "description": "What lengths of this file are in: m, or px, of which pixels_per_metre are a metre.",
+        "description": "Unit of the lengths in this file: m, or px for pixels (then pixels_per_metre is required).",
         "enum": list(UNITS),
         "title": "Length Unit",
     }
     pixels = {
-        "description": "Pixels in a metre; required with length_unit px.",
+        "description": "Number of pixels in a metre; required with length_unit px.",
         "exclusiveMinimum": 0,
         "title": "Pixels Per Metre",
         "type": "number",

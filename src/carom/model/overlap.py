@@ -1,6 +1,6 @@
-"""Search for overlaps at the start. Such a state has no past, so its future has no unique answer.
+"""Search for overlaps at the start. No motion leads to an overlap, so what follows has no unique answer.
 
-The rule is the same for scenes and arrays. Two immovable bodies may overlap, since that has no effect.
+Scenes and arrays follow the same rule. Two immovable bodies may overlap, since that has no effect.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from carom.support.formatting import metres
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 
-#: Most overlaps of each kind that a message names, since many overlapping discs would fill pages.
+#: Most overlaps of each kind that a message names. Many overlapping discs would fill pages.
 NAMED = 10
 
-#: A search with reaches larger by this factor misses no overlap by rounding: 16 units of relative rounding (2^-52). A
-#: gap takes 4 of them, and the comparison of the search 8.
+#: A search whose reaches are larger by this factor misses no overlap by rounding. The factor has 16 units of relative
+#: rounding (2^-52): a gap needs 4 of them, and the comparison of the search 8.
 _ROUNDED_UP = 1.0 + 2.0**-48
 
 
@@ -31,9 +31,9 @@ class Overlap(NamedTuple):
     """A disc that overlaps another body at the start.
 
     Attributes:
-        disc: Number of the disc; of two discs the higher.
+        disc: Number of the disc; the higher number if both bodies are discs.
         other: Number of the other disc, or of the wall.
-        message: What is wrong and what to do, to be printed after the name of the disc's position.
+        message: What is wrong and what to do. The message is printed after the name of the disc's position.
     """
 
     disc: int
@@ -44,9 +44,9 @@ class Overlap(NamedTuple):
 def input_rounding(size: Floats) -> Floats:
     """Return the largest overlap that rounding of the input can explain.
 
-    The gap of two discs depends on six numbers, each rounded to a float (half a unit in the last place of the largest:
-    3 units in all), and has five roundings of its own (under 3 units). A start that touches in the decimal numbers of
-    its file must not be refused for their binary rounding.
+    The gap of two discs depends on six numbers. Each number is rounded to a float, by half a unit in the last place of
+    the largest: 3 units in all. The computation of the gap rounds five times, by less than 3 units. Discs that touch in
+    the decimal numbers of a file must not be refused for binary rounding.
 
     Args:
         size: Magnitude of the largest number in the computation of a gap, metres.
@@ -63,7 +63,7 @@ def overlaps(
     disc_name: str,
     wall_name: str,
 ) -> tuple[list[Overlap], bool]:
-    """Return the overlaps of discs, and of discs and walls, that rounding cannot explain: at most ten of each.
+    """Return the overlaps that rounding can't explain, between discs and of discs with walls: at most ten of each kind.
 
     Args:
         position_m: Centres, metres, shape ``(n, 2)``.
@@ -74,17 +74,17 @@ def overlaps(
         wall_name: Name of the wall in a message.
 
     Returns:
-        The overlaps, those of discs first, each kind by the number of the disc and then of the other body; and whether
-        there are more of them.
+        The overlaps: first those between discs, then those with walls, each ordered by disc, then by the other body.
+            Also whether there are more.
     """
     size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
     found: list[Overlap] = []
     more = False
     with np.errstate(over="ignore", invalid="ignore"):  # distances beyond the largest float are infinite
-        kinds = [_of_discs(position_m, radius_m, movable, size, disc_name)]
+        kinds = [_find_disc_overlaps(position_m, radius_m, movable, size, disc_name)]
         if walls:
-            kinds.append(_of_walls(position_m, radius_m, movable, size, walls, wall_name))
-            kinds.append(_of_outlines(position_m, radius_m, movable, size, walls, wall_name))
+            kinds.append(_find_half_plane_overlaps(position_m, radius_m, movable, size, walls, wall_name))
+            kinds.append(_find_outline_overlaps(position_m, radius_m, movable, size, walls, wall_name))
         for kind in kinds:
             named = list(islice(kind, NAMED + 1))
             found += named[:NAMED]
@@ -92,10 +92,10 @@ def overlaps(
     return found, more
 
 
-def _of_discs(
+def _find_disc_overlaps(
     position: Floats, radius: Floats, movable: NDArray[np.bool_], size: Floats, name: str
 ) -> Iterator[Overlap]:
-    # The tolerance of a pair is at least half the sum of the tolerances of pairs of each one's size.
+    # The tolerance of a pair is at least the mean of two tolerances: each disc with another of its own size.
     reach = radius * _ROUNDED_UP - input_rounding(size) / 2.0
     for first, second in near_pairs(position, reach, movable):
         if not len(first):  # most scenes are small, and the following steps take longer than the search
@@ -113,7 +113,7 @@ def _of_discs(
             )
 
 
-def _of_walls(
+def _find_half_plane_overlaps(
     position: Floats,
     radius: Floats,
     movable: NDArray[np.bool_],
@@ -137,7 +137,7 @@ def _of_walls(
             )
 
 
-def _of_outlines(
+def _find_outline_overlaps(
     position: Floats,
     radius: Floats,
     movable: NDArray[np.bool_],
@@ -145,7 +145,7 @@ def _of_outlines(
     walls: Sequence[tuple[float, float, float, float] | Outline],
     name: str,
 ) -> Iterator[Overlap]:
-    for i, k in _near_outlines(position, radius, movable, walls):
+    for i, k in _find_near_outlines(position, radius, movable, walls):
         x, y, r, wall = float(position[i, 0]), float(position[i, 1]), float(radius[i]), walls[k]
         if isinstance(wall, tuple):
             continue
@@ -156,19 +156,19 @@ def _of_outlines(
             continue
         found = f"must not overlap {name.format(k)} at the start, got {(x, y)}: "
         if inside:
-            yield Overlap(i, k, f"{found}the disc is inside it, and it is solid; move the disc")
+            yield Overlap(i, k, f"{found}the disc is inside this solid wall; move the disc")
         else:
             edge = "" if wall.radius is not None else f"edge {wall.nearest(x, y).edge} of "
             yield Overlap(i, k, f"{found}the disc reaches {metres(-gap)} into {edge}it; move the disc")
 
 
-def _near_outlines(
+def _find_near_outlines(
     position: Floats,
     radius: Floats,
     movable: NDArray[np.bool_],
     walls: Sequence[tuple[float, float, float, float] | Outline],
 ) -> list[tuple[int, int]]:
-    """Return the pairs of discs and finite walls whose boxes are near, ordered by disc and wall."""
+    """Return the pairs of discs and finite walls whose boxes are near each other, ordered by disc and wall."""
     found: list[tuple[int, int]] = []
     for k, wall in enumerate(walls):
         if isinstance(wall, tuple):

@@ -1,6 +1,6 @@
-"""Prescribed motion of driven bodies: a polygonal path, with one velocity on each of its legs.
+"""Prescribed motion of driven bodies: a path of straight legs, each with one velocity.
 
-At the instant at which a leg begins the body has that leg's velocity.
+From the instant at which a leg begins, the body has that leg's velocity.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ Vector = tuple[float, float]
 
 
 class Course(NamedTuple):
-    """Part of a driven body's path with one velocity.
+    """One leg of a driven body's path.
 
     Attributes:
-        begin_s: Begin, seconds since the start.
-        end_s: Begin of the next leg; infinity for the last.
-        moved: Displacement of the body at the begin, metres.
-        velocity: Velocity along it, metres a second.
+        begin_s: Time at which the leg begins, seconds since the start.
+        end_s: Time at which the next leg begins; infinity for the last leg.
+        moved: Displacement of the body when the leg begins, metres.
+        velocity: Velocity during the leg, metres a second.
     """
 
     begin_s: float
@@ -36,22 +36,22 @@ class Course(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """The path of a driven body from its place at time 0.
+    """The path of a driven body, starting from its position at time 0.
 
     Attributes:
-        legs: Its legs, the first of which begins at 0.
+        legs: The legs of the path. The first begins at 0.
     """
 
     legs: tuple[Course, ...]
 
     @classmethod
     def along(cls, legs: Iterable[tuple[float, Vector]]) -> Drive:
-        """Return the path of legs from their begins and velocities.
+        """Return the path with legs that begin at given times with given velocities.
 
-        The displacement at each begin is an exact sum, rounded once.
+        The displacement at the begin of each leg is an exact sum, rounded once.
         """
         given = list(legs)
-        if len(given) == 1:  # as most bodies have
+        if len(given) == 1:  # the usual case
             ((begin_s, (u, v)),) = given
             return cls((Course(begin_s, math.inf, (0.0, 0.0), (u, v)),))
         ends = [*[begin_s for begin_s, _ in given[1:]], math.inf]
@@ -65,36 +65,36 @@ class Drive(NamedTuple):
 
     @property
     def stands(self) -> bool:
-        """Whether it never moves."""
+        """Whether the body never moves."""
         return not any(any(leg.velocity) for leg in self.legs)
 
     @property
     def fastest(self) -> float:
-        """Its greatest speed, metres a second."""
+        """Greatest speed of the body, metres a second."""
         return max(math.hypot(*leg.velocity) for leg in self.legs)
 
     def leg_at(self, time_s: float) -> Course:
-        """Return the leg that it is on at a time since the start; before the start, the first."""
+        """Return the leg at a time since the start; before the start, the first leg."""
         return self.legs[self._number(time_s)]
 
     def legs_from(self, time_s: float) -> tuple[Course, ...]:
-        """Return the leg that it is on at a time since the start, and those after it."""
+        """Return the leg at a time since the start, and all later legs."""
         return self.legs[self._number(time_s) :]
 
     def velocity_at(self, time_s: float) -> Vector:
-        """Return its velocity at a time since the start, metres a second."""
+        """Return the body's velocity at a time since the start, metres a second."""
         return self.leg_at(time_s).velocity
 
     def moved_at(self, time_s: float) -> Vector:
-        """Return its displacement at a time since the start, metres."""
+        """Return the body's displacement at a time since the start, metres."""
         return self.leg_at(time_s).moved_at(time_s)
 
     def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:
-        """Return its velocities on the legs of a time span; of an empty span that on the later leg."""
+        """Return the velocities of all legs in a time span. For an empty span, return the later leg's velocity."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
     def begun_at(self, time_s: float) -> list[tuple[float, Vector]]:
-        """Return the legs of the same path counted from another time, before the start or after it."""
+        """Return the legs of the same path, with times counted from another instant, before or after the start."""
         legs = list(self.legs_from(time_s))
         return [(max(0.0, leg.begin_s - time_s) if k else 0.0, leg.velocity) for k, leg in enumerate(legs)]
 

@@ -19,7 +19,7 @@ from carom.model.prescribed_motion import Drive
 from carom.model.scene_names import find_scene
 from carom.model.sizes import span_problems
 from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, edge_count, kind_of_wall, leg_problems
-from carom.support.checks import shown
+from carom.support.checks import instance, shown
 from carom.support.display import Drawn
 from carom.support.fields import (
     Coefficient,
@@ -53,7 +53,7 @@ __all__ = [
 #: Coefficients of friction that have the same name in a scene and its arrays.
 _OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
 
-#: Limits of a file; a scene made by a program may have more.
+#: Most bodies in a scene file. A scene made in Python may have more.
 MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
@@ -88,19 +88,23 @@ class Need(StrEnum):
 
 
 class Disc(Model):
-    """A circular rigid body that moves in a straight line between impacts.
+    """A circular rigid body.
 
     Attributes:
         position_m: Centre at time 0, metres.
         velocity_m_s: Velocity at time 0, metres a second.
         radius_m: Radius, metres, above 0.
         mass_kg: Mass, kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is a disc that no impact moves.
-        driven: Whether a disc of infinite mass moves: at its velocity and spin, whatever strikes it.
-        legs: A driven disc moves along a broken line: the velocity from an instant to the next; instead of
-            `velocity_m_s`.
+        driven: Whether a disc of infinite mass moves. The disc keeps its velocity and spin at every impact.
+        legs: Path of a driven disc as a list of velocities, each from a given time on; replaces `velocity_m_s`.
         spin_rad_s: Rate of turning at time 0, counterclockwise, radians a second.
-        inertia_factor: Moment of inertia over mass times radius squared, above 0 to 1: 1/2 for a disc of even density,
-            2/5 for a sphere, 1 for a hoop; ``inf`` (in JSON the string ``"inf"``) does not turn.
+        inertia_factor: Moment of inertia over mass times radius squared, above 0 and up to 1: 1/2 for a uniform disc,
+            2/5 for a sphere, 1 for a hoop. A disc with ``inf`` (in JSON the string ``"inf"``) can't turn.
+
+    Examples:
+        >>> disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(4.0, 0.0), radius_m=0.25)
+        >>> disc.mass_kg
+        1.0
     """
 
     left_out = ("driven", "legs", "spin_rad_s", "inertia_factor")
@@ -115,33 +119,33 @@ class Disc(Model):
     inertia_factor: Inertia = 0.5
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse a disc that moves although nothing can stop it and it is not driven.
+        """Refuse legs that are invalid, and a disc of infinite mass that moves but is not driven.
 
         Raises:
             SceneError: The mass is infinite and velocity or spin is not zero. The inertia is infinite and the spin is
-                not zero. A driven disc has a finite mass. The legs are no path, or the disc is not driven.
+                not zero. A driven disc has a finite mass. The legs form no path, or the disc is not driven.
         """
         problems = list(leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
         if self.legs and not self.driven:
-            problems.append(Problem(("legs",), "need driven = true: they are of a disc that nothing stops"))
+            problems.append(Problem(("legs",), "need driven = true: only a driven disc has legs"))
         stands = self.immovable and not self.driven
         if self.driven and not self.immovable:
             problems.append(Problem(("driven",), f"needs mass_kg = inf: impacts move a disc of {self.mass_kg:g} kg"))
         if stands and self.velocity_m_s != (0.0, 0.0):
             message = (
                 f"must be (0, 0) for an immovable disc (mass_kg = inf), got {self.velocity_m_s}; "
-                "one that nothing stops is driven = true"
+                "set driven = true if it moves and no impact stops it"
             )
             problems.append(Problem(("velocity_m_s",), message))
         if self.spin_rad_s != 0.0 and (stands or (math.isinf(self.inertia_factor) and not self.driven)):
-            cause = "immovable disc (mass_kg = inf)" if stands else "unturnable one (inertia_factor = inf)"
-            problems.append(Problem(("spin_rad_s",), f"must be 0 for an {cause}, got {self.spin_rad_s}"))
+            cause = "an immovable disc (mass_kg = inf)" if stands else "a disc that can't turn (inertia_factor = inf)"
+            problems.append(Problem(("spin_rad_s",), f"must be 0 for {cause}, got {self.spin_rad_s}"))
         if problems:
             raise SceneError(problems)
 
     @property
     def immovable(self) -> bool:
-        """Whether no impact moves this disc."""
+        """Whether impacts never change this disc's motion."""
         return math.isinf(self.mass_kg)
 
     @property
@@ -151,7 +155,7 @@ class Disc(Model):
 
 
 class Scene(Drawn, Model):
-    """Discs, walls, and the laws that hold between them. Immutable; two equal scenes compare equal.
+    """Discs, walls, and the physical laws between them. Immutable; two equal scenes compare equal.
 
     Attributes:
         name: Name of the scene in reports.
@@ -162,26 +166,33 @@ class Scene(Drawn, Model):
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
         wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
-        tangential_restitution: Tangential restitution of two discs where friction holds them, -1 to 1: 0 ends the slip,
-            1 reverses it. Without friction it has no effect.
-        wall_tangential_restitution: The same between any disc and any wall.
+        tangential_restitution: Tangential restitution of two discs, -1 to 1, if friction can stop their slip: 0 ends
+            the slip, 1 reverses it. Without friction it has no effect.
+        wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
-        damping_per_s: Rate c of linear damping, 0 or more, a second: between impacts velocities and spins of all discs
-            fall as ``exp(-c t)``. Gravity excludes it. See `docs/theory/damping.md`.
-        wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more: a wall
-            that a disc presses by P resists its turning by a torque of up to c P R. It is the tangent of the steepest
-            slope on which a disc stays at rest. Under gravity alone, and without `wall_tangential_restitution`; see
-            `docs/theory/contact.md`.
-        table_deceleration_m_s2: Deceleration of all discs by the table on which they slide, seen from above, metres a
-            second squared. It excludes gravity, damping, spin, friction and driven bodies; see
+        damping_per_s: Rate c of linear damping, 1/s, 0 or more: between impacts velocities and spins of all discs fall
+            as ``exp(-c t)``. The rate must be 0 in a scene with gravity. See `docs/theory/damping.md`.
+        wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more. If a disc
+            of radius R presses on a wall with the force P, the wall resists its rotation with a torque of up to c P R.
+            The coefficient c is the tangent of the steepest slope on which a disc stays at rest. Rolling resistance
+            needs gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
+        table_deceleration_m_s2: Deceleration of discs that slide on a table, metres a second squared. The scene is then
+            seen from above. A table excludes gravity, damping, spin, friction and driven bodies. See
             `docs/theory/contact.md`.
         duration_s: Duration of the simulation, seconds, above 0.
-        frame_rate_hz: Frames a second of a frame-sampled method, unless a run sets another rate.
+        frame_rate_hz: Frames per second of a frame-sampled method, unless a run sets another rate.
+
+    Examples:
+        >>> disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(4.0, 0.0), radius_m=0.25)
+        >>> wall = carom.Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0))
+        >>> scene = carom.Scene(name="bounce", discs=[disc], walls=[wall], duration_s=1.0)
+        >>> float(carom.solve_pic(scene).impacts["time_s"][0])
+        0.6875
     """
 
     left_out = (*_OF_FRICTION, "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
 
-    # Control characters would reach terminals and reports as they are.
+    # Control characters would reach terminals and reports unchanged.
     name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
     description: str = ""
     discs: Annotated[tuple[Disc, ...], AfterValidator(_at_least_one), Field(json_schema_extra={"minItems": 1})]
@@ -200,12 +211,12 @@ class Scene(Drawn, Model):
     frame_rate_hz: Positive = 60.0
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse a start in which bodies overlap: such a state has no past, so its future has no unique answer.
+        """Refuse bodies that overlap, sizes that are too far apart, and laws that can't be combined.
 
         Raises:
             SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain. Sizes span more than
-                `carom.support.limits` allows. The scene has damping with gravity or a driven body, or rolling
-                resistance or a table where they are not solved.
+                `carom.support.limits` allows. Damping, rolling resistance or a table is combined with an unsupported
+                law.
         """
         start = self.arrays
         problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))
@@ -225,7 +236,7 @@ class Scene(Drawn, Model):
         if self.wall_rolling_resistance:
             why = "" if falls else "without gravity, which presses discs to walls"
             if self.wall_tangential_restitution:
-                why = "with wall_tangential_restitution, which gives back what rolling resistance takes"
+                why = "with wall_tangential_restitution, which returns what rolling resistance removes"
             if why:
                 said = f"must be 0 in a scene {why}, got {self.wall_rolling_resistance}"
                 yield Problem(("wall_rolling_resistance",), said)
@@ -242,7 +253,7 @@ class Scene(Drawn, Model):
 
     @cached_property
     def arrays(self) -> DiscArrays:
-        """The start of the scene as read-only arrays, the input of every solver; gravity is not part of them."""
+        """The start of the scene as read-only arrays, the input of every solver. Gravity is not included."""
         discs = self.discs
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),
@@ -277,7 +288,7 @@ class Scene(Drawn, Model):
         )
         return own if any(material != scene for material in own) else None
 
-    # The arrays are no field: a copy may have other discs, and another process builds its own.
+    # The arrays are not a field: a copy may have other discs, and another process builds its own arrays.
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
         return ((name, value) for name, value in super().__iter__() if name != "arrays")
@@ -299,12 +310,12 @@ class Scene(Drawn, Model):
 
     @property
     def undamped(self) -> Self:
-        """The scene without its damping: itself, if it has none."""
+        """The scene without damping; the scene itself if it has none."""
         return self.model_copy(update={"damping_per_s": 0.0}) if self.damping_per_s else self
 
     @property
     def needs(self) -> frozenset[Need]:
-        """Features that this scene requires of a method, for comparison with the method's declarations."""
+        """Features that this scene requires of a method. These features are compared with the method's declarations."""
         start = self.arrays
         least_wall = min((material.restitution for material in start.materials), default=1.0)
         finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
@@ -334,14 +345,14 @@ class Scene(Drawn, Model):
         return frozenset(need for need, is_needed in wanted.items() if is_needed)
 
     def _encloses(self, ring: Ring) -> bool:
-        """Whether a disc is inside a circle at time 0, and so until the end: no centre crosses a wall."""
+        """Whether a disc is inside a circle at time 0. The disc then stays inside, since no centre crosses a wall."""
         return any(math.dist(disc.position_m, ring.centre_m) < ring.radius_m for disc in self.discs)
 
     def half_planes(self) -> tuple[Wall, ...]:
-        """Return the walls of a scene that has no others.
+        """Return the walls, which must all be half-planes.
 
         Raises:
-            InputError: There are others; the message names the first.
+            InputError: A wall is not a half-plane; the message names the first such wall.
         """
         planes = tuple(wall for wall in self.walls if isinstance(wall, Wall))
         if len(planes) < len(self.walls):
@@ -350,7 +361,7 @@ class Scene(Drawn, Model):
         return planes
 
     def step_count(self, dt_s: float) -> int:
-        """Number of steps of length `dt_s` that cover the duration: see `steps_to_cover`.
+        """Return the number of steps of length `dt_s` that cover the duration: see `steps_to_cover`.
 
         Raises:
             InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
@@ -360,11 +371,11 @@ class Scene(Drawn, Model):
 
 
 def as_scene(scene: Scene | str) -> Scene:
-    """Return a scene, given as such or by its full name in the catalogue.
+    """Return the given scene, or the scene of the catalogue with the given full name.
 
     Raises:
-        UnknownNameError: The catalogue has no scene of the name; the message names the nearest one.
-        InputError: It is neither a scene nor a name.
+        UnknownNameError: The catalogue has no scene of this name; the message names the nearest one.
+        InputError: The argument is neither a scene nor a name.
     """
     if isinstance(scene, Scene):
         return scene
@@ -378,11 +389,11 @@ def as_scene(scene: Scene | str) -> Scene:
 
 
 def steps_to_cover(duration_s: float, dt_s: float) -> int:
-    """Return the number of steps of length `dt_s` that cover a duration, 0 or more; the last one may reach beyond it.
+    """Return the number of steps of length `dt_s` that cover a duration, 0 or more. The last step may end later.
 
-    The quotient is computed exactly. When both numbers are rounded (2 and 1/240, say), the exact quotient differs from
-    the intended whole number by up to 2 units of its relative rounding, 2^-53 for each of the two. This must not cost a
-    step.
+    The quotient is computed exactly. Both numbers may be rounded (2 and 1/240, for example). The quotient of rounded
+    numbers differs from the intended whole number by up to 2 units of 2^-53, one for each number. This difference must
+    not add a step.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
@@ -404,28 +415,35 @@ def steps_to_cover(duration_s: float, dt_s: float) -> int:
 
 
 def scene_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a scene file (the one published as ``carom/scene.schema.json``)."""
+    """Return the JSON Schema of a scene file, published as ``carom/scene.schema.json``."""
     schema = Scene.model_json_schema()
     for name, most in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = most
+    for part in (schema, *schema["$defs"].values()):  # the examples of docstrings are Python
+        if "description" in part:
+            part["description"] = part["description"].partition("\n\nExamples:")[0]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **with_shorthand(schema)}
 
 
 def load_scene(path: str | Path) -> Scene:
     """Load and validate the scene in a ``.toml`` or ``.json`` file.
 
-    A file may say `length_unit = "px"` with `pixels_per_metre`, and `shape` of a disc: see
-    `carom.model.file_shorthand`.
+    A file may give lengths in pixels, and a disc's moment of inertia by its shape: see `carom.model.file_shorthand`.
 
     Raises:
-        SceneError: The file can't be read, is no TOML or JSON, is too large, or holds no valid scene. The message
-            names the file, the field with its index, and the value.
+        SceneError: The file can't be read, is neither TOML nor JSON, is too large, or contains no valid scene. The
+            message names the file, the field with its index, and the value.
+
+    Examples:
+        >>> carom.save_scene(carom.scene("paper/late"), "late.toml")
+        >>> carom.load_scene("late.toml").name
+        'paper/late'
     """
     path = Path(path)
     try:
         return Scene(**_few_problems(written_out(_parse(path))))
     except SceneError as error:
-        more = error.more or len(error.problems) > SceneError.SHOWN  # not all were searched
+        more = error.more or len(error.problems) > SceneError.SHOWN  # the search stops early
         raise SceneError(error.problems, source=str(path), more=more) from None
 
 
@@ -440,7 +458,7 @@ def _parse(path: Path) -> dict[str, Any]:
             ]
         )
     try:
-        from carom.support.data_files import read_data  # with parsers that a scene made in Python needs none of
+        from carom.support.data_files import read_data  # imports parsers, which only files need
 
         content = read_data(path, path.suffix)
     except InputError as error:
@@ -449,7 +467,7 @@ def _parse(path: Path) -> dict[str, Any]:
         bodies = content.get(name)
         if not isinstance(bodies, list):
             continue
-        edges = f", their edges counted: {total}" if (total := sum(map(edge_count, bodies))) > len(bodies) else ""
+        edges = f" with {total} edges" if (total := sum(map(edge_count, bodies))) > len(bodies) else ""
         if total > most:
             found = f"got {len(bodies)}{edges}"
             raise SceneError([Problem((name,), f"a scene file can have at most {most}, {found}")])
@@ -457,9 +475,9 @@ def _parse(path: Path) -> dict[str, Any]:
 
 
 def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file without most of its invalid entries: as many remain as a message shows.
+    """Return the content of a file with only as many invalid entries as a message shows.
 
-    Each problem takes a kilobyte, and a file can have millions.
+    Each problem takes a kilobyte, and a file can have millions of them.
     """
     content = _few_unknown(content, Scene)
     if isinstance(walls := content.get("walls"), list):
@@ -486,12 +504,20 @@ def _few_unknown(fields: Any, model: type[Model]) -> Any:
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene as TOML or JSON, by the path's ending; loading it again gives an equal scene.
+    """Write a scene as TOML or JSON, by the path's ending. A file that is loaded again gives an equal scene.
 
     Raises:
         SceneError: The ending is neither ``.toml`` nor ``.json``.
+        InputError: It is no scene.
         OSError: The file can't be written.
+
+    Examples:
+        >>> scene = carom.scene("paper/late")
+        >>> carom.save_scene(scene, "late.json")
+        >>> carom.load_scene("late.json") == scene
+        True
     """
+    instance("scene", scene, Scene)
     path = Path(path)
     if path.suffix == ".toml":
         import tomli_w

@@ -1,4 +1,4 @@
-"""Scenes by name. The catalogue is above the model, so `carom` itself registers the function that finds them."""
+"""Function that finds scenes by name. `carom` registers it, since the model can't import the catalogue."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ _find: Callable[[str], Any]
 
 
 def set_scene_finder(find: Callable[[str], Any]) -> None:
-    """Register the function that returns the scene of a full name."""
+    """Register the function that returns a scene by its full name."""
     global _find  # noqa: PLW0603 - set once, by the package when it is imported
     _find = find
 
 
 def find_scene(name: str) -> Any:
-    """Return the scene of a full name.
+    """Return the scene with a full name.
 
     Raises:
-        UnknownNameError: The catalogue has no scene of the name; the message names the nearest one.
+        UnknownNameError: The catalogue has no scene of this name; the message names the nearest one.
     """
     return _find(name)

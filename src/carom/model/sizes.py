@@ -1,7 +1,7 @@
-"""Sizes of a scene, and checks that they fit into one system of units.
+"""Sizes in a scene, and checks that they fit into one system of units.
 
-Lengths, including the longest possible path of a disc, are compared with the smallest radius, and masses with the
-smallest mass; see `carom.support.limits`.
+Lengths are compared with the smallest radius, and masses with the smallest mass. The longest possible path of a disc
+counts as a length. See `carom.support.limits`.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ _LEAST = number(1.0 / SPAN)
 
 
 class Sizes(NamedTuple):
-    """SI units.
+    """Smallest and largest sizes in a scene, in SI units.
 
     Attributes:
         length: Greatest coordinate (of a disc or wall) or radius.
         radius: Smallest radius.
-        speed: Greatest velocity component of a disc or wall, or rim speed, at the start; if larger, the speed that
-            gravity gives a disc at rest until the end.
+        speed: Greatest velocity component or rim speed at the start; if larger, the speed that gravity gives a disc at
+            rest until the end.
         duration: Duration of the scene.
-        lightest: Least mass of a movable disc; 1 where there is none.
-        heaviest: Greatest mass of a movable disc; 1 where there is none.
+        lightest: Least mass of a movable disc; 1 if there is none.
+        heaviest: Greatest mass of a movable disc; 1 if there is none.
     """
 
     length: float
@@ -64,18 +64,18 @@ class Sizes(NamedTuple):
 
     @property
     def way(self) -> float:
-        """Longest path at the greatest speed until the end."""
+        """Length of the path at the greatest speed, from start to end."""
         return self.speed * self.duration
 
 
 def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
-    """Yield the problems of sizes that span too much."""
+    """Yield the problems of sizes that are too far apart for one system of units."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
     if sizes.length > SPAN * sizes.radius:
         yield Problem(
             ("discs", int(start.radius_m.argmin()), "radius_m"),
             f"must be at least {_LEAST} of the greatest length in the scene, {metres(sizes.length)}, "
-            f"got {sizes.radius}; leave out what is so small, or so far away",
+            f"got {sizes.radius}; remove bodies that are so small, or so far away",
         )
     for index, wall in enumerate(start.walls):
         if isinstance(wall, Outline):
@@ -90,13 +90,13 @@ def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) ->
         yield Problem(
             ("duration_s",),
             f"must be so long that the fastest disc moves by {_LEAST} of the greatest length in the scene, "
-            f"{metres(sizes.length)}, got {sizes.duration}: it moves by {metres(sizes.way)}; lengthen it",
+            f"{metres(sizes.length)}, got {sizes.duration}: it moves by {metres(sizes.way)}; use a longer duration",
         )
     if not sizes.way <= SPAN * sizes.radius:
         yield Problem(
             ("duration_s",),
             f"must be so short that no disc flies further than {number(SPAN, 3)} times the smallest radius, "
-            f"got {sizes.duration}: the way is {metres(sizes.way)}; shorten it",
+            f"got {sizes.duration}: the path is {metres(sizes.way)} long; use a shorter duration",
         )
 
 
@@ -105,6 +105,6 @@ def _short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Problem
         if greatest > SPAN * (length := math.dist(a, b)):
             yield Problem(
                 ("walls", index, "points_m", (edge + 1) % len(wall.points)),
-                f"makes edge {edge} {metres(length)} long, which must be at least {_LEAST} of the greatest "
-                f"length in the scene, {metres(greatest)}; leave the point out",
+                f"makes edge {edge} {metres(length)} long; edges must be at least {_LEAST} of the greatest "
+                f"length in the scene, {metres(greatest)}; remove the point",
             )

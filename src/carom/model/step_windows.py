@@ -1,6 +1,6 @@
-"""Comparison of every step of a run with PIC: windows, in which bodies meet, and events outside of them.
+"""Records of the stepwise comparison with PIC: windows of steps in which bodies meet, and events outside of them.
 
-`carom.comparator.stepwise` says what a window is, and finds them; a trace carries what was found.
+`carom.comparator.stepwise` defines and finds windows; a trace stores the results.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: One window: some steps of some bodies, compared with PIC from their own state at its start. Velocities, also of rims
-#: (spin times radius), are in metres a second; NaN is a number that was not requested.
+#: One window: successive steps of a few bodies, compared with PIC from their state at its start. Velocities and rim
+#: speeds (spin times radius) are in metres a second. NaN is a number that was not requested.
 #:
-#: - begin_s, end_s: the first and the last of its states.
-#: - due: impacts of PIC within the window. missed: pairs that passed through each other. pit_missed: how many of these
-#:   PIT also misses from the same state at the same phase.
+#: - begin_s, end_s: times of its first and its last state.
+#: - due: number of PIC's impacts in the window. missed: pairs that passed through each other. pit_missed: how many of
+#:   these PIT also misses from the same state at the same phase.
 #: - entangled: several pairs or impacts, or an overlap at the start, so there is no unique answer. turned: bodies
-#:   turned although no impact was due. open: the run ended in the window.
-#: - late_steps: how much later than PIC the paths turned. late_known: uncertainty of that, in steps. late_allowed: the
-#:   greatest delay of a check once per step.
-#: - velocity, spin, place_m: the largest difference from PIC at its end. speed, rim: the greatest of its own bodies,
-#:   for the scale of rounding. place_known_m: rounding of its positions.
+#:   changed direction although no impact was due. open: the run ended in the window.
+#: - late_steps: by how much the paths turned later than in PIC, in steps. late_known: uncertainty of late_steps.
+#:   late_allowed: the greatest delay of a method that checks once per step.
+#: - velocity, spin, place_m: the largest difference from PIC at the window's end. speed, rim: the greatest speeds of
+#:   its bodies, for the scale of rounding. place_known_m: rounding of its positions.
 #: - price_velocity, price_spin: PIT's largest errors from the same state.
-#: - restitution: effective minus the scene's. - energy_j: gained relative to PIC. energy_price_j: the most that PIT
-#:   gains.
+#: - restitution: effective restitution minus the scene's. energy_j: energy gained relative to PIC. energy_price_j: the
+#:   most energy that PIT gains.
 WINDOW_DTYPE = np.dtype(
     [
         ("begin_s", "f8"),
@@ -57,8 +57,8 @@ WINDOW_DTYPE = np.dtype(
 )
 
 #: One pair of a window: the window's index, the bodies (a wall is `carom.model.trace.wall_body`), and the first and
-#: last state of its steps. Then the time when it was due (NaN for a push without impact), and whether the run, and PIT
-#: from the same state, missed it.
+#: last state of its steps. Also the time when the impact was due (NaN for a push without impact), whether the run
+#: missed it, and whether PIT missed it from the same state.
 MEETING_DTYPE = np.dtype(
     [
         ("window", "i8"),
@@ -73,7 +73,8 @@ MEETING_DTYPE = np.dtype(
 )
 
 #: Change of a disc in a step outside of any window. The fields are the start of the step, the changes of velocity and
-#: rim (metres a second), the motion not due to its velocity (metres), its speed, and the rounding of its position.
+#: rim speed (metres a second), the displacement that its velocity does not explain (metres), its speed, and the
+#: rounding of its position.
 SLIP_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -86,13 +87,13 @@ SLIP_DTYPE = np.dtype(
     ]
 )
 
-#: Steps in a row in which two bodies rest on each other, and a push shows: their first and last state.
+#: Successive steps in which two bodies rest on each other and a push is visible: the first and the last state.
 REST_DTYPE = np.dtype([("first", "i8"), ("second", "i8"), ("begin_s", "f8"), ("end_s", "f8")])
 
 
 @dataclass(frozen=True)
 class States:
-    """The states of a run at boundaries: an engine's steps, or the pieces of a located one.
+    """States of a run at the ends of its steps, or of pieces of steps if the run was located.
 
     Attributes:
         time_s: Shape ``(k,)``, seconds, increasing.
@@ -110,13 +111,13 @@ class States:
         return len(self.time_s)
 
     def part(self, rows: slice | NDArray[Any]) -> States:
-        """Return some of the states, by their numbers."""
+        """Return some of the states, selected by their numbers."""
         spins = None if self.spin_rad_s is None else self.spin_rad_s[rows]
         return States(self.time_s[rows], self.position_m[rows], self.velocity_m_s[rows], spins)
 
     @classmethod
     def joined(cls, parts: Sequence[States]) -> States:
-        """Return the states of several parts, all with spins or all without."""
+        """Return the states of several parts as one. Either all parts have spins or none has."""
         if len(parts) == 1:
             return parts[0]
         names = [field.name for field in fields(cls) if getattr(parts[0], field.name) is not None]
@@ -129,20 +130,22 @@ class LocalTruth:
 
     Attributes:
         until_s: Time of the last state that was compared.
-        steps: Steps, or pieces of steps, that were compared.
+        steps: Number of steps, or pieces of steps, that were compared.
         windows: Structured array of `WINDOW_DTYPE`, in order of their beginnings.
         meetings: Structured array of `MEETING_DTYPE`, the pairs of the windows.
         slips: Structured array of `SLIP_DTYPE`: the largest change of velocity, of spin and of position of each disc
-            outside of windows and of rest. A disc has at most one row a kind, and none if it flew freely.
-        ahead: Number of turns outside of windows that a contact margin explains: the pair would meet soon after.
-        slip_counts: Number of steps of discs in which velocity or spin changed, and in which the position did.
-        resting_steps: Number of steps of discs in which a pair rested.
-        sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 where none did.
-        sinks_s: First time at which a pair sank by more in a step than a free fall of that step; NaN where none did.
-        polygon: Whether paths are polygons. Under gravity each step is then off by up to half of a step's fall, with
-            damping by up to half of the speed that a step's damping removes, times the step.
-        rests: Structured array of `REST_DTYPE`: resting pairs by their states, whose pushes are in no window. None in a
-            journal of an earlier version.
+            outside of windows and of rest. A disc has at most one row of each kind, and none if it moved freely.
+        ahead: Number of turns outside of windows that a contact margin explains: the pair would have met soon
+            after.
+        slip_counts: In how many steps of a disc velocity or spin changed, and in how many the position did.
+        resting_steps: Number of steps of discs that belonged to a resting pair.
+        sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if none did.
+        sinks_s: First time at which a pair sank in a step by more than a free fall of that step; NaN if none did.
+        polygon: Whether the method's paths are polygons. For polygons, under gravity each step is off by up to half of
+            the fall in that step. With damping each step is off by up to half of the speed that the step removes, times
+            the step.
+        rests: Structured array of `REST_DTYPE`: resting pairs, with pushes that are in no window. None in journals
+            of earlier versions.
     """
 
     until_s: float

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.step_windows import LocalTruth, States
 
-#: A setting of a method, as a report shows it.
+#: Value of a setting of a method.
 Setting = float | int | bool | str
 
 
 def setting_text(value: Setting) -> str:
-    """Return the text of a setting that ``--set`` reads back as the same value."""
+    """Return the text of a setting. ``--set`` reads the text back as the same value."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-#: Further names of the profiles of Carom's own methods, which every engine has: PIC has two forms, and PIT has one.
+#: Aliases of the profiles of Carom's own methods. PIC has two forms and PIT one, but engines' profile names also work.
 PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
     "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
     "pit": {"default": "tuned"},
@@ -36,21 +36,21 @@ PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
 
 
 def canonical_profile(method: str, profile: str) -> str:
-    """Return the name of a profile of a method, for that name or an alias of it."""
+    """Return the canonical name of a method's profile, from that name or an alias of it."""
     return PROFILE_ALIASES.get(method, {}).get(profile, profile)
 
 
 def profile_shown(method: str, profile: str, tried: Mapping[str, Setting]) -> str:
-    """Return the text shown for a profile: its name, and the settings that replace its own.
+    """Return the text shown for a profile: its name, and the settings that were changed.
 
-    PIT has one form, and so no name of a profile.
+    PIT has one form, so its profile has no name.
     """
     own = "" if method == "pit" else canonical_profile(method, profile)
     values = ", ".join(f"{name}={setting_text(value)}" for name, value in tried.items())
     return f"{own} with {values}".lstrip() if values else own
 
 
-#: One collision. `second` of a wall is `wall_body`; `normal` is the unit vector from first to second.
+#: One impact. `second` of a wall is `wall_body`; `normal` is the unit vector from first to second.
 IMPACT_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -64,19 +64,19 @@ IMPACT_DTYPE = np.dtype(
     ]
 )
 
-#: Spins of the two bodies just before and just after an impact, radians a second, counterclockwise; 0 of a wall.
+#: Spins of the two bodies just before and just after an impact, radians a second, counterclockwise; 0 for a wall.
 SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
 
-#: Edge of a finite wall that was hit: its number in the file, -1 for none, and its kind, see `EdgeKind`.
+#: Edge of a finite wall that was hit: its number in the file (-1 for none) and its kind, see `EdgeKind`.
 EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 
-#: Positions of an impact's two bodies at a moment before it, and velocities before it. NaN where unknown; a wall has no
-#: position.
+#: Positions of an impact's two bodies at a moment before the impact, and their velocities before it. NaN if unknown;
+#: a wall has no position.
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
-#: A disc's motion from an instant on, where lasting contact begins, changes or ends: see `Mode`. `wall` is the body
-#: number of the wall, `impacts` the number of the trace's impacts before. The disc moves with these accelerations until
-#: its next mode.
+#: A disc's motion from the instant at which lasting contact begins, changes or ends: see `Mode`. `wall` is the body
+#: number of the wall, `impacts` the number of earlier impacts in the trace. The disc has this acceleration until its
+#: next mode.
 MODE_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -109,7 +109,11 @@ class EdgeKind(IntEnum):
 class Mode(IntEnum):
     """Mode of a disc: in flight, or in contact with a wall under gravity.
 
-    A block slides without turning, as rolling resistance holds a disc that could turn.
+    In the mode `BLOCK` a disc slides, and rolling resistance keeps it from turning.
+
+    Examples:
+        >>> [mode.name for mode in carom.Mode]
+        ['FLIGHT', 'SLIDE', 'ROLL', 'REST', 'BLOCK']
     """
 
     FLIGHT = 0
@@ -119,12 +123,12 @@ class Mode(IntEnum):
     BLOCK = 4
 
 
-#: Edge of an impact on a disc, or on a half-plane.
+#: Edge of an impact that is not on an edge: between two discs, or with a half-plane.
 NO_EDGE = (-1, -1)
 
 
 class ImpactRecord(NamedTuple):
-    """One row of `Trace.impacts`, in the order of `IMPACT_DTYPE`, and of `Trace.spins`. Seconds, metres a second."""
+    """One impact: its rows in `Trace.impacts`, `Trace.spins` and `Trace.edges`. Seconds, metres a second."""
 
     time_s: float
     first: int
@@ -134,7 +138,7 @@ class ImpactRecord(NamedTuple):
     velocity_second_before: Vector
     velocity_first_after: Vector
     velocity_second_after: Vector
-    spins: tuple[float, float, float, float] | None = None  # in the order of `SPIN_DTYPE`, where the scene has any
+    spins: tuple[float, float, float, float] | None = None  # in the order of `SPIN_DTYPE`; None if the scene has none
     edge: tuple[int, int] = NO_EDGE  # in the order of `EDGE_DTYPE`
 
 
@@ -155,22 +159,22 @@ class ModeRecord(NamedTuple):
 
 
 def impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
-    """Return the records as a read-only structured array of `IMPACT_DTYPE`."""
+    """Return impact records as a read-only structured array of `IMPACT_DTYPE`."""
     return _read_only([record[:_COLUMNS] for record in records], IMPACT_DTYPE)
 
 
 def spin_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
-    """Return the spins of records that all have them, as a read-only structured array of `SPIN_DTYPE`."""
+    """Return the spins of impact records, which all have them, as a read-only structured array of `SPIN_DTYPE`."""
     return _read_only([record.spins for record in records], SPIN_DTYPE)
 
 
 def edge_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
-    """Return the edges that impacts were on, as a read-only structured array of `EDGE_DTYPE`."""
+    """Return the edges of impact records as a read-only structured array of `EDGE_DTYPE`."""
     return _read_only([record.edge for record in records], EDGE_DTYPE)
 
 
 def mode_array(records: Iterable[ModeRecord]) -> NDArray[np.void]:
-    """Return the records as a read-only structured array of `MODE_DTYPE`."""
+    """Return mode records as a read-only structured array of `MODE_DTYPE`."""
     return _read_only(list(records), MODE_DTYPE)
 
 
@@ -186,12 +190,12 @@ def wall_body(wall: int) -> int:
 
 
 def wall_index(body: int) -> int:
-    """Return which wall a body number below 0 is: k of the k-th wall, the inverse of `wall_body`."""
+    """Return the index of a wall from its body number: the inverse of `wall_body`."""
     return -1 - body
 
 
 def body_name(body: int) -> str:
-    """Return the name of a body: a disc, or a wall, by its number among its kind."""
+    """Return the name of a body: disc or wall, and its number."""
     return f"disc {body}" if body >= 0 else f"wall {wall_index(body)}"
 
 
@@ -201,25 +205,30 @@ def pair_name(impact: np.void) -> str:
 
 
 def velocities(impacts: NDArray[np.void], when: Literal["before", "after"]) -> NDArray[np.float64]:
-    """Return the velocities of both bodies of each impact, shape ``(2, m, 2)``: the first bodies', then the second."""
+    """Return the velocities of both bodies of each impact, shape ``(2, m, 2)``: first bodies, then second bodies."""
     return np.array([impacts[f"velocity_first_{when}"], impacts[f"velocity_second_{when}"]])
 
 
 def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.float64]:
-    """Return the speeds of the rims of both bodies of each impact, ``R w``, shape ``(2, m)``: the first bodies', then.
+    """Return the rim speeds ``R w`` of both bodies of each impact, shape ``(2, m)``: first bodies, then second bodies.
 
-    0 of a wall, and of all where the trace has no spins; metres a second, counterclockwise.
+    In metres a second, counterclockwise. The speed of a wall is 0; all are 0 if the trace has no spins.
     """
     speeds = np.zeros((2, len(trace.impacts)))
     if trace.spins is not None:
-        radius = np.append(trace.scene.arrays.radius_m, 0.0)  # the last is that of any wall
+        radius = np.append(trace.scene.arrays.radius_m, 0.0)  # the last is the radius of any wall
         for row, side in zip(speeds, ("first", "second"), strict=True):
             row[:] = radius[np.maximum(trace.impacts[side], -1)] * trace.spins[f"{side}_{when}"]
     return speeds
 
 
 class Outcome(Enum):
-    """How a run ended; the value is the sentence shown."""
+    """How a run ended. Reports show the value as a sentence.
+
+    Examples:
+        >>> carom.solve_pic("classics/gas", max_impacts=3).outcome.name
+        'MAX_IMPACTS'
+    """
 
     COMPLETED = "ran to the end of the scene"
     MAX_IMPACTS = "stopped after the number of impacts asked for"
@@ -236,12 +245,12 @@ class Outcome(Enum):
 
     @property
     def in_contact(self) -> bool:
-        """Whether the run ended where contact begins that lasts, or leaves no room: a method with frames goes on."""
+        """Whether the run ended because lasting contact began or a disc had no room. Frame-sampled methods go on."""
         return self in _OF_DISC
 
     @property
     def of_disc(self) -> str:
-        """What happens to a disc at an end in contact, as phrases."""
+        """What happens to the disc in a run that ended in contact, as a predicate for a sentence."""
         return _OF_DISC[self]
 
 
@@ -278,7 +287,7 @@ class Samples(ByValue):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Trace(ByValue, Tabular):
-    """All that one run of one method produced. Two are equal if all fields are, arrays to the bit; there is no hash.
+    """All results of one run of one method. Traces are equal if all fields are, arrays to the bit; there is no hash.
 
     Attributes:
         method: Name of the method or engine.
@@ -286,33 +295,38 @@ class Trace(ByValue, Tabular):
         impacts: Structured array of `IMPACT_DTYPE`, in order of reported time.
         final_position_m: Shape ``(n, 2)``, at `end_time_s`.
         final_velocity_m_s: Shape ``(n, 2)``, at `end_time_s`.
-        end_time_s: The scene's duration, or the last impact that was let through.
+        end_time_s: Time at which the run ended: the scene's duration, or an earlier impact.
         outcome: How the run ended.
         dt_s: Step or frame length; 0 where there are no frames.
-        effective_time_s: Shape ``(len(impacts),)``: where the free-flight lines before and after each impact meet; NaN
-            where they do not. None where the method was not sampled and the reported time is the instant itself.
-        state_before: Structured array of `STATE_DTYPE`, one entry an impact: the method's own last state before it.
-            None where the impacts alone tell the whole path, as those of a solver do.
+        effective_time_s: Shape ``(len(impacts),)``: the time at which the free-flight lines before and after each
+            impact meet; NaN if they don't. None if the method has no steps and the reported time is the instant itself.
+        state_before: Structured array of `STATE_DTYPE`, one entry an impact: the method's last state before it. None
+            for a solver, whose path follows from the impacts alone.
         ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant: physics
-            gives them no unique answer, and the order taken is a convention.
-        samples: States for drawing, where requested.
-        profile: Name of the profile, empty where a solver was called directly.
+            gives them no unique answer, and their order is a convention.
+        samples: States for drawing, if requested.
+        profile: Name of the profile, empty if a solver was called directly.
         tried: Settings that replace the profile's own, as requested.
-        settings: The settings really used, read back from the engine where it can be read.
+        settings: The settings that were used, read back from the engine if possible.
         float_bits: Width of the floats that the method declares to compute in, 32 or 64.
-        counts: Work counts: steps, pair tests, predictions and so on.
-        impacts_per_disc: How many impacts each disc had, with discs and walls, shape ``(n,)``, also where the impacts
-            themselves are not kept; None where the method does not count.
+        counts: Work counts: steps, pair tests, predictions and others.
+        impacts_per_disc: Number of impacts of each disc with discs and walls, shape ``(n,)``, also if the impacts
+            themselves are not stored; None if the method does not count them.
         notes: Warnings of the method.
-        spins: Structured array of `SPIN_DTYPE`, one entry an impact; None in a scene in which nothing turns (see
-            `carom.DiscArrays.turns`), and where the method does not tell.
-        edges: Structured array of `EDGE_DTYPE`, one entry an impact: which edge of a finite wall it was on. None in a
-            scene without such walls, and where the method does not tell.
+        spins: Structured array of `SPIN_DTYPE`, one entry an impact. None if nothing turns in the scene (see
+            `carom.DiscArrays.turns`), or if the method does not report spins.
+        edges: Structured array of `EDGE_DTYPE`, one entry an impact: the edge of a finite wall that was hit. None in a
+            scene without finite walls, or if the method does not report edges.
         modes: Structured array of `MODE_DTYPE`, in order of time: when discs begin to slide, roll or rest on a wall,
-            and when they leave it. None where nothing does, and where the method does not report it.
-        final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None as `spins`.
+            and when they leave it. None if no disc does, or if the method does not report modes.
+        final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is.
         local_truth: Comparison of every step with PIC, from the method's own states; None where they were not recorded.
-        looks: States after some of its steps, evenly spaced, of few discs that may come to rest; else None.
+        looks: States of a few discs that may come to rest, after evenly spaced steps; None if there are no such discs.
+
+    Examples:
+        >>> trace = carom.solve_pic("paper/missed")
+        >>> trace.impacts["velocity_first_after"].round(2).tolist()
+        [[2.16, -5.37]]
     """
 
     method: str
@@ -343,12 +357,12 @@ class Trace(ByValue, Tabular):
 
     @property
     def profile_shown(self) -> str:
-        """The profile, with the settings that replace its own."""
+        """The name of the profile, with the settings that were changed."""
         return profile_shown(self.method, self.profile, self.tried)
 
     @property
     def contact_s(self) -> float:
-        """Start of the first lasting contact, by the trace's own modes and end; infinity where there is none."""
+        """Start of the first lasting contact, by the trace's modes and end; infinity if there is none."""
         if self.modes is not None and len(self.modes):
             return float(self.modes["time_s"][0])
         return self.end_time_s if self.outcome.in_contact else math.inf
@@ -363,17 +377,17 @@ class Trace(ByValue, Tabular):
 
 @dataclass(frozen=True, eq=False)
 class Flight(ByValue):
-    """A disc's path between two of its impacts, or modes, by the trace's own velocities; start and end count as such.
+    """A disc's path between two of its impacts or modes, with the trace's velocities. Start and end count as impacts.
 
     Attributes:
         disc: The disc.
-        impact: Index of the impact that ends it; the number of impacts where a mode or the run ends it.
-        begin_s: Start, seconds.
-        end_s: End, seconds.
-        position_m: Position then, shape ``(2,)``.
-        velocity_m_s: Velocity of the disc then, shape ``(2,)``.
-        pull_m_s2: Its acceleration, shape ``(2,)``: gravity, or that of its mode.
-        damping: Damping of the disc.
+        impact: Index of the impact at the path's end; the number of impacts if a mode or the run ends the path.
+        begin_s: Start of the path, seconds.
+        end_s: End of the path, seconds.
+        position_m: Position at the start, shape ``(2,)``.
+        velocity_m_s: Velocity at the start, shape ``(2,)``.
+        pull_m_s2: Acceleration, shape ``(2,)``: gravity, or the acceleration in the disc's mode.
+        damping: Damping of the disc's motion.
     """
 
     disc: int
@@ -412,7 +426,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
 
     def flights_to(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
-        """Yield the flights of a disc up to a time: of a driven one, one a leg; on a table, one to its stop."""
+        """Yield the flights of a disc up to a time: one for each leg of a driven disc, one to the stop on a table."""
         for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
             if leg.begin_s >= end_s:
                 break
@@ -428,7 +442,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         yield flight_of(disc, impact, end_s)
 
     def modes_before(impacts: int) -> Iterator[Flight]:
-        """Carry out the modes that come before there have been more impacts than these."""
+        """Yield the flights that end with a mode, for all modes before the impact with this index."""
         while modes and modes[-1]["impacts"] <= impacts:
             mode = modes.pop()
             disc = int(mode["disc"])
@@ -454,9 +468,9 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
 def kinetic_energy(
     scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
 ) -> float:
-    """Return the kinetic energy of the movable discs, joules; that of turning is part of it where spins are given.
+    """Return the kinetic energy of the movable discs, joules. Rotation is included if spins are given.
 
-    `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has none of turning.
+    `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has no rotational energy.
     """
     arrays = scene.arrays
     mass = np.where(arrays.movable, arrays.mass_kg, 0.0)
@@ -468,10 +482,10 @@ def kinetic_energy(
 
 
 def work_of_driven(trace: Trace) -> NDArray[np.float64]:
-    """Return the work of each impact's driven body on the disc, joules, shape ``(m,)``; 0 where none is driven.
+    """Return the work of each impact's driven body on the disc, joules, shape ``(m,)``; 0 if no body is driven.
 
-    The work is the impulse on the disc times the velocity of the driven surface, with that of a belt or of a driven
-    disc's spin. The change of the kinetic energy is the work less the loss in the impacts.
+    The work is the impulse on the disc times the velocity of the driven surface. A belt's speed or a driven disc's spin
+    is part of this velocity. The change of the kinetic energy is the work minus the loss in the impacts.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     work = np.zeros(len(impacts))
@@ -486,7 +500,7 @@ def work_of_driven(trace: Trace) -> NDArray[np.float64]:
         if start.belts_m_s is not None:
             belts = np.array(start.belts_m_s)[np.maximum(-1 - impacts[other], 0) % len(start.belts_m_s)]
             runs = np.where(impacts[other] < 0, belts, runs)
-        # The surface runs to the left of the normal from the driven body to the disc.
+        # The surface moves to the left of the normal from the driven body to the disc.
         surface = impacts[f"velocity_{other}_before"] + runs[:, None] * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
         change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
         work += mass * np.sum(np.where(at[:, None], change * surface, 0.0), axis=1)

@@ -1,7 +1,7 @@
 """The walls of a scene: half-planes, chains of straight edges and arcs, and circles. Validated and immutable.
 
-Their fields distinguish them: a half-plane has a point and a normal, a chain has points, a circle a radius.
-`docs/theory/walls.md` describes the surface that discs meet.
+A half-plane has a point and a normal, a chain has points, and a circle has a radius. `docs/theory/walls.md` describes
+the surface that discs meet.
 """
 
 from __future__ import annotations
@@ -21,32 +21,32 @@ from carom.support.fields import Direction, Friction, Model, Number, Since, Vect
 from carom.support.formatting import metres, number
 from carom.support.limits import LARGEST, MOST_LEGS, MOST_WALLS, SMALLEST
 
-#: Crossings of one chain that are named.
+#: Most crossings of one chain that a message names.
 _NAMED = 3
 
 
-def _no_bumper(value: Any) -> Any:
+def _refuse_bumper(value: Any) -> Any:
     if isinstance(value, int | float) and not isinstance(value, bool) and value > 1:
         raise ValueError(
-            "must be at most 1: with a bumper, which adds energy at each impact, speeds have no limit that could "
-            "scale errors"
+            "must be at most 1: a bumper adds energy at each impact, so speeds would have no limit that could scale "
+            "errors"
         )
     return value
 
 
 Point = tuple[float, float]
 WallRestitution = Annotated[
-    Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False)] | None, BeforeValidator(_no_bumper)
+    Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False)] | None, BeforeValidator(_refuse_bumper)
 ]
 Width = Friction  # a number, 0 or more
 Radius = Friction
 
 
 class Leg(Model):
-    """Part of a driven body's path with one velocity, from an instant to the start of the next leg.
+    """One leg of a driven body's path: a velocity, up to the start of the next leg.
 
     Attributes:
-        from_s: Begin, seconds since the start; 0 for the first. The body has its velocity from there on.
+        from_s: Start of the leg, seconds since the start of the scene; 0 for the first leg.
         velocity_m_s: Velocity of the body, metres a second.
     """
 
@@ -59,7 +59,7 @@ def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
     if not legs:
         return
     if velocity != (0.0, 0.0):
-        yield Problem(("velocity_m_s",), f"must be left out where there are legs, which contain it, got {velocity}")
+        yield Problem(("velocity_m_s",), f"must be left out if legs contain velocities, got {velocity}")
     if len(legs) > MOST_LEGS:
         yield Problem(("legs",), f"must be {MOST_LEGS:,} at most, got {len(legs):,}")
         return
@@ -73,7 +73,7 @@ def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
 
 
 def drive_of(legs: tuple[Leg, ...], velocity: Point) -> Drive:
-    """Return the path of a body of these legs, or of one velocity where it has none."""
+    """Return the path of a body from its legs or, if it has none, from its one velocity."""
     return Drive.along([(leg.from_s, leg.velocity_m_s) for leg in legs] or [(0.0, velocity)])
 
 
@@ -89,11 +89,11 @@ class _Common(Model):
     surface_speed_m_s: Number = 0.0
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse legs that are no path.
+        """Refuse legs that form no path.
 
         Raises:
-            SceneError: The first does not begin at 0, one does not begin after the one before it, there are too many,
-                or a velocity is also given.
+            SceneError: The first leg does not begin at 0, a leg does not begin after the one before it, there are too
+                many legs, or a velocity is also given.
         """
         if self.legs and (problems := list(leg_problems(self.legs, self.velocity_m_s))):
             raise SceneError(problems)
@@ -115,14 +115,18 @@ class Wall(_Common):
     Attributes:
         point_m: Any point on the wall's surface, metres.
         normal: Direction into the free side, of any length but zero; stored as a unit vector.
-        restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
-        friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
-        velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
-            say at time 0. At (0, 0) it is at rest.
-        legs: The wall is driven along a broken line: the velocity from an instant to the next; instead of
-            `velocity_m_s`.
-        surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
-            side, metres a second; on a line, on either side. It acts through friction alone.
+        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
+        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
+        velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
+            0. A wall with (0, 0) is at rest.
+        legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
+        surface_speed_m_s: Speed of a belt, metres a second: the wall's surface moves to the left of the normal into the
+            free side. A belt acts through friction alone.
+
+    Examples:
+        >>> wall = carom.Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0))
+        >>> wall.normal  # the discs are on its left
+        (-1.0, 0.0)
     """
 
     point_m: Vector
@@ -130,24 +134,29 @@ class Wall(_Common):
 
 
 class Chain(_Common):
-    """A line of straight edges and arcs, which no disc may cross from either side, or all within a width of it.
+    """A line of straight edges and arcs, optionally with a width. No disc may cross it, from either side.
 
     Attributes:
-        points_m: Where the edges begin and end, metres.
-        bulges: Tangent of a quarter of each edge's angle: 0 straight, 1 half of a circle, above 0
-            counterclockwise. Empty for all straight.
+        points_m: Points at which edges begin and end, metres.
+        bulges: Tangent of a quarter of each edge's angle: 0 straight, 1 half of a circle, positive counterclockwise.
+            Empty if all edges are straight.
         closed: Whether an edge runs from the last point to the first.
-        half_width_m: The wall is all points within this of the line, metres: rounded at its ends and corners.
-        solid: Whether the inside of a closed chain is matter, too, so that no disc may begin there.
+        half_width_m: The wall consists of all points within this distance of the line, metres. Ends and corners are
+            therefore round.
+        solid: Whether the inside of a closed chain is also part of the wall, so that no disc may begin there.
         pieces: Number of pieces into which each edge is cut for engines. PIC and PIT ignore it.
-        restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
-        friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
-        velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
-            say at time 0. At (0, 0) it is at rest.
-        legs: The wall is driven along a broken line: the velocity from an instant to the next; instead of
-            `velocity_m_s`.
-        surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
-            side, metres a second; on a line, on either side. It acts through friction alone.
+        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
+        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
+        velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
+            0. A wall with (0, 0) is at rest.
+        legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
+        surface_speed_m_s: Speed of a belt, metres a second: the surface moves to the left of the normal that points to
+            the disc, on either side of the line. A belt acts through friction alone.
+
+    Examples:
+        >>> stair = carom.Chain(points_m=[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)])
+        >>> len(stair.points_m), stair.closed
+        (3, False)
     """
 
     left_out = ("bulges", "closed", "half_width_m", "solid", "pieces", *_Common.left_out)
@@ -160,10 +169,10 @@ class Chain(_Common):
     pieces: Annotated[int, Strict(), Field(ge=1, le=MOST_WALLS)] = 1
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse what is no line, and what crosses or touches itself.
+        """Refuse points that form no line, and a line that crosses or touches itself.
 
         Raises:
-            SceneError: Names the edge, or the two, and where they meet.
+            SceneError: The message names the edge, or the two edges and the point where they meet.
         """
         super().model_post_init(_context)
         if problems := list(_shape_problems(self)) or list(_crossing_problems(self)):
@@ -171,25 +180,29 @@ class Chain(_Common):
 
     @property
     def outline(self) -> Outline:
-        """Its shape."""
+        """The shape of the wall."""
         return _outline(self)
 
 
 class Ring(_Common):
-    """A circle that no disc may cross: a container of those inside, a post for those outside; a point, of radius 0.
+    """A circle that no disc may cross: a container for discs inside, a post for discs outside, a point at radius 0.
 
     Attributes:
-        centre_m: Its centre, metres.
-        radius_m: Its radius, metres, 0 or more.
-        half_width_m: The wall is all points within this of the circle, metres.
-        restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
-        friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
-        velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
-            say at time 0. At (0, 0) it is at rest.
-        legs: The wall is driven along a broken line: the velocity from an instant to the next; instead of
-            `velocity_m_s`.
-        surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
-            side, metres a second; on a line, on either side. It acts through friction alone.
+        centre_m: Centre, metres.
+        radius_m: Radius, metres, 0 or more.
+        half_width_m: The wall consists of all points within this distance of the circle, metres.
+        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
+        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
+        velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
+            0. A wall with (0, 0) is at rest.
+        legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
+        surface_speed_m_s: Speed of a belt, metres a second: the surface moves to the left of the normal that points to
+            the disc, on either side of the circle. A belt acts through friction alone.
+
+    Examples:
+        >>> post = carom.Ring(centre_m=(1.0, 2.0), radius_m=0.5)
+        >>> post.radius_m
+        0.5
     """
 
     left_out = ("half_width_m", *_Common.left_out)
@@ -200,7 +213,7 @@ class Ring(_Common):
 
     @property
     def outline(self) -> Outline:
-        """Its shape."""
+        """The shape of the wall."""
         return Outline((self.centre_m,), (), self.half_width_m, radius=self.radius_m)
 
 
@@ -209,7 +222,7 @@ _TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Rin
 
 
 def kind_of_wall(fields: Iterable[str]) -> type[Wall | Chain | Ring]:
-    """Return the kind of wall that has fields of such names, by default a half-plane."""
+    """Return the kind of wall that has fields with these names; a half-plane by default."""
     return next((kind for name, kind in _TELLING.items() if name in fields), Wall)
 
 
@@ -248,18 +261,18 @@ def _shape_problems(chain: Chain) -> Iterator[Problem]:
     for k, bulge in enumerate(chain.bulges[:edges]):
         chord = math.dist(chain.points_m[k], chain.points_m[(k + 1) % points])
         if bulge and not chord * (1.0 / abs(bulge) + abs(bulge)) / 4.0 <= LARGEST:
-            yield Problem(("bulges", k), f"makes edge {k} an arc of a radius above {metres(LARGEST)}: 0 is straight")
+            yield Problem(("bulges", k), f"makes edge {k} an arc of a radius above {metres(LARGEST)}; 0 is straight")
     if chain.solid and not chain.closed:
         yield Problem(("solid",), "needs closed = true: an open chain has no inside")
     for k in range(edges):
         a, b = chain.points_m[k], chain.points_m[(k + 1) % points]
         place: tuple[str | int, ...] = ("points_m", (k + 1) % points)
         if a == b:
-            yield Problem(place, f"must not be where edge {k} begins, got {a}: it has no length")
+            yield Problem(place, f"must not be where edge {k} begins, got {a}: the edge has no length")
         elif (length := math.dist(a, b)) < SMALLEST:
             yield Problem(
                 place,
-                f"makes edge {k} {metres(length)} long: {metres(SMALLEST)} is the least, as of a radius",
+                f"makes edge {k} {metres(length)} long: the least is {metres(SMALLEST)}, as for a radius",
             )
 
 
@@ -282,9 +295,9 @@ Unit = Callable[[float], float]
 
 
 def with_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
-    """Return a wall with other lengths, speeds and times: functions of each; the shape is not checked again."""
+    """Return a wall with converted lengths, speeds and times, one function for each. The shape is not checked again."""
     changed: dict[str, Any] = {
-        "velocity_m_s": _each(wall.velocity_m_s, speed),
+        "velocity_m_s": _map_point(wall.velocity_m_s, speed),
         "legs": with_speeds(wall.legs, speed, time),
         "surface_speed_m_s": speed(wall.surface_speed_m_s),
     }
@@ -292,19 +305,19 @@ def with_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWal
         changed["half_width_m"] = length(wall.half_width_m)
     if isinstance(wall, Ring):
         changed["radius_m"] = length(wall.radius_m)
-    return _placed(wall, lambda point: _each(point, length)).model_copy(update=changed)
+    return _map_points(wall, lambda point: _map_point(point, length)).model_copy(update=changed)
 
 
 def with_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ...]:
-    """Return legs with other velocities and times: functions of each."""
+    """Return legs with converted velocities and times, one function for each."""
     return tuple(
-        leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _each(leg.velocity_m_s, speed)})
+        leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _map_point(leg.velocity_m_s, speed)})
         for leg in legs
     )
 
 
 def begun_at(body: Any, time_s: float) -> Any:
-    """Return a wall or driven disc with the legs of its path counted from another time, before the start or after."""
+    """Return a wall or driven disc whose legs are counted from another time, before or after the start."""
     if not body.legs:
         return body
     legs = tuple(Leg(from_s=begin_s, velocity_m_s=velocity) for begin_s, velocity in body.drive.begun_at(time_s))
@@ -312,23 +325,23 @@ def begun_at(body: Any, time_s: float) -> Any:
 
 
 def driven_back(wall: AnyWall) -> AnyWall:
-    """Return a wall with the opposite motion and belt: the motion, reversed in time, that leads to its start."""
+    """Return a wall with the opposite motion and belt: the motion until the start, backwards in time."""
     u, v = wall.drive.velocity_at(0.0)
     changed = {"velocity_m_s": (-u, -v), "legs": (), "surface_speed_m_s": -wall.surface_speed_m_s}
     return wall.model_copy(update=changed) if wall.driven or wall.surface_speed_m_s else wall
 
 
 def moved_by(wall: AnyWall, x: float, y: float) -> AnyWall:
-    """Return a wall moved by a vector; the shape is not checked again."""
-    return _placed(wall, lambda point: (point[0] + x, point[1] + y))
+    """Return a wall moved by a vector. The shape is not checked again."""
+    return _map_points(wall, lambda point: (point[0] + x, point[1] + y))
 
 
-def _each(point: Point, of: Unit) -> Point:
+def _map_point(point: Point, of: Unit) -> Point:
     return of(point[0]), of(point[1])
 
 
-def _placed(wall: AnyWall, of: Callable[[Point], Point]) -> AnyWall:
-    """Return a wall with other points: a function of each."""
+def _map_points(wall: AnyWall, of: Callable[[Point], Point]) -> AnyWall:
+    """Return a wall with a function applied to each of its points."""
     if isinstance(wall, Wall):
         return wall.model_copy(update={"point_m": of(wall.point_m)})
     if isinstance(wall, Chain):

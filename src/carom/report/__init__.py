@@ -1,1 +1,1 @@
-"""What the documents of all studies share: blocks, words, marks, figures, records, and how they are shown."""
+"""Documents of all studies: their parts, words, marks, figures and records, and renderers for each medium."""

@@ -1,4 +1,4 @@
-"""Results as pandas data frames, one row per impact or run, with the units in the names of the columns."""
+"""Results as pandas data frames: one row per impact or run, with units in the column names."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def to_pandas(thing: object) -> DataFrame:
 
 
 def _error_name(metric: str) -> str:
-    """Return the name of a metric's column; errors without a unit are relative to the scene's own scales."""
+    """Return the column name of a metric. Errors without a unit are relative to the scene's own scales."""
     name, _, unit = metric.rpartition("_")
     return f"{name}_error_{unit}" if unit in {"s", "rad"} else f"{metric}_error"
 
 
 @singledispatch
 def _columns(thing: object) -> dict[str, Any]:
-    raise TypeError(f"a {type(thing).__name__} is no table")
+    raise TypeError(f"a {type(thing).__name__} can't be converted to a data frame")
 
 
 @_columns.register

@@ -1,7 +1,7 @@
 """Document model of reports, independent of the medium: sections, tables, figures and lines.
 
-The modules of `carom.studies` build documents; `carom.report.render` shows them as HTML, as Markdown and on a
-terminal. What a medium leaves out on purpose is said in the document (`only`), so that nothing else can be missing.
+The modules of `carom.studies` build documents, and `carom.report.render` shows them as HTML, as Markdown and on a
+terminal. A block names the media that show it in `only`; every other block appears in all media.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ EVERYWHERE: Media = frozenset(Medium)
 PAGE: Media = frozenset({Medium.PAGE})
 TERMINAL: Media = frozenset({Medium.TERMINAL})
 DETAIL: Media = frozenset({Medium.DETAIL})
-#: Media that are files, and media with more room than a terminal.
+#: Media that are files.
 ON_PAPER: Media = frozenset({Medium.PAGE, Medium.MARKDOWN})
-#: Media of the evidence: all except the short summary.
+#: Media that show the evidence: all except the short summary.
 IN_FULL: Media = ON_PAPER | DETAIL
 
 
 @dataclass(frozen=True)
 class Share:
-    """A part of a bar: its class on a page, its size, and the sign and style that a terminal draws it with."""
+    """A part of a bar: its CSS class on a page, its size, and its sign and style on a terminal."""
 
     css: str
     size: int
@@ -48,16 +48,16 @@ class Cell:
 
     Attributes:
         text: The text.
-        note: Smaller text next to it: the number behind a word.
+        note: Smaller text next to the text, such as the number behind a word.
         short: Shorter text for a terminal, instead of text and note.
-        title: The full explanation, which a page shows at the pointer.
-        css: Class of the colours on a page.
-        symbol: A sign before the text, so that colour is never the only one.
+        title: The full explanation, which a page shows as a tooltip.
+        css: CSS class for colours on a page.
+        symbol: A sign before the text, so that colour is never the only distinction.
         style: Colours on a terminal.
-        link: Target of the text on a page; empty for none.
-        shares: Parts of a bar below the text; a terminal shows the bar instead of the text.
+        link: Link target of the text on a page; empty for none.
+        shares: Parts of a bar below the text. A terminal shows the bar instead of the text.
         part: Length of a meter below the text, relative to the longest; None for no meter.
-        anchor: Name within a page, as a target of links; empty for none.
+        anchor: Name within a page for links to the cell; empty for none.
         corner: A sign in the corner of the cell on a page; empty for none.
     """
 
@@ -86,7 +86,7 @@ class Column:
 
     Attributes:
         head: The heading.
-        say: Returns the cell for the item of a row.
+        say: Returns the cell of a row's item.
         under: A second line of the heading.
         number: Whether the cells are numbers.
         only: The media that show it.
@@ -104,22 +104,22 @@ class Column:
         return f"{self.head} {self.under}".rstrip()
 
     def cell(self, item: object) -> Cell:
-        """Return its cell in the row of an item."""
+        """Return the column's cell in the row of an item."""
         said = self.say(item)
         return said if isinstance(said, Cell) else Cell(said)
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table; each item is a row, which its first column heads.
+    """A table. Each item is a row, and the first column names it.
 
     Attributes:
         columns: The columns.
         items: The items, one for each row.
-        title: A heading of its own, in addition to the section's.
-        note: Meaning of the columns.
-        folded: The words that open it on a page; empty if it is open from the start.
-        css: Class of the layout on a page.
+        title: The table's own heading, in addition to the section's.
+        note: Explanation of the columns.
+        folded: The label that opens it on a page; empty if it is open from the start.
+        css: CSS class for the layout on a page.
         only: The media that show it.
         packed: Whether a page compresses the rows until the table is opened, because there are many.
     """
@@ -161,7 +161,7 @@ class Lines:
     Attributes:
         items: The sentences.
         only: The media that show it.
-        folded: The words that open it on a page; empty if it is open from the start.
+        folded: The label that opens it on a page; empty if it is open from the start.
     """
 
     items: tuple[str, ...]
@@ -171,7 +171,7 @@ class Lines:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names with their values."""
+    """Pairs of name and value."""
 
     items: tuple[tuple[str, str], ...]
     only: Media = ON_PAPER
@@ -179,7 +179,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Legend:
-    """Meanings of the marks of a table, each with a cell of symbol and word."""
+    """Legend of a table: each mark as a cell of symbol and word, with its meaning."""
 
     items: tuple[tuple[Cell, str], ...]
     only: Media = EVERYWHERE
@@ -198,9 +198,9 @@ class Figure:
     """A drawing, made as SVG when a page needs it.
 
     Attributes:
-        draw: Returns the drawing; with the argument True its form for a phone.
+        draw: Returns the drawing; with the argument True, its version for a phone.
         caption: Sentences below it.
-        title: A heading above it, if neither the drawing nor the section has one.
+        title: A heading above the drawing, if neither the drawing nor the section has one.
     """
 
     draw: Callable[[bool], str]
@@ -210,7 +210,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Figures:
-    """Drawings side by side, or large, one below the other; media without drawings show the tables."""
+    """Drawings: side by side, or large and one below the other. Media without drawings show tables instead."""
 
     items: tuple[Figure, ...]
     large: bool = False
@@ -238,7 +238,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Several pairs of drawings; in Markdown only their captions."""
+    """Several pairs of drawings. Markdown shows only their captions."""
 
     items: tuple[Pair, ...]
     only: Media = ON_PAPER
@@ -246,13 +246,13 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replays:
-    """Data for the replay script of a page, packed when a page needs it: the runs of each scene by name."""
+    """Data for the replay script of a page: the runs of each scene by name. They are packed when a page needs them."""
 
     pack: Callable[[], Iterable[tuple[str, str]]]
     only: Media = PAGE
 
 
-#: What leads to a folded text.
+#: Label that opens a folded text.
 QUESTION = "How is this computed?"
 
 Block = Table | Text | Lines | Facts | Legend | Code | Figures | Pairs | Replays
@@ -265,7 +265,7 @@ class Section:
     Attributes:
         heading: The heading.
         blocks: The content, in order.
-        level: 2, or 3 for a part of the section before it.
+        level: Level of the heading: 2, or 3 for a part of the previous section.
         only: The media that show it.
         short: A shorter heading for the list of sections.
     """
@@ -283,11 +283,11 @@ class Section:
 
 @dataclass(frozen=True)
 class Headline:
-    """The first sentences of a document: the answer to the question of the study.
+    """The first sentences of a document, which answer the study's question.
 
     Attributes:
-        sentence: The answer; a terminal prints it on the first line.
-        more: Further sentences; a terminal prints them last, where they stay visible.
+        sentence: The answer. A terminal prints it on the first line.
+        more: Further sentences. A terminal prints them last, so that they stay visible.
     """
 
     sentence: str
@@ -295,13 +295,13 @@ class Headline:
 
     @classmethod
     def of(cls, sentences: Iterable[str]) -> Headline:
-        """Return a headline of one or more sentences, of which the first is the answer."""
+        """Return a headline from one or more sentences. The first one is the answer."""
         first, *more = sentences
         return cls(first, tuple(more))
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """All of it, in order."""
+        """All sentences in order."""
         return tuple(filter(None, (self.sentence, *self.more)))
 
 
@@ -313,7 +313,7 @@ class Document:
         title: The title.
         answer: The first sentences.
         sections: The sections.
-        about: The method in two sentences, for first-time readers; no terminal shows it.
+        about: The method in two sentences, for first-time readers. A terminal does not show it.
         watch: Link to the replay to watch first; None for none.
     """
 
@@ -329,5 +329,5 @@ class Document:
         return self.answer.sentences
 
     def shown(self, medium: Medium) -> Iterable[Section]:
-        """Return the sections that a medium shows; one without anything to show is left out."""
+        """Return the sections that a medium shows, except for empty ones."""
         return (section for section in self.sections if medium in section.only and section.shown(medium))

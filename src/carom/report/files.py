@@ -1,4 +1,4 @@
-"""Files of reports: their requirements, and JSON of any result."""
+"""Files of reports: format versions, requirements, and conversion of results to JSON."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from carom.errors import MissingExtraError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-#: Format version by kind of file. It increases when a field changes its meaning or is removed, not for a new field.
+#: Format version by kind of file. It increases if a field changes its meaning or is removed, but not for a new field.
 FORMATS = {"results": 2, "bench": 1, "growth": 1, "stress": 2}
 
 
@@ -35,13 +35,13 @@ def require_report_extra() -> None:
 
 
 def packed(data: object) -> str:
-    """Pack data as text that the script of a page unpacks: JSON, gzip, base64."""
+    """Pack data as text for the script of a page: JSON, gzip, base64."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
 
 
 def plain(value: object) -> object:
-    """Convert a result to JSON types: objects and lists, an enum by its name, null for a number that is not finite."""
+    """Convert a result to JSON types. An enum becomes its name, and a number that is not finite becomes null."""
     if isinstance(value, Enum):
         return value.name.lower()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -55,12 +55,12 @@ def plain(value: object) -> object:
 
 
 def fields_of(result: DataclassInstance) -> dict[str, object]:
-    """Return the fields of a result by name, each as it is."""
+    """Return the fields of a result by name, without conversion."""
     return {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
 
 
 def as_json(kind: str, result: DataclassInstance, leave_out: Sequence[str] = (), **content: object) -> str:
-    """Return the text of a strict JSON file: the fields of a result except some, and further content."""
+    """Return the text of a strict JSON file: the fields of a result except `leave_out`, and further content."""
     own = {name: value for name, value in fields_of(result).items() if name not in leave_out}
     fields = plain({"format": FORMATS[kind], **own, **content})
     return json.dumps(fields, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

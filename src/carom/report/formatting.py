@@ -14,7 +14,7 @@ __all__ = ["ABSENT", "instant", "metres", "number", "seconds", "steps"]
 K = TypeVar("K")
 V = TypeVar("V")
 
-#: A step is written 1/n where its inverse is whole to this relative error.
+#: Largest relative error of a step that is written as 1/n.
 WHOLE = 1e-9
 
 
@@ -25,8 +25,13 @@ def step(dt_s: float) -> str:
     return seconds(dt_s)
 
 
+def time_left(left_s: float) -> str:
+    """Format the rest of a budget for a progress line; empty where there is no limit, or it is used up."""
+    return f", at most {left_s:.0f} s left" if 0.5 < left_s < math.inf else ""
+
+
 def step_option(dt_s: float) -> str:
-    """Format a step for a command-line option, exact to the last bit: 1/240 where that is the same number."""
+    """Format a step for a command-line option, exact to the last bit; as 1/240 if that is the same number."""
     whole = round(1.0 / dt_s)
     return f"1/{whole}" if whole and 1.0 / whole == dt_s else repr(dt_s)
 
@@ -38,12 +43,12 @@ def part(share: float) -> str:
 
 
 def percent(share: float) -> str:
-    """Format a share in per cent; absent where it is NaN."""
+    """Format a fraction in per cent; as absent if it is NaN."""
     return ABSENT if math.isnan(share) else f"{number(100.0 * share)} %"
 
 
 def share(part: float) -> str:
-    """Format a share in per cent; empty where it is NaN."""
+    """Format a fraction in per cent; as an empty text if it is NaN."""
     return "" if math.isnan(part) else percent(part)
 
 
@@ -63,7 +68,7 @@ def lost(missed: int, invented: int) -> str:
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
-    """Join words as a list in a sentence: a, b and c."""
+    """Join words as in a sentence: a, b and c."""
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"

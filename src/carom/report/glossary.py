@@ -6,11 +6,11 @@ import difflib
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
+from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.errors import UnknownNameError
 from carom.report.mark import GRADED, Mark
 
-#: Common terms of the field for which reports have another word.
+#: Common terms for which reports use another word.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}
 
 
@@ -19,10 +19,10 @@ class Meaning:
     """A word that a report uses.
 
     Attributes:
-        word: What it is asked for by.
+        word: The word.
         kind: "verdict", "grade" or "mark".
-        sentence: The sentence that a report shows.
-        when: When it says so.
+        sentence: The sentence that a report shows for it.
+        when: The condition under which a report uses it.
     """
 
     word: str
@@ -31,26 +31,26 @@ class Meaning:
     when: str = ""
 
     def __str__(self) -> str:
-        told = f"{self.word} ({self.kind}): {self.sentence}."
-        return f"{told}\n  When: {self.when}." if self.when else told
+        text = f"{self.word} ({self.kind}): {self.sentence}."
+        return f"{text}\n  When: {self.when}." if self.when else text
 
 
 def glossary() -> Iterator[Meaning]:
-    """Yield every word: grades from best to worst, then the other marks of a table, then the verdicts."""
+    """Yield all words: grades from best to worst, then other marks of tables, then verdicts."""
     for mark in Mark:
         grade = GRADED.get(mark)
-        when = "" if grade is None else GRADED_WHEN[grade].replace("*", "")
+        when = "" if grade is None else GRADE_CONDITIONS[grade].replace("*", "")
         yield Meaning(mark.word, "grade" if grade is not None else "mark", mark.meaning, when)
-    for verdict, when in SAID_WHEN.items():
+    for verdict, when in VERDICT_CONDITIONS.items():
         word = verdict.name.lower().replace("_", " ")
         yield Meaning(word, "verdict", verdict.value, when.replace("*", ""))
 
 
 def explained(word: str) -> list[Meaning]:
-    """Return the meanings of a word: of every verdict, grade or mark that has it as its name or sentence.
+    """Return the meanings of a word: of each verdict, grade or mark with this name or sentence.
 
     Raises:
-        UnknownNameError: No report uses the word; the message names the nearest ones.
+        UnknownNameError: No report uses the word. The message names similar words.
     """
     asked = _ALSO.get(_plain(word), _plain(word))
     entries = list(glossary())

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 #: Size of a picture in a notebook.
 SIZE_IN = (7.0, 3.8)
-#: Size of one that a phone shows without scrolling.
+#: Size of a picture that a phone shows without scrolling.
 _NARROW_IN = (3.9, 4.6)
 
 
 def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | None:
-    """Return a picture and the lines below it as HTML; None where the extra `report` is missing."""
+    """Return a picture with lines below as HTML; None if the extra `report` is missing."""
     try:
         require_report_extra()
     except MissingExtraError:
@@ -31,7 +31,7 @@ def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | 
 def picture(
     draw: Callable[[Axes], None], title: str, size_in: tuple[float, float] = SIZE_IN, *, narrow: bool = False
 ) -> str:
-    """Return what is drawn on axes of their own as SVG; a narrow one fits a phone.
+    """Draw on new axes and return the picture as SVG. A narrow one fits a phone.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
@@ -44,7 +44,7 @@ def picture(
 
 
 def axes_of(ax: Axes | None, size_in: tuple[float, float] = SIZE_IN) -> Axes:
-    """Return the axes to draw on: new ones where none are given.
+    """Return the given axes, or new ones.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.

@@ -22,7 +22,7 @@ _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff
 def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
     """Return one test case per cell, and one suite per engine and profile.
 
-    A case fails where its grade is `fail_on` or worse; None: no grade fails.
+    A case fails if its grade is `fail_on` or worse. With None, no grade fails.
     """
     suites: dict[Method, list[Row]] = {}
     for row in results.rows:
@@ -39,7 +39,7 @@ def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
 
 
 def _kind(row: Row, fail_on: Grade | None) -> str:
-    """Return JUnit's word for the outcome of a row; empty where it passes."""
+    """Return JUnit's element for the outcome of a row; an empty text if it passes."""
     if fail_on is not None and violates(row, fail_on):
         return "failure"
     mark = mark_of(row)

@@ -1,4 +1,4 @@
-"""Lists of engines, scenes and groups of scenes; and the description of one engine."""
+"""Lists of engines, scenes and groups of scenes, and the description of one engine."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
 
 def _engine_row(info: EngineInfo, able: Capabilities) -> tuple[str, ...]:
     version = info.version or "unavailable"
-    # What an adapter declares in general is what `tuned` can do.
+    # The adapter's general declaration is that of `tuned`.
     kinds = {"tuned": able, **info.own}
     swept = ", ".join(name for name, one in kinds.items() if one.continuous_detection) or "no"
     return (
@@ -41,7 +41,7 @@ def _engine_row(info: EngineInfo, able: Capabilities) -> tuple[str, ...]:
     )
 
 
-#: What the scenes of each group show.
+#: Topic of each group of scenes.
 _GROUPS = {
     "paper": "scenes of the paper behind PIC and PIT",
     "classics": "textbook collisions with known answers",
@@ -56,7 +56,7 @@ _GROUPS = {
 
 
 def group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
-    """Return a table of groups with their number of scenes, and how to list more."""
+    """Return a table of groups with their numbers of scenes, and the commands that list scenes."""
     counts = Counter(entry.group for entry in entries)
     rows = [("group", "scenes", "content"), *((name, str(n), _GROUPS.get(name, "")) for name, n in counts.items())]
     return [
@@ -67,8 +67,8 @@ def group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
 
 
 def scene_lines(entries: Sequence[CatalogueScene]) -> list[str]:
-    """Return a table of scenes; what a scene shows is the last column, because a terminal may cut it."""
-    rows = [("name", "discs", "impacts", "what it shows")]
+    """Return a table of scenes. The topic is the last column, because a terminal may cut it."""
+    rows = [("name", "discs", "impacts", "topic")]
     for entry in entries:
         count = entry.known.count
         rows.append((entry.name, str(len(entry.scene.discs)), "" if count is None else str(count), entry.shows))
@@ -87,7 +87,7 @@ def _aligned(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = ()) -> 
 
 
 def engine_page(info: EngineInfo) -> Document:
-    """Return everything that an adapter declares about its engine, and its reported bugs."""
+    """Return a document of everything that an adapter declares about its engine, and of the engine's reported bugs."""
     sections = [Section(info.name, (Facts(tuple(_facts(info)), only=EVERYWHERE),))]
     if info.profiles:
         table = Table(
@@ -102,7 +102,7 @@ def engine_page(info: EngineInfo) -> Document:
         knobs = Table(
             (Column("knob", lambda item: item[0]), Column("range", lambda item: _range(item[1]))),
             list(info.knobs.items()),
-            note=f"To search them: carom tune {info.name}.",
+            note=f"To search these settings: carom tune {info.name}.",
         )
         sections.append(Section("Knobs", (knobs,)))
     if info.capabilities is not None:
@@ -132,7 +132,7 @@ def _facts(info: EngineInfo) -> Iterator[tuple[str, str]]:
         yield "settings to paste", f"carom engines {info.name} --show tuned"
 
 
-#: What a value of `Capabilities` is called, and its unit; what is not here needs no word.
+#: Name and unit of values of `Capabilities`. Other values are shown under their own names.
 _SAID = {
     "walls": ("walls", ""),
     "segments": ("walls of straight edges", ""),
@@ -159,8 +159,8 @@ _SAID = {
     "stamp": ("contact time stamp", ""),
     "max_speed_m_s": ("greatest speed", " m/s"),
     "max_spin_rad_s": ("greatest spin", " rad/s"),
-    "max_move_m": ("greatest move a step", " m"),
-    "max_turn_rad": ("greatest turn a step", " rad"),
+    "max_move_m": ("greatest displacement per step", " m"),
+    "max_turn_rad": ("greatest rotation per step", " rad"),
     "min_radius_m": ("least radius", " m"),
     "max_radius_m": ("greatest radius", " m"),
     "min_mass_kg": ("least mass", " kg"),
@@ -174,7 +174,7 @@ _SAID = {
 
 
 def _capabilities(kinds: Mapping[str, Capabilities]) -> Section:
-    """Return the capabilities of an engine, and of each profile that differs; infinite limits are left out."""
+    """Return the capabilities of an engine and of each profile that differs, without infinite limits."""
     rows = []
     for name, (word, unit) in _SAID.items():
         values = [getattr(able, name) for able in kinds.values()]
@@ -215,6 +215,6 @@ def _hazards(info: EngineInfo) -> Section:
         columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.reported))
         note = f"To check your version: carom run SCENE -e {info.name}."
         blocks.append(Table(columns, found, note=note))
-    measured = "Measured over many starts: docs/results/hazards.md."
+    measured = "Results over many starts: docs/results/hazards.md."
     blocks.append(Lines((measured,) if found else (f"No bug report in the catalogue. {measured}",)))
     return Section("Known hazards", tuple(blocks))

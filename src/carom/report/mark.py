@@ -1,4 +1,4 @@
-"""Marks of the outcomes of runs: word, symbol, colours and a definition of one line each."""
+"""Marks of the outcomes of runs: each has a word, a symbol, a colour and a one-line definition."""
 
 from __future__ import annotations
 
@@ -11,17 +11,27 @@ from carom.report.document import Cell
 
 
 class Mark(Enum):
-    """The outcome of a cell. Each mark has its own symbol, so that colour is never the only sign."""
+    """The outcome of a cell. Each mark has its own symbol, so that colour is never the only distinction."""
 
-    EXACT = ("exact", "✓", "equal to PIC, up to rounding", "green")
-    EXACT_32 = ("exact (float32)", "✓", "equal to PIC, up to the rounding of 32-bit floats", "green")
-    CLOSE = ("close", "≃", "every impact found, with at most a hundredth of PIT's largest error", "green")
-    SAMPLED = ("sampled", "≈", "every impact found, with no more error than PIT has at the same step", "cyan")
-    INACCURATE = ("inaccurate", "▲", "every impact found, but early or with more error than PIT", "yellow")
-    PARTED = ("parted", "↗", "the trajectory left PIC's; each of its steps is as accurate as PIT's", "yellow")
-    PARTED_INACCURATE = ("parted inaccurate", "⇗", "the trajectory left PIC's; a step is worse than PIT's", "red")
-    WRONG = ("wrong", "✗", "an impact missed, invented or out of order, or a run that ends differently", "bold red")
-    UNGRADED = ("not graded", "○", "no unique answer, or no impact to grade", "dim")
+    EXACT = ("exact", "✓", "equal to PIC except for rounding", "green")
+    EXACT_32 = ("exact (float32)", "✓", "equal to PIC except for rounding of 32-bit floats", "green")
+    CLOSE = ("close", "≃", "finds every impact, with at most a hundredth of PIT's largest error", "green")
+    SAMPLED = ("sampled", "≈", "finds every impact, with no larger errors than PIT can have at the same step", "cyan")
+    INACCURATE = (
+        "inaccurate",
+        "▲",
+        "early, with larger errors than PIT can have, or in contradiction with itself",
+        "yellow",
+    )
+    PARTED = ("parted", "↗", "the trajectory diverged from PIC's, but each step is as accurate as PIT's", "yellow")
+    PARTED_INACCURATE = (
+        "parted inaccurate",
+        "⇗",
+        "the trajectory diverged from PIC's, and a step is worse than PIT's",
+        "red",
+    )
+    WRONG = ("wrong", "✗", "misses or invents an impact, has impacts out of order, or ends differently", "bold red")
+    UNGRADED = ("not graded", "○", "the scene has no unique answer, or no impact to grade", "dim")
     UNSCORED = ("not scored", "?", "PIC can't solve the scene, so there is no reference", "dim")
     UNSUPPORTED = ("unsupported", "∅", "the scene needs a feature that the engine does not have", "dim")
     UNAVAILABLE = ("unavailable", "∅", "the engine is not installed", "dim")
@@ -48,17 +58,17 @@ class Mark(Enum):
 
     @property
     def cell(self) -> Cell:
-        """A table cell with the word, and with the meaning at the pointer."""
+        """A table cell with the word, and with the meaning as a tooltip."""
         return Cell(self.word, title=self.sentence, css=self.css, symbol=self.symbol, style=self.style)
 
     @property
     def rank(self) -> int | None:
-        """The place of a grade, from exact, 0, to wrong, 6; None for other marks."""
+        """The rank of a grade, from 0 (exact) to 6 (wrong); None for other marks."""
         return _RANKS.get(self)
 
     @property
     def ran(self) -> bool:
-        """Whether the engine gave an answer that was compared with the reference."""
+        """Whether the engine returned a result that was compared with the reference."""
         return self in GRADED
 
 
@@ -69,12 +79,12 @@ GRADED = {mark: grade for grade, mark in _OF_GRADE.items()} | {Mark.EXACT_32: Gr
 _RANKS = {mark: list(Grade).index(grade) for mark, grade in GRADED.items() if grade is not Grade.UNGRADED}
 #: Marks of runs without the errors of checking once per step.
 RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
-#: Marks of runs in which the engine returned no complete answer.
+#: Marks of runs in which the engine returned no complete result.
 BROKEN = frozenset({Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED})
 
 
 def mark_of(row: Row | None) -> Mark:
-    """Return the mark of a row; None is a cell without a planned row."""
+    """Return the mark of a row, or of a cell without a planned row (None)."""
     if row is None:
         return Mark.ABSENT
     return parse_mark(row.status, row.grade, row.score.float_bits if row.score else None)
@@ -88,5 +98,5 @@ def parse_mark(status: Status, grade: Grade | None, float_bits: int | None) -> M
 
 
 def mark_of_grade(grade: Grade, float_bits: int) -> Mark:
-    """Return the mark of a grade; *exact* has a mark for each width of floats."""
+    """Return the mark of a grade. *Exact* has a mark for each width of floats."""
     return Mark.EXACT_32 if grade is Grade.EXACT and float_bits == 32 else _OF_GRADE[grade]

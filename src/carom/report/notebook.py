@@ -1,4 +1,4 @@
-"""HTML of results for notebooks, and the drawings of `plot`."""
+"""HTML of results for notebooks, and drawings by `plot`."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from carom.report.mark import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_trace, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE
 from carom.solvers.certified.result import CertifiedTrace
+from carom.support.checks import instance
 from carom.support.limits import MOST_DISCS_DRAWN
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 _SIZE_IN = (5.0, 3.6)
 #: Largest number of impacts for a picture in a notebook's cell; `plot` has no limit.
 _MOST_IMPACTS_DRAWN = 1000
-#: Colours of the bars: green, light blue, blue, ochre, plum, violet, red; all others grey.
+#: Colours of bars: green, light blue, blue, ochre, plum, violet, red. All others are grey.
 _COLOUR = {
     Mark.EXACT: SERIES[0],
     Mark.CLOSE: "#3f8fc4",
@@ -45,9 +46,9 @@ _OTHER = SERIES[7]
 
 
 def html_of(thing: object) -> str | None:
-    """Return a result as HTML: its lines, and its picture where it has one; None where the extra `report` is missing.
+    """Return a result as HTML: its lines, and its picture if it has one; None if the extra `report` is missing.
 
-    Names are escaped, and nothing in it is a script.
+    Names are escaped, and the HTML contains no script.
     """
     try:
         require_report_extra()
@@ -64,7 +65,7 @@ def html_of(thing: object) -> str | None:
 
 
 def plot(thing: object, axes: Axes | None = None) -> Axes:
-    """Draw a scene, a trace or results on axes, on new ones of pyplot's where none are given, and return the axes.
+    """Draw a scene, a trace or results on the given axes, or on new ones of pyplot, and return the axes.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
@@ -76,19 +77,26 @@ def plot(thing: object, axes: Axes | None = None) -> Axes:
 
 
 def plot_beside(*traces: Trace) -> list[Axes]:
-    """Draw traces of one scene next to each other, to one scale, on axes of a new figure, and return these.
+    """Draw traces of one scene next to each other on a new figure, to one scale, and return its axes.
 
     Args:
-        traces: At least one. Parts far outside the picture of the first are cut off.
+        traces: At least one trace. Parts far outside the picture of the first trace are cut off.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
-        InputError: There is no trace, or two are of different scenes, or a number of one is NaN or infinite.
+        InputError: There is no trace, two traces are of different scenes, or a number of one is NaN or infinite.
+
+    Examples:
+        >>> reference = carom.solve_pic("paper/missed")
+        >>> left, right = carom.plot_beside(reference, carom.solve_pit(reference.scene))
+        >>> left.get_title(), right.get_title()
+        ('pic', 'pit')
     """
     require_report_extra()
-    if not traces or not all(isinstance(trace, Trace) for trace in traces):
+    if not traces:
         raise InputError("plot_beside needs at least one trace")
-    for trace in traces:
+    for k, trace in enumerate(traces):
+        instance(f"traces[{k}]", trace, Trace)
         if trace.scene != traces[0].scene:
             raise InputError(f"the traces belong to two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
         if broken := find_non_finite(trace):
@@ -108,7 +116,7 @@ def plot_beside(*traces: Trace) -> list[Axes]:
 
 @singledispatch
 def _draw(thing: object, _axes: Axes) -> None:
-    raise TypeError(f"a {type(thing).__name__} has no picture")
+    raise TypeError(f"a {type(thing).__name__} can't be drawn")
 
 
 @_draw.register(Scene)
@@ -133,7 +141,7 @@ def _(thing: CertifiedTrace, axes: Axes) -> None:
 
 @_draw.register(Results)
 def _(thing: Results, axes: Axes) -> None:
-    """Draw one bar per method with its number of runs by mark, the best on the left."""
+    """Draw one bar per method with its number of runs by mark. The best mark is on the left."""
     marks = [mark_of(row) for row in thing.rows]
     methods = list(dict.fromkeys(row.job.method.name for row in thing.rows))
     ended = dict.fromkeys(methods, 0)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from carom.model.trace import Trace
 from carom.report.tracks import Track, Turning, reference_tracks, turnings
 
-#: The chord of a 24th of a parabola leaves it by 1/576 of its sagitta: less than a line's width in any picture.
+#: Number of straight pieces of a parabola. Each differs from the parabola by 1/576 of its height at most, which is less
+#: than a line's width in any picture.
 _PIECES_OF_A_PARABOLA = 24
 
 
@@ -30,10 +31,10 @@ class Paths:
 
     Attributes:
         lines: For each disc its times and centres, shapes ``(k,)`` and ``(k, 2)``.
-        stands: Each disc at each of its impacts.
-        frame_positions: Centres at the steps looked at, shape ``(k, n, 2)``; None where the trace has no steps.
+        stands: Each disc at the instant of each of its impacts.
+        frame_positions: Centres at the recorded steps, shape ``(k, n, 2)``; None if the trace has no steps.
         frame_times: The times of these steps.
-        turned: How each disc turns; empty where nothing does.
+        turned: Rotation of each disc; empty if no disc turns.
     """
 
     lines: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...]
@@ -55,9 +56,9 @@ class Paths:
 
 
 def exact_paths(trace: Trace) -> Paths:
-    """Return the free flights from impact to impact, by the trace's own velocities: exact for a trace without steps.
+    """Return free flights from impact to impact by the trace's own velocities: exact for a trace without steps.
 
-    A free flight is straight without gravity, and a parabola with it, drawn as a chain of short lines.
+    A free flight is straight without gravity. With gravity it is a parabola, drawn as a chain of short lines.
     """
     tracks = reference_tracks(trace)
     turns = _turns(trace, trace.impacts["time_s"])
@@ -79,11 +80,11 @@ def _turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int, flo
 
 
 def observed_paths(trace: Trace) -> Paths:
-    """Return lines through the sampled states, with the impacts where the paths turned; exact ones without samples."""
+    """Return lines through the sampled states, with impacts where the paths turned; without samples, exact paths."""
     samples = trace.samples
     if samples is None or not len(samples.time_s):
         return exact_paths(trace)
-    # The last step may reach beyond the scene's end; the final state is that at the end.
+    # The last step may reach beyond the scene's end, at which the final state is taken.
     inside = samples.time_s < trace.end_time_s
     times = np.append(samples.time_s[inside], trace.end_time_s)
     positions = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
@@ -97,6 +98,6 @@ def observed_paths(trace: Trace) -> Paths:
 
 
 def extent_of(trace: Trace) -> float:
-    """Return the larger side of the box round all that a trace's discs cover, metres."""
+    """Return the larger side of the bounding box of a trace's discs, metres."""
     low, high = exact_paths(trace).bounds()
     return float(np.max(high - low)) + 2.0 * max(disc.radius_m for disc in trace.scene.discs)

@@ -1,4 +1,4 @@
-"""Pictures of runs next to their references: the paths of the discs with their impacts."""
+"""Pictures of runs next to their references: the paths of the discs, and their impacts."""
 
 from __future__ import annotations
 
@@ -28,34 +28,35 @@ if TYPE_CHECKING:
 Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 _WIDTH_IN = 3.3
-#: A picture is no flatter and no taller than this, in parts of its width; then there is empty room next to the scene.
+#: Smallest and largest height of a picture, as a fraction of its width. Empty room fills the rest.
 _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
-#: An engine that throws discs out of the picture must not shrink the scene to a dot: this many extents are shown.
+#: Largest size of a picture in extents of the reference. An engine may throw discs far away, and the scene must not
+#: shrink to a dot.
 _WIDEST = 1.6
-#: Largest number of impacts that are drawn as circles; more would hide the paths, so they are drawn as dots.
+#: Largest number of impacts that are drawn as circles. More circles would hide the paths, so they are drawn as dots.
 _MOST_STANDS = 8
-#: Largest number of frames that are drawn as dots; more would merge into a line.
+#: Largest number of frames that are drawn as dots. More dots would merge into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
-#: Straight parts that an arc is drawn in, for a whole turn: then it is off by 1/2000 of its radius.
+#: Number of straight parts for a whole circle. They differ from it by 1/2000 of its radius.
 ARC_PARTS = 100
 
-#: How strongly a driven body is drawn where it ends.
+#: Opacity of a driven body at its final position.
 _GONE = 0.3
 
-#: What nothing moves: walls and immovable discs.
+#: Style of walls and immovable discs.
 _SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
 
 
 def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> tuple[str, str]:
-    """Return a run next to its reference, as SVG and to one scale.
+    """Draw a run next to its reference, to one scale, and return both pictures as SVG.
 
     Args:
-        reference: What must happen.
+        reference: The reference trace.
         observed: The run.
-        missed: Which impacts of the reference it missed.
-        labels: The drawings' accessible names.
+        missed: The impacts of the reference that the run missed.
+        labels: Accessible names of the drawings.
     """
     scene, right, found = reference.scene, exact_paths(reference), observed_paths(observed)
     axis, limits = _line_of_motion(right, scene), limits_of(scene, right, found)
@@ -73,12 +74,12 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
 
 
 def draw_trace(axes: Axes, trace: Trace) -> None:
-    """Draw the paths, impacts and walls of a trace: in the plane, or against time for motion along a line."""
+    """Draw the paths, impacts and walls of a trace: in the plane, or against time if all motion is along a line."""
     draw_traces([axes], [trace])
 
 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
-    """Draw traces of one scene, each on axes of its own, to one scale; all against time where the first is in line."""
+    """Draw traces of one scene on an axes each, to one scale; against time if the first moves along a line."""
     scene, paths = traces[0].scene, [observed_paths(trace) for trace in traces]
     corners = [limits_of(scene, paths[0], other) for other in paths]
     limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
@@ -93,7 +94,7 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
 
 
 def draw_start(axes: Axes, scene: Scene) -> None:
-    """Draw the discs and walls of a scene at the start, with the velocities as arrows."""
+    """Draw the discs and walls of a scene at the start, with velocities as arrows."""
     start = scene.arrays
     paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m), ())
     draw_walls(axes, scene, limits_of(scene, paths, paths))
@@ -103,7 +104,7 @@ def draw_start(axes: Axes, scene: Scene) -> None:
 
 
 def _line_of_motion(paths: Paths, scene: Scene) -> int | None:
-    """Return the axis along which everything moves; None where the motion, or a wall's shape, is in the plane."""
+    """Return the axis along which everything moves; None if the motion or a wall needs the plane."""
     if not all(isinstance(wall, Wall) for wall in scene.walls):
         return None
     movable = [k for k, disc in enumerate(scene.discs) if not disc.immovable]
@@ -115,7 +116,7 @@ def _line_of_motion(paths: Paths, scene: Scene) -> int | None:
 
 
 def limits_of(scene: Scene, reference: Paths, observed: Paths) -> Limits:
-    """Return the lower left and the upper right corner of what is shown, metres."""
+    """Return the lower left and the upper right corner of the shown region, metres."""
     radius = max(disc.radius_m for disc in scene.discs)
     low, high = reference.bounds()
     low, high = low - radius, high + radius
@@ -167,7 +168,7 @@ def _in_the_plane(
         figure = new_figure(_WIDTH_IN, _WIDTH_IN * aspect)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
-        # One scale on both axes: the side with room to spare shows more of the plane.
+        # With one scale on both axes, the longer side of the picture shows more of the plane.
         spare = np.array([max(height / aspect - width, 0.0), max(width * aspect - height, 0.0)]) / 2.0
         low, high = low - spare, high + spare
         draw_walls(axes, scene, (low, high))
@@ -190,7 +191,7 @@ def _draw_paths(
         axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
 
     def mark(disc: int, centre: NDArray[np.float64], time_s: float) -> None:
-        """Draw the mark on a disc that turns: a line out to its rim."""
+        """Draw a line from a turning disc's centre to its rim."""
         if not paths.turned or not np.isfinite(centre).all():
             return
         angle = paths.turned[disc].at(time_s)
@@ -251,9 +252,9 @@ def _number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
 
 
 def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
-    """Set the limits of a picture, to one scale, and draw the walls in it; return the artists of each.
+    """Set the limits of a picture, to one scale, draw its walls, and return the artists of each wall.
 
-    Walls are drawn at their start, and driven walls also faintly at their end, if `ends` is true.
+    Walls are drawn at their initial position. With `ends`, driven walls are also drawn faintly at their final position.
     """
     low, high = limits
     axes.set_xlim(low[0], high[0])
@@ -268,7 +269,7 @@ def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -
 
 
 def _drawn(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[Artist]:
-    """Draw a wall, and yield what it is drawn by."""
+    """Draw a wall, and yield its artists."""
     from matplotlib.patches import Polygon
 
     if not isinstance(wall, Wall):
@@ -278,7 +279,7 @@ def _drawn(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[
     reach = 4.0 * float(np.max(high - low))  # beyond the picture's edge on every side
     normal = np.array(wall.normal)
     along = np.array([-normal[1], normal[0]])
-    # From the foot of the picture's middle, so that a wall point far away still yields a strip across the picture.
+    # Use the wall's point nearest to the picture's middle, because the given point may be far away.
     middle = (low + high) / 2.0
     foot = middle + normal * float((np.array(wall.point_m) - middle) @ normal)
     corners = [
@@ -291,7 +292,7 @@ def _drawn(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[
 
 
 def _drawn_outline(axes: Axes, outline: Outline, alpha: float) -> Iterator[Artist]:
-    """Draw the line of a finite wall, and all within its half width."""
+    """Draw a finite wall: its line, and the area within its half width."""
     from matplotlib.patches import Circle, Polygon
 
     faint: dict[str, Any] = {} if alpha == 1.0 else {"alpha": alpha}
@@ -319,7 +320,7 @@ def _over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, label: str
 
 
 def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: Limits) -> None:
-    """Draw position along the line against time: each disc a band as wide as itself, so that touching is seen."""
+    """Draw position along the line against time. Each disc is a band of its own width, so that touching is visible."""
     from matplotlib.ticker import MaxNLocator
 
     low, high = limits[0][axis], limits[1][axis]
@@ -334,7 +335,7 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
         axes.plot(along, times, color=colour, linewidth=1.2)
         _number(axes, k, np.array([along[0], 0.0]))
     for wall in scene.half_planes():
-        if abs(wall.normal[axis]) > math.sqrt(0.5):  # it is across the line of motion
+        if abs(wall.normal[axis]) > math.sqrt(0.5):  # the wall is across the line of motion
             end = low if wall.normal[axis] > 0 else high
             begin = wall.point_m[axis]
             if wall.driven:

@@ -16,7 +16,7 @@ def making(here: Environment, command: str, elapsed_s: float) -> Iterator[Sectio
 
 
 def stamp_lines(here: Environment, command: str) -> tuple[str, ...]:
-    """Return the same facts in a few lines, for the foot of a diagram in its own file."""
+    """Return machine, versions and command in a few lines, for the foot of a diagram in its own file."""
     facts = [value for _, value in _facts(here)]
     return ("; ".join(facts[:3]), "; ".join(facts[3:]), command)
 

@@ -1,4 +1,4 @@
-"""Lines of results.jsonl: their types, for writing and reading."""
+"""Types of the lines of results.jsonl, for writing and reading."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Step = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
 
 @dataclass(frozen=True)
 class SceneLine:
-    """What is the same for all cells of a scene."""
+    """Values that are the same for all cells of a scene."""
 
     expected: int
     horizon_s: float | None
@@ -35,13 +35,14 @@ class SceneLine:
 
 @dataclass(frozen=True)
 class Summary:
-    """The first line: what is the same for all cells.
+    """The first line of the file: values that are the same for all cells.
 
     Attributes:
-        rows: How many lines follow.
-        verdicts: What each verdict means, by its name: a file may have others than this Carom.
-        scenes: By the scene's name.
-        sampling: PIT's errors at each step of each scene, which every cell there is compared with.
+        rows: Number of the following lines.
+        verdicts: Meaning of each verdict by name, because a file may have other verdicts than this version.
+        scenes: Values of each scene by name.
+        sampling: PIT's errors at each step of each scene. Every cell with the same scene and step is compared with
+            them.
     """
 
     format: int
@@ -54,17 +55,17 @@ class Summary:
     sampling: tuple[Mapping[str, str | int | float | None], ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class VerdictLine:
-    """A verdict by its name, and the numbers that it was derived from, as a sentence."""
+    """A verdict by name, and its reason as a sentence with numbers."""
 
     verdict: str
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Taken:
-    """Which of the outcomes that a scene without a unique answer admits a run took."""
+    """The outcome that a run took, if the scene has no unique answer."""
 
     admissible: tuple[str, ...]
     nearest: int | None
@@ -72,17 +73,19 @@ class Taken:
     matches: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class RowLine:
-    """Every other line: one cell, a scene on a method at a step. What was not run has null for what is of a run.
+    """Every other line of the file: one cell, which is a scene, a method and a step.
+
+    Without a run, the run's values are null.
 
     Attributes:
-        tried: Settings instead of the profile's own.
-        reason: Why there is no score, or what the verdicts say; empty if it ran.
-        matched: How many impacts were found; `missed`, `spurious` and `undecided` are indices.
+        tried: Settings that replace the profile's own.
+        reason: Why there is no score; empty if the run has one.
+        matched: Number of found impacts. In contrast, `missed`, `spurious` and `undecided` are indices.
         price_paid: Velocity error over PIT's; "inf" if PIT has none.
-        local: Median and worst of the local errors, by kind; a kind that no impact has is left out.
-        counts: What the method counted of its own work.
+        local: Median and worst of the local errors, by kind, without kinds that no impact has.
+        counts: Work counters that the method reports.
     """
 
     scene: str

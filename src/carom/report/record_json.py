@@ -1,6 +1,6 @@
-"""Lines of results.jsonl as JSON: written, read, and their JSON Schema.
+"""Lines of results.jsonl as JSON: writing, reading, and their JSON Schema.
 
-In JSON a number that is NaN or infinite is null, and null is read as NaN where there must be a number; an enum is its
+JSON has null for a number that is NaN or infinite. Null is read as NaN if the field must be a number. An enum is its
 name in lower case.
 """
 
@@ -15,7 +15,7 @@ from enum import Enum
 from functools import cache
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Union, cast, get_args, get_origin, get_type_hints
 
 from pydantic import (
     AllowInfNan,
@@ -35,54 +35,71 @@ from carom.comparator import Grade, LocalScore
 from carom.errors import InputError
 from carom.report.files import FORMATS
 from carom.report.record import RowLine, Summary
-from carom.support.escaping import shortened
+from carom.support.escaping import shortened, shown
 
-#: Parts of a score that are about spins: they are written only if a disc of the scene spins.
+#: Fields of a score for spins. They are written only if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
-#: Parts of a timing that files of earlier versions do not have; they are not written where absent.
+#: Fields of a timing that files of earlier versions lack. They are not written if absent.
 _LATER = frozenset({"ends"})
 
 
 def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
-    """Return a line as strict JSON without its end; `spins` includes the fields of spins."""
+    """Return a line as strict JSON without line break. With `spins`, it includes the fields of spins."""
     parts = ("total", "against_pit", "consistency")
     leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
-    kind: Any = type(line)  # mypy holds that a class whose objects have no hash has none
+    kind: Any = type(line)  # for mypy, a class whose objects have no hash has none itself
     return _JSON(_form(kind).dump_python(line, mode="json", exclude=leave_out or None))
 
 
 _JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
 
-L = TypeVar("L", Summary, RowLine)
 
-
-def read_line(kind: type[L], fields: Mapping[str, object], path: Path, number: int) -> L:
-    """Parse a line of a file; a field that may be null may be missing.
+def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
+    """Parse the first line of a file.
 
     Raises:
-        InputError: A field is missing or of another type: the message names file, line and field.
+        InputError: A field is missing or has a wrong type. The message names file, line and field.
     """
-    form: TypeAdapter[L] = _form(cast("Any", kind))
     try:
-        return form.validate_python(fields)
+        return cast("Summary", _form(Summary).validate_python(fields))
     except ValidationError as error:
-        first = error.errors()[0]
-        # The kinds of a union that were tried are no fields of the file.
-        where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
-        said = f"{first['msg'].removeprefix('Value error, ')}, got {shortened(repr(first['input']))}"
-        raise InputError(
-            f"{path}, line {number}: {shortened(where) or 'the line'}: {said}",
-            hints=["`carom diff --schema` says what a line holds", "run the cross-check again"],
-        ) from None
+        raise _refusal(error, path, 1) from None
+
+
+def read_row(text: bytes, path: Path, number: int) -> RowLine:
+    """Parse another line of a file. A field that may be null may also be missing.
+
+    Raises:
+        InputError: It is not JSON, or a field is missing or has a wrong type. The message names file, line and field.
+    """
+    try:
+        return cast("RowLine", _form(cast("Any", RowLine)).validate_json(text))
+    except ValidationError as error:
+        raise _refusal(error, path, number) from None
+
+
+def _refusal(error: ValidationError, path: Path, number: int) -> InputError:
+    first = error.errors()[0]
+    # Names of union members are not fields of the file.
+    where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
+    said = (
+        f"{shortened(where) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got {shown(first['input'])}"
+    )
+    if first["type"] == "json_invalid":
+        said = f"invalid JSON ({first['ctx']['error']})"
+    return InputError(
+        f"{path}, line {number}: {said}",
+        hints=["`carom diff --schema` prints the schema of a line", "run the cross-check again"],
+    )
 
 
 def records_schema() -> dict[str, Any]:
     """Return the JSON Schema of a line (the one published as ``carom/results.schema.json``)."""
     schema = TypeAdapter(_written(Summary | RowLine)).json_schema(mode="serialization", schema_generator=_Described)
-    parts: dict[str, Any] = {"Number": {**_NULLABLE, "description": "null: NaN or infinite, or there is none."}}
+    parts: dict[str, Any] = {"Number": {**_NULLABLE, "description": "null: NaN, infinite or absent."}}
     either = _named(schema, parts)
     parts["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}
     return {
@@ -94,7 +111,7 @@ def records_schema() -> dict[str, Any]:
 
 
 def _named(schema: Any, parts: dict[str, Any]) -> Any:
-    """Return a schema in which each named part occurs once, in `parts`."""
+    """Return a schema in which references replace named parts, and add these to `parts`."""
     if isinstance(schema, list):
         return [_named(item, parts) for item in schema]
     if not isinstance(schema, dict):
@@ -111,7 +128,7 @@ def _named(schema: Any, parts: dict[str, Any]) -> Any:
 
 
 class _Described(GenerateJsonSchema):
-    """Without titles that repeat a name; a default is written as well, so it is none of the file."""
+    """JSON Schema without titles that repeat a name. Fields with a default are required: they are always written."""
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
         return False
@@ -123,7 +140,7 @@ class _Described(GenerateJsonSchema):
         return field["name"] not in OF_SPINS | _LATER
 
 
-#: Properties of a class that are written with its fields and not read.
+#: Properties of a class that are written with its fields, but not read.
 _DERIVED: Mapping[type[Any], Mapping[str, Any]] = {LocalScore: {"grade": Grade}}
 
 
@@ -144,10 +161,10 @@ def _written(hint: Any) -> Any:
     if dataclasses.is_dataclass(hint):
         return Annotated[hint, _Fields()]
     if origin in (Union, UnionType):
-        if type(None) in parts:  # null has a meaning of its own, and is no NaN
+        if type(None) in parts:  # null has its own meaning here and is not NaN
             parts = tuple(_FINITE if part is float else part for part in parts if part is not type(None))
-            return Union[tuple(map(_written, parts))] | None  # noqa: UP007 - of as many as there are
-        return Union[tuple(map(_written, parts))]  # noqa: UP007 - of as many as there are
+            return Union[tuple(map(_written, parts))] | None  # noqa: UP007 - the number of types varies
+        return Union[tuple(map(_written, parts))]  # noqa: UP007 - the number of types varies
     if origin is tuple:
         return tuple[tuple(part if part is ... else _written(part) for part in parts)]  # type: ignore[misc] # made here
     if isinstance(origin, type) and issubclass(origin, Mapping):
@@ -190,7 +207,7 @@ def _by_name(kind: type[Enum]) -> Any:
 
 @dataclass(frozen=True)
 class _Fields:
-    """Schema of a dataclass: each field as it is written."""
+    """Schema of a dataclass, with each field in its written form."""
 
     def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         hints = get_type_hints(kind, include_extras=True)
@@ -203,11 +220,11 @@ class _Fields:
             core_schema.computed_field(name, handler(_written(hint))) for name, hint in _DERIVED.get(kind, {}).items()
         ]
         arguments = core_schema.dataclass_args_schema(kind.__name__, fields, computed_fields=derived)
-        return core_schema.dataclass_schema(kind, arguments, list(own), frozen=True)
+        return core_schema.dataclass_schema(kind, arguments, list(own), frozen=True, slots="__slots__" in vars(kind))
 
 
 def _missing(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:
-    """Return a schema with a default for a field that files of earlier versions do not have."""
+    """Return a schema with a default for a field that files of earlier versions lack."""
     if field.default_factory is not dataclasses.MISSING:
         return core_schema.with_default_schema(schema, default_factory=field.default_factory)
     if type(None) in get_args(hint):

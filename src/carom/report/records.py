@@ -1,6 +1,6 @@
 """The file results.jsonl: every number of a cross-check as JSON lines, written and read.
 
-The first of the JSON lines says what all rows were made on and by.
+The first line describes the machine, versions and command of all rows.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,80 +17,129 @@ from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
 from carom.report.record import RowLine, Summary
-from carom.report.record_json import read_line, text_of
+from carom.report.record_json import read_row, read_summary, text_of
 from carom.report.row_lines import line_of, summary_of
 from carom.support.escaping import shortened, visible
 from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
 
 
 def records(results: Results) -> str:
-    """Return one line of strict JSON for the whole run and one per row; a number that is not finite is null."""
+    """Return one line of strict JSON for the whole run and one per row. A number that is not finite becomes null."""
     return "".join(f"{line}\n" for line in (text_of(summary_of(results)), *map(record, results.rows)))
 
 
 def record(row: Row) -> str:
-    """Return the line of a row, without its end."""
+    """Return the line of a row, without line break."""
     line = dataclasses.replace(line_of(row), local=_local(row.score) if row.score else None)
     return text_of(line, spins=row.job.scene.arrays.turns)
 
 
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
-    """Read the text written by `records`: the summary, and the lines of the rows.
+    """Read a file written by `records`: the summary, and the lines of the rows.
 
     Raises:
-        InputError: The file can't be read, is of another format, not whole, or a field is not as declared.
+        InputError: The file can't be read, has another format, is incomplete, or has an invalid field.
     """
-    head, rows = raw_records(path)
-    return read_line(Summary, head, path, 1), [read_line(RowLine, row, path, k) for k, row in enumerate(rows, start=2)]
+    summary, rows = stream_records(path)
+    return summary, list(rows)
+
+
+def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
+    """Read such a file row by row, so that it need not fit into memory. The end of the iterator requires all rows.
+
+    Raises:
+        InputError: As `read_records`; the iterator too.
+    """
+    texts = _lines(path)
+    head = _head(path, next(texts, b"{}"))
+
+    def rows() -> Iterator[RowLine]:
+        count = 0
+        for count, text in enumerate(texts, start=1):
+            try:
+                row = read_row(text, path, count + 1)
+            except InputError:
+                _require_whole(path, head, count + sum(1 for _ in texts))
+                raise
+            yield row
+        _require_whole(path, head, count)
+
+    return read_summary(head, path), rows()
 
 
 def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Read the same as plain JSON objects, without validation of their fields.
+    """Read a file of results as plain JSON objects, without validation of their fields.
 
     Raises:
-        InputError: The file can't be read, is of another format, or not whole.
+        InputError: The file can't be read, has another format, or is incomplete.
     """
-    lines = list(_lines(path))
-    head, rows = (lines[0], lines[1:]) if lines else ({}, [])
-    found, wanted = head.get("format"), FORMATS["results"]
-    if found != wanted or head.get("rows") != len(rows):
-        said = visible(shortened(str(head.get("rows") if found == wanted else found)))
-        what = f"has {len(rows)} of {said} rows" if found == wanted else f"is of format {said}"
-        raise InputError(
-            f"{path} {what}; this Carom reads whole files of format {wanted}: run the cross-check again, or read it "
-            "with the version that wrote it"
-        )
+    texts = _lines(path)
+    head = _head(path, next(texts, b"{}"))
+    rows = [_object(path, number, text) for number, text in enumerate(texts, start=2)]
+    _require_whole(path, head, len(rows))
     return head, rows
 
 
-def _lines(path: Path) -> Iterator[dict[str, Any]]:
-    ask = f"give a report's folder, or the results.jsonl that `carom run --out` wrote (format {FORMATS['results']})"
-    most_bytes, most_values = MOST_BYTES[".jsonl"], MOST_VALUES[".jsonl"]
+_WANTED = FORMATS["results"]
+_READS = (
+    f"; this Carom reads complete files of format {_WANTED}: run the cross-check again, or use the version that wrote "
+    "the file"
+)
+_ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (format {_WANTED})"
+
+
+def _head(path: Path, text: bytes) -> dict[str, Any]:
+    head = _object(path, 1, text)
+    if (found := head.get("format")) is None:
+        raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])
+    if found != _WANTED:
+        raise InputError(f"{path} is of format {visible(shortened(str(found)))}{_READS}")
+    return head
+
+
+def _require_whole(path: Path, head: Mapping[str, Any], rows: int) -> None:
+    if (said := head.get("rows")) != rows:
+        raise InputError(f"{path} has {rows} of {visible(shortened(str(said)))} rows{_READS}")
+
+
+def _object(path: Path, number: int, text: bytes) -> dict[str, Any]:
+    try:
+        line = json.loads(text)
+    except UnicodeError as error:
+        raise InputError(f"{path} can't be read: {error}", hints=[_ASK]) from None
+    except (ValueError, RecursionError) as error:
+        what = f"{path}, line {number}: invalid JSON ({shortened(str(error), 200)})"
+        raise InputError(what, hints=[_ASK]) from None
+    if not isinstance(line, dict):
+        raise InputError(f"{path}, line {number}: not a JSON object", hints=[_ASK])
+    return line
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    """Yield the lines of a file, within the limits of a line and of the file."""
+    size = values = 0
     try:
         with path.open("rb") as file:
-            data = file.read(most_bytes + 1)
-        if len(data) > most_bytes or values_in(data) > most_values:
-            most = f"{most_bytes >> 20} MiB, or {most_values:,} values"
-            raise InputError(f"{path} is larger than {most}, the limit for results", hints=[ask])
-        texts = data.decode().split("\n")  # a name may hold other signs that break lines
-    except (OSError, UnicodeError) as error:
-        raise InputError(f"{path} can't be read: {getattr(error, 'strerror', None) or error}", hints=[ask]) from None
-    del data
-    for number, text in enumerate(texts[:-1] if texts[-1] == "" else texts, start=1):
-        try:
-            line = json.loads(text)
-        except (ValueError, RecursionError) as error:
-            what = f"{path}, line {number}: no JSON ({shortened(str(error), 200)})"
-            raise InputError(what, hints=[ask]) from None
-        if not isinstance(line, dict):
-            raise InputError(f"{path}, line {number}: no JSON object", hints=[ask])
-        yield line
+            number = 0
+            while line := file.readline(MOST_BYTES[".json"] + 1):  # a name may contain other line separators
+                number, size, found = number + 1, size + len(line), values_in(line)
+                values += found
+                for what, kind, bytes_, count in (
+                    (str(path), ".jsonl", size, values),
+                    (f"{path}, line {number}", ".json", len(line), found),
+                ):
+                    if bytes_ > MOST_BYTES[kind] or count > MOST_VALUES[kind]:
+                        most = f"{MOST_BYTES[kind] >> 20} MiB, or {MOST_VALUES[kind]:,} values"
+                        raise InputError(f"{what} is larger than {most}, the limit for results", hints=[_ASK])
+                yield line.removesuffix(b"\n")
+    except OSError as error:
+        raise InputError(f"{path} can't be read: {error.strerror or error}", hints=[_ASK]) from None
 
 
 def _local(score: Score) -> dict[str, int | float]:
-    """Return medians and largest local errors: one entry per impact would make lines too long.
+    """Return the median and the largest of each local error. All impacts would make lines too long.
 
-    A kind of error that no impact has, of spins, say, if no disc spins, is left out.
+    Kinds that no impact has are omitted, such as spin errors if no disc spins.
     """
     local = score.local
     sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")

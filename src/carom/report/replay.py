@@ -1,7 +1,7 @@
-"""Replay data: everything that a page needs to animate a run next to its reference, with evidence of each impact.
+"""Replay data: everything that a page needs to animate a run next to its reference, with evidence for each impact.
 
-The data of a scene and of all cells that ran it are one block of JSON, packed, which the page's script unpacks when
-somebody opens one of them.
+The data of a scene and of all cells that ran it are one packed JSON block. The page's script unpacks it when a reader
+opens one of the cells.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from carom.report.row_lines import line_of, reasons_of
 from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
 from carom.support.escaping import visible
 
-#: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
+#: Decimal digits of positions over the scene's extent: a tenth of the largest error of a track.
 _SHARP = 6
-#: Largest error of the exact path while a disc slides, rolls or rests, as a part of the scene's extent: a hundredth of
-#: a pixel in a picture of a hundred. The page draws flights of constant acceleration, so it gets many for such a path.
+#: Largest error of the exact path while a disc slides, rolls or rests, over the scene's extent: a hundredth of a pixel
+#: in a picture of a hundred pixels. Such a path consists of many flights of constant acceleration.
 _NEAR_IN_CONTACT = 1e-4
 
-#: Reasons why a cause is not known.
+#: Text for an unknown cause.
 UNKNOWN = "unknown: its own state before the impact is not known"
 
 Json = dict[str, Any]
@@ -49,27 +49,27 @@ _MODES = {
     Mode.BLOCK: "slides without turning",
 }
 
-#: Discs of a scene that the page of `carom play` shows.
+#: Largest number of discs on the page of `carom play`.
 _MOST_THROWN = 10
 
-#: A pair that passes through each other within this many steps of an impact has missed that impact.
+#: A pair has missed an impact if the bodies pass through each other within this many steps of it.
 _NEAR_STEPS = 2.0
 
 
 def replay_key(job: Job) -> str:
-    """Return the key of a replay in a page, with the scene's name as it is shown."""
+    """Return the key of a replay on a page, with the scene's name as shown."""
     return f"{visible(job.scene.name)}/{job.method.name}"
 
 
 def run_command(scene: str, job: Job) -> str:
-    """Return the command that runs a job again, on a scene by this name or in this file."""
+    """Return the command that repeats a job. `scene` is the name or file of the scene."""
     tried = (word for name, value in job.method.tried for word in ("--set", f"{name}={setting_text(value)}"))
     asked = ("carom", "run", scene, "-e", engine_argument(job.engine), "-p", job.profile)
     return shlex.join((*asked, *tried, "--dt", repr(job.dt_s)))
 
 
 def describe_run(row: Row, engine: str, key: str, command: str) -> Json:
-    """Return what a replay says of a run: its method, its mark, its verdicts and the command that runs it again."""
+    """Return a replay's description of a run: method, mark, verdicts, and the command that repeats it."""
     mark = mark_of(row)
     return {
         "engine": engine,
@@ -87,8 +87,8 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
     """Return a scene, its reference and its runs as plain data.
 
     Args:
-        reference: What must happen.
-        runs: Each run with its score, and what is said of it.
+        reference: The reference trace.
+        runs: Each run with its score and its description.
     """
     scene, extent_m = reference.scene, extent_of(reference)
     places = _SHARP - math.floor(math.log10(extent_m))
@@ -123,9 +123,9 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
 
 
 def _sampler(reference: Trace, trace: Trace) -> Json | None:
-    """Return data to sample two discs with another step in the page; None except for PIT of two free discs.
+    """Return data for PIT at other steps on the page. Only for PIT with two free discs; otherwise None.
 
-    Only their one impact acts on them, along the line of their centres.
+    The discs' only impact acts along the line of their centres.
     """
     scene = trace.scene
     acting = {
@@ -149,10 +149,10 @@ def _rounded(meeting: tuple[float, float, float | None], places: int) -> list[fl
 
 
 def meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
-    """Yield where the bodies of each impact touch, metres, and how long they would overlap if they flew on, seconds.
+    """Yield each impact's contact point, metres, and the seconds for which the bodies would overlap in free flight.
 
-    None at walls, where something slows discs down, and where one of two alone falls: there it is no such quotient.
-    They approach for its first half.
+    They approach in the first half of this time. The time is None at walls, if something slows discs, or if one of two
+    discs falls and the other does not.
     """
     scene, tracks = reference.scene, reference_tracks(reference)
     for impact in reference.impacts:
@@ -189,10 +189,10 @@ def _of_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
 
 
 def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
-    """Return the instant at which a replay shows a fault, seconds: its report, or the best view of a miss.
+    """Return the instant at which a replay shows a fault, seconds: the reported time, or the best view of a miss.
 
-    The best view of a miss is half way from touching to parting, when the overlap is deepest, but at most two steps
-    late: longer overlaps are not the reason of the miss.
+    The best view of a miss is half-way through the overlap, when it is deepest, but at most two steps late. A longer
+    overlap does not cause the miss.
     """
     if row.get("reported") is not None:
         return float(row["reported"])
@@ -201,9 +201,9 @@ def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
 
 
 def first_fault(rows: list[Json]) -> int | None:
-    """Return the row at which a replay pauses: the first missed or invented, else the largest error.
+    """Return the row at which a replay pauses: the first missed or invented impact, otherwise the largest error.
 
-    "The first that is not exact" would hold at an impact found a twentieth of a step late, and pass by what matters.
+    The first inexact impact would not do: it may be only a twentieth of a step late.
     """
     for k, row in enumerate(rows):
         if row["flag"] == "missed" or (row["flag"] == "invented" and row["reported"] is not None):
@@ -237,7 +237,7 @@ def _of_scene(scene: Scene) -> Json:
 
 
 def _thrown(scene: Scene) -> str:
-    """Return the command that opens the scene's file on the play page; empty where that page can't show it."""
+    """Return the command that opens the scene's file on the play page; empty if that page can't show the scene."""
     is_shown = len(scene.discs) <= _MOST_THROWN and not scene.table_deceleration_m_s2
     return "carom play scene.toml" if is_shown else ""
 
@@ -256,7 +256,7 @@ def _of_track(track: Track, places: int | None) -> list[list[float]]:
     columns = (track.time_s, *track.position_m.T)
     if places is None:
         return [column.tolist() for column in columns]
-    # Python's own rounding: NumPy's multiplies first, which overflows for a large number.
+    # Not NumPy's rounding, which multiplies first and overflows for a large number.
     return [columns[0].tolist(), *([round(value, places) for value in column.tolist()] for column in columns[1:])]
 
 
@@ -265,20 +265,20 @@ def _of_turnings(trace: Trace) -> list[list[list[float]]]:
 
 
 def _of_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
-    """Return each disc that comes into contact that lasts, with when it goes on in which mode, to the run's end."""
+    """Return each disc with lasting contact, and the times at which it enters each mode of contact."""
     if trace.modes is None:
         return []
     changes: dict[int, list[tuple[float, str]]] = {}
     for mode in trace.modes:
         of_disc = changes.setdefault(int(mode["disc"]), [(0.0, _MODES[Mode(mode["before"])])])
-        if float(mode["time_s"]) == of_disc[-1][0]:  # modes without a duration are not shown
+        if float(mode["time_s"]) == of_disc[-1][0]:  # drop modes without a duration
             of_disc.pop()
         of_disc.append((float(mode["time_s"]), _MODES[Mode(mode["after"])]))
     return [(disc, [*of_disc, (trace.end_time_s, "")]) for disc, of_disc in sorted(changes.items())]
 
 
 def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
-    """Yield every impact of the reference and every spurious one, in order of time, with outcome and cause."""
+    """Yield every impact of the reference and every spurious impact, in order of time, with outcome and cause."""
     found = {error.reference: error for error in score.errors}
     rows: list[Json] = []
     for k, impact in enumerate(reference.impacts):
@@ -316,12 +316,12 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
 
 
 def _invented(k: int, local: LocalErrors) -> str:
-    """Describe the cause of a spurious impact, as far as its own state before shows it."""
+    """Describe the cause of a spurious impact, as far as the run's own state before it shows."""
     if k in local.spurious:
-        return "from its own state before, these bodies do not meet"
+        return "the bodies do not meet from the run's own state before the impact"
     if math.isnan(local.velocity[k]):
         return UNKNOWN
-    return "from its own state before, these bodies do meet"
+    return "the bodies do meet from the run's own state before the impact"
 
 
 def _bodies(impact: np.void) -> list[int]:
@@ -338,25 +338,27 @@ def _lost(k: int, score: Score) -> Json:
     if k in score.undecided:
         return {"flag": "undecided", "became": "not found before the end of the run"}
     if k not in score.missed:
-        return {"flag": "undecided", "became": "shown, not reported"}
+        return {"flag": "undecided", "became": "shown by the states, but not reported"}
     return {"flag": "missed", "became": "missed"}
 
 
 def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
-    """Describe why an impact is missed: from the run's own states where they were checked, else from PIT."""
+    """Describe why an impact is missed: by the run's own states if they were checked, otherwise by PIT."""
     if k >= score.expected or k not in score.missed:
         return {"cause": ""}
     if trace.local_truth is None:
-        pit = {True: "PIT misses it, too", False: "PIT finds it"}
+        pit = {True: "PIT also misses it", False: "PIT finds it"}
         return {"cause": "" if score.pit_missed is None else pit[k in score.pit_missed]}
     met = trace.local_truth.meetings
-    # An engine that is late passes through after the true instant, one whose trajectory is ahead before it.
+    # A late engine passes through after the true instant, an early one before it.
     near = np.abs(met["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
     passed = met[(met["first"] == impact["first"]) & (met["second"] == impact["second"]) & met["missed"] & near]
     if not len(passed):
-        return {"cause": "its own states do not lead to it: errors before this impact led it elsewhere"}
+        return {"cause": "earlier errors led the run elsewhere: its own states do not lead to this impact"}
     return {
-        "cause": "checking once per step" if passed["pit_missed"].any() else "the method's own: PIT finds it from there"
+        "cause": "checking once per step"
+        if passed["pit_missed"].any()
+        else "the method itself: PIT finds the impact from the same state"
     }
 
 
@@ -374,7 +376,7 @@ def _became(time_s: float, dt_s: float, score: Score) -> str:
 
 
 def _cause(error: ImpactError, score: Score) -> str:
-    """Describe the cause of a velocity or spin error, from the run's own state before."""
+    """Describe the cause of a velocity or spin error, by the run's own state before the impact."""
     rounding, local, k = THRESHOLDS.rounding_of(score.float_bits), score.local, error.observed
     wrong, here = error.velocity, local.velocity[k]
     own, sampling = local.solver_velocity[k], local.sampling_velocity[k]
@@ -385,9 +387,9 @@ def _cause(error: ImpactError, score: Score) -> str:
     if math.isnan(here):
         return UNKNOWN
     if here <= rounding:
-        return "right from its own state before: errors before this impact led it elsewhere"
+        return "earlier errors: the impact is right from the run's own state before it"
     if own <= rounding:
         return "checking once per step"
     if math.isnan(own) or sampling <= rounding:
-        return "the method's own"
-    return f"checking once per step ({formatting.number(sampling)}), and the method's own ({formatting.number(own)})"
+        return "the method itself"
+    return f"checking once per step ({formatting.number(sampling)}) and the method itself ({formatting.number(own)})"

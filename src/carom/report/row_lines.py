@@ -20,7 +20,7 @@ _VERDICTS = {verdict.name.lower(): verdict.value for verdict in Verdict}
 
 
 def summary_of(results: Results) -> Summary:
-    """Return the first line: what is the same for all rows."""
+    """Return the first line: values that are the same for all rows."""
     scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
     return Summary(
         format=FORMATS["results"],
@@ -38,7 +38,7 @@ def summary_of(results: Results) -> Summary:
 
 
 def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
-    """Return PIT's errors at a step of a scene, with which all rows there are compared."""
+    """Return PIT's errors for a scene and step. All rows with that scene and step are compared with them."""
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     return {
         "scene": scene,
@@ -48,7 +48,7 @@ def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | floa
     }
 
 
-#: Fields of a score that a line has unchanged, under the same names.
+#: Fields of a score that a line contains under the same names.
 _OF_SCORE = (
     *("missed", "spurious", "undecided", "total", "against_pit", "own_velocity", "equals_pit", "edits"),
     *("local_truth", "parted_s", "pit_parted_s", "consistency"),
@@ -56,7 +56,7 @@ _OF_SCORE = (
 
 
 def line_of(row: Row) -> RowLine:
-    """Return the line of a row, except for its local errors, which take longer to sum up than all else."""
+    """Return the line of a row without its local errors, which take longest to compute."""
     job, score, trace = row.job, row.score, row.trace
     told: dict[str, Any] = {name: getattr(score, name) if score else None for name in _OF_SCORE}
     return RowLine(
@@ -88,22 +88,22 @@ def line_of(row: Row) -> RowLine:
 
 
 def reasons_of(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[str, ...]:
-    """Return every verdict with its numbers, or why there is none, as sentences without a full stop.
+    """Return every verdict with its numbers, or the reason for none, as sentences without a full stop.
 
     Args:
         line: The line of a row.
-        verdicts: What each verdict means, by its name, as the file's summary says.
+        verdicts: Meaning of each verdict by name, from the file's summary.
     """
     if line.reason:
         return (line.reason,)
-    # The engine's own warning, such as a reset, comes first if it ended the run.
+    # If a warning of the engine ended the run, it comes first.
     warnings = line.notes if line.outcome is Outcome.WARNED else ()
     untimed = (f"not timed: {line.untimed}",) if line.untimed else ()
     return (*warnings, *(f"{verdicts[one.verdict]} ({one.reason})" for one in line.verdicts), *untimed)
 
 
 def _paid(price: float) -> float | Literal["inf"]:
-    """Return a ratio, or the text ``inf`` for an infinite one, which JSON has no number for."""
+    """Return a ratio, or the text ``inf`` for an infinite ratio, which JSON can't express as a number."""
     return "inf" if math.isinf(price) else price
 
 

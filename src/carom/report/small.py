@@ -1,4 +1,4 @@
-"""Document of `carom certify`, and scenes of the catalogue as files."""
+"""Document of `carom certify`, and catalogue scenes as files."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def scene_text(entry: CatalogueScene) -> str:
     if entry.known.convention:
         lines.append(f"No unique answer: {entry.known.convention}")
     if isinstance(entry, Complaint):
-        lines += [f"Reported of {entry.about}: {entry.reported}", f"Thread: {entry.thread}", entry.made]
+        lines += [f"Reported for {entry.about}: {entry.reported}", f"Thread: {entry.thread}", entry.made]
     comments = "".join(f"# {line}\n" for line in lines)
     return comments + tomli_w.dumps(entry.scene.model_dump(mode="python"))
 
 
 def certified_document(certified: CertifiedTrace, most: int) -> Document:
-    """Return the first impacts, with digits right to one unit in the last, and the extent of the run."""
+    """Return a document of the first impacts, with digits right to one unit in the last, and the extent of the run."""
     left_out = len(certified) - most
     table = Table(
         (
@@ -58,7 +58,7 @@ def certified_document(certified: CertifiedTrace, most: int) -> Document:
 
 
 def _modes(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Table:
-    """Return the first changes of how discs move in contact."""
+    """Return a table of the first changes of contact mode."""
     from carom.solvers.certified.result import proven_decimal
 
     def number(k: int, field: str, *part: int) -> str:
@@ -72,7 +72,7 @@ def _modes(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Tab
             Column("time, s", lambda k: number(k, "time_s")),
             Column("disc", lambda k: body_name(int(modes["disc"][k]))),
             Column("on", lambda k: body_name(int(modes["wall"][k]))),
-            Column("goes over into", lambda k: Mode(modes["after"][k]).name.lower()),
+            Column("new mode", lambda k: Mode(modes["after"][k]).name.lower()),
             Column("velocity, m/s", lambda k: f"({number(k, 'velocity', 0)}, {number(k, 'velocity', 1)})"),
         ),
         range(min(most, len(modes))),
@@ -82,7 +82,7 @@ def _modes(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Tab
 
 
 def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
-    """Return the proven digits of an impact: its time, the parts of both velocities after it, and its discs' spins."""
+    """Return the proven digits of an impact: its time, both velocities after it, and its discs' spins."""
     if certified.decimals:
         return certified.decimals[k]
     from carom.solvers.certified.result import proven_decimal
@@ -107,7 +107,7 @@ def _spins(certified: CertifiedTrace, k: int) -> str:
 
 
 def _reach(certified: CertifiedTrace) -> Iterator[str]:
-    """Describe how far the run is certified, and why it ended."""
+    """Describe the certified part of the run, and why it ended."""
     impacts, end_s = formatting.count(len(certified), "impact"), certified.trace.end_time_s
     reach = f"certified to {certified.digits} digits for {impacts}, to {formatting.instant(end_s)}"
     cost = f"{certified.precision_bits} bits, {certified.bits_lost:.0f} lost, {certified.elapsed_s:.2f} s"
@@ -116,4 +116,4 @@ def _reach(certified: CertifiedTrace) -> Iterator[str]:
     if certified.degeneracy is not None:
         yield f"{certified.degeneracy}."
     if certified.commuted:
-        yield f"The order of {len(certified.commuted)} simultaneous impacts makes no difference, and is not certified."
+        yield f"The order of {len(certified.commuted)} simultaneous impacts makes no difference and is not certified."

@@ -26,22 +26,22 @@ _NAME_WIDTH = 40
 
 
 def summary(thing: object) -> str:
-    """Return a scene, trace, score, certified trace or results in no more than `MOST_LINES` lines of `WIDTH`.
+    """Return a scene, trace, score, certified trace or results as a text of at most `MOST_LINES` lines of `WIDTH`.
 
-    A list of engines has a line each.
+    A list of engines has one line per engine.
     """
     lines = next(_OF[kind.__name__] for kind in type(thing).__mro__ if kind.__name__ in _OF)(thing)
     return "\n".join(printable(line, WIDTH) for line in lines)
 
 
 def printable(text: str, width: int) -> str:
-    """Return one line of text of limited width; characters that do not print are escaped."""
+    """Return one line of text of limited width, with unprintable characters escaped."""
     line = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)
     return line if len(line) <= width else f"{line[: width - 1]}…"
 
 
 def _limited(heading: Sequence[str], parts: Iterable[str], count: int) -> list[str]:
-    """Return a heading, as many of its parts as fit, and the number of the others."""
+    """Return a heading, as many parts as fit, and the number of omitted parts."""
     lines = [line for line in heading if line]
     room = MOST_LINES - len(lines)
     shown = list(islice(parts, room if count <= room else room - 1))
@@ -67,7 +67,7 @@ def _of_scene(scene: Scene) -> list[str]:
         size += f", {formatting.count(len(scene.walls), 'wall')}"
     laws = [f"restitution {_n(scene.restitution)}"]
     if scene.walls:
-        laws.append(f"of walls {_n(scene.wall_restitution)}")
+        laws.append(f"wall restitution {_n(scene.wall_restitution)}")
     rough = ["friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"]
     rough.append("wall_rolling_resistance")
     laws += [f"{name.replace('_', ' ')} {_n(value)}" for name in rough if (value := getattr(scene, name))]
@@ -76,7 +76,7 @@ def _of_scene(scene: Scene) -> list[str]:
     if scene.damping_per_s:
         laws.append(f"damping {_n(scene.damping_per_s)} /s")
     if scene.table_deceleration_m_s2:
-        laws.append(f"a table that takes {_n(scene.table_deceleration_m_s2)} m/s²")
+        laws.append(f"table deceleration {_n(scene.table_deceleration_m_s2)} m/s²")
     heading = (
         f"Scene {_name(scene)}: {size}; {_n(scene.duration_s)} s at {_n(scene.frame_rate_hz)} frames a second",
         f"  {', '.join(laws)}",
@@ -105,7 +105,7 @@ def _of_wall(wall: Wall | Chain | Ring) -> str:
 
 def _velocity(body: Disc | Wall | Chain | Ring) -> str:
     first = f"{_vector(body.drive.velocity_at(0.0))} m/s"
-    return f"{first} and on, in {formatting.count(len(body.legs), 'leg')}" if len(body.legs) > 1 else first
+    return f"{first} at first, in {formatting.count(len(body.legs), 'leg')}" if len(body.legs) > 1 else first
 
 
 def _shape_of(wall: Wall | Chain | Ring) -> str:
@@ -117,7 +117,7 @@ def _shape_of(wall: Wall | Chain | Ring) -> str:
     edges = wall.outline.edges
     arcs = sum(edge.bulge != 0.0 for edge in edges)
     shape = f"{'solid ' if wall.solid else ''}{'closed ' if wall.closed else ''}chain"
-    bent = f", {formatting.count(arcs, 'arc')} among them" if arcs else ""
+    bent = f", {formatting.count(arcs, 'of them an arc', 'of them arcs')}" if arcs else ""
     return f"a {shape} of {formatting.count(len(edges), 'edge')}{bent}, from {_vector(wall.points_m[0])} m{width}"
 
 
@@ -128,7 +128,7 @@ def _of_trace(trace: Trace) -> list[str]:
         f"Trace of {_name(trace.scene)} by {printable(method, _NAME_WIDTH)}{at}:"
         f" {formatting.count(len(trace.impacts), 'impact')}",
         f"  until {_n(trace.end_time_s)} s: {trace.outcome.value}",
-        f"  it warned: {'; '.join(trace.notes)}" if trace.notes else "",
+        f"  warning: {'; '.join(trace.notes)}" if trace.notes else "",
     )
     impacts = (
         f"{_n(float(impact['time_s']))} s: {pair_name(impact)}, then at {_vector(impact['velocity_first_after'])}"
@@ -164,7 +164,7 @@ def _of_steps(score: Score) -> str:
     if local is None:
         return ""
     passed = f"{local.missed} missed (PIT {local.missed_by_pit} of these), {local.invented} invented"
-    return f"  every step from its own state: {local.due} impacts due, {passed}, {local.early} early"
+    return f"  each step from the run's own state: {local.due} impacts due, {passed}, {local.early} early"
 
 
 def _of_results(results: Results) -> list[str]:
@@ -187,7 +187,7 @@ def _of_certified(certified: CertifiedTrace) -> list[str]:
     trace = certified.trace
     heading = (
         f"CertifiedTrace of {_name(trace.scene)}: {formatting.count(len(trace.impacts), 'impact')},"
-        f" {certified.digits} digits asked for",
+        f" {certified.digits} digits requested",
         f"  until {_n(trace.end_time_s)} s: {certified.ending.value}",
         f"  {certified.degeneracy}" if certified.degeneracy else "",
     )

@@ -1,4 +1,4 @@
-"""Conversion of matplotlib figures to small SVG drawings for HTML pages, which define the colours."""
+"""Conversion of matplotlib figures to small SVG drawings for HTML pages. The page defines the colours."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# A figure is drawn in these colours; in the page each becomes a variable of the same value that a dark page redefines.
+# Colours of figures. On a page, each becomes a CSS variable, which the dark mode redefines.
 INK = "#1b2330"
 MUTED = "#66707f"
 GRID = "#d8dde4"
 SURFACE = "#fefefd"
 WALL = "#8b94a1"
-#: Colours that people without one kind of cones can distinguish, in the light and in the dark; a test simulates it.
-#: The first three are named in the source paper's figures and in the scenes from it: green, blue, red.
+#: Colours that colour-blind people can distinguish in light and dark mode, which a test simulates. The first three
+#: (green, blue, red) are those of the source paper's figures.
 SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#d94fd0", "#4b2d00", "#0f3c69", "#6a1fe0", "#74777c")
 
 _AIM_PT = 11.0
-#: Size of the names at lines.
+#: Font size of names next to lines.
 _NAME_PT = 8.5
 _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
-#: Above the axes, with a title and without one.
+#: Space above the axes, with and without a title.
 _HEAD_IN, _BARE_IN = 0.5, 0.15
-#: Part of an axis for errors within rounding, wide enough for two labels next to each other, and most ticks on a phone.
+#: Fraction of an axis for errors within rounding, with room for two labels; and the largest number of ticks on a phone.
 _STRIP, _MOST_TICKS = 0.14, 4
-#: Room for the numbers and the label of the upright axis, and height of a line at the foot.
+#: Space for the numbers and the label of the y axis, and height of a line below the diagram.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
 
 _VARIABLES = {
@@ -52,8 +52,8 @@ _VARIABLES = {
 }
 
 _STYLE = {
-    "svg.fonttype": "none",  # text stays text: smaller, sharp, and read by search and screen readers
-    "text.parse_math": False,  # a name may hold a dollar sign
+    "svg.fonttype": "none",  # text stays text: smaller, and readable by search and screen readers
+    "text.parse_math": False,  # a name may contain a dollar sign
     "font.family": "sans-serif",
     "font.size": 9.0,
     "text.color": INK,
@@ -70,7 +70,7 @@ _STYLE = {
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Draw in the report's style without a change of matplotlib's settings.
+    """Use the report's drawing style without a lasting change of matplotlib's settings.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -78,7 +78,7 @@ def drawing() -> Iterator[None]:
     require_report_extra()
     import matplotlib as mpl
 
-    with mpl.rc_context(_STYLE):  # type: ignore[arg-type] # the stubs know each setting by name only
+    with mpl.rc_context(_STYLE):  # type: ignore[arg-type] # the stubs allow literal names only
         yield
 
 
@@ -92,7 +92,7 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     return figure
 
 
-#: One dash pattern per profile, the same in every diagram; `tuned`, unknown profiles and PIC are solid.
+#: Dash pattern of each profile, the same in every diagram. `tuned`, unknown profiles and PIC are solid.
 _DASHES: dict[str, Any] = {
     "default": "--",
     "located": ":",
@@ -108,7 +108,7 @@ _DASHES: dict[str, Any] = {
 }
 
 
-#: By their place here engines have their colours and marks; the first colour is PIC's alone.
+#: The position of an engine in this list defines its colour and mark. The first colour is PIC's only.
 _ENGINES = (
     "pymunk",
     "box2d",
@@ -132,19 +132,19 @@ _ENGINES = (
 
 
 def _look(engine: str) -> tuple[str, str]:
-    """Return colour and mark of an engine, the same in every diagram."""
+    """Return the colour and mark of an engine, which are the same in every diagram."""
     if engine == "pic":
         return SERIES[0], _MARKERS[0]
     lap = len(SERIES) - 1
-    # An unknown engine has a style by its name, which another one may share.
+    # The name of an unknown engine defines its style, which another engine may share.
     n = _ENGINES.index(engine) if engine in _ENGINES else crc32(engine.encode()) % (lap * len(_MARKERS))
-    return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # seven colours and eight marks meet again after 56
+    return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # 7 colours and 8 marks: 56 styles
 
 
 def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
-    """Return the line style of an engine in every diagram: a colour and a mark per engine, a dash per profile.
+    """Return the line style of an engine: a colour and a mark per engine, a dash pattern per profile.
 
-    PIT's line is broad and below the others, which stay visible on it. Default settings have hollow marks.
+    PIT's line is broad and below the other lines, which stay visible on it. Default settings have hollow marks.
     """
     hollow, pit = profile in {"default", "frame-by-frame"}, engine == "pit"
     colour, marker = _look(engine)
@@ -160,8 +160,8 @@ def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
     }
 
 
-#: Size of a diagram that a phone shows without scrolling, its margins at the left and for names at the right, and the
-#: height of a line of a legend at its foot, inches.
+#: Size of a diagram for a phone, its margins at the left and for names at the right, and the height of a legend line,
+#: inches.
 _NARROW_IN, _NARROW_LEFT_IN, _NAMES_IN, _ENTRY_IN = (3.9, 3.9), 0.8, 1.3, 0.18
 
 
@@ -174,15 +174,15 @@ def framed(
     narrow: bool = False,
     below: int = 0,
 ) -> tuple[Figure, Axes]:
-    """Return a figure with room for a legend on the right, a title above, and small lines at its foot.
+    """Return a figure with room for a legend on the right, a title above, and small text lines below.
 
     Args:
-        width_in: Its width.
-        height_in: Its height, without the lines.
-        title: The title above.
-        foot: The lines.
-        narrow: Whether it has the width of a phone.
-        below: Names in a legend at the foot of a narrow one; 0 if the names are on the right.
+        width_in: Width of the figure.
+        height_in: Height of the figure, without the lines below.
+        title: Title above the diagram.
+        foot: Text lines below the diagram.
+        narrow: Whether the figure has the width of a phone.
+        below: Number of names in a legend below a narrow figure; 0 if the names are on the right.
     """
     if narrow:
         width_in, height_in = _NARROW_IN[0], _NARROW_IN[1] + _ENTRY_IN * math.ceil(below / 2)
@@ -200,21 +200,21 @@ def framed(
 
 
 def aim(axes: Axes, x: float, y: float, anchor: str) -> None:
-    """Draw an invisible disc, large enough to be clicked, that links to a part of the page."""
+    """Draw an invisible disc that links to a part of the page, large enough to click."""
     clear = (0.0, 0.0, 0.0, 0.0)
     axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
 
 
 def finish(axes: Axes, below: Figure | None = None) -> None:
-    """Draw the grid, and the legend next to the axes; ticks between the labelled ones have no words.
+    """Draw the grid and the legend, and remove the labels of minor ticks.
 
     Args:
         axes: The axes.
-        below: The figure at the foot of which the legend is drawn instead.
+        below: The figure below which the legend is drawn, instead of next to the axes.
     """
     from matplotlib.ticker import NullFormatter
 
-    # Within a decade matplotlib would label them, in the formulas' notation that `drawing` switches off.
+    # On a short axis, matplotlib would label minor ticks as formulas, which `drawing` disables.
     for each in (axes, *axes.child_axes):
         each.xaxis.set_minor_formatter(NullFormatter())
         each.yaxis.set_minor_formatter(NullFormatter())
@@ -226,10 +226,10 @@ def finish(axes: Axes, below: Figure | None = None) -> None:
 
 
 def error_scale(axes: Axes, name: str, errors: Iterable[float], *, narrow: bool = False) -> Callable[[float], float]:
-    """Scale the x or y axis for errors, by decades, with a shaded strip at its foot for errors within rounding.
+    """Scale the x or y axis logarithmically for errors, with a shaded strip for errors within rounding.
 
     Returns:
-        The place of an error on the axis; an infinite one is at its end.
+        A function from an error to its position on the axis. An infinite error is at the end of the axis.
     """
     known = [error for error in errors if THRESHOLDS.rounding < error < math.inf]
     low, high = (
@@ -240,7 +240,7 @@ def error_scale(axes: Axes, name: str, errors: Iterable[float], *, narrow: bool 
     strip = (top / bottom) ** (_STRIP / (1.0 - _STRIP))
     foot = bottom / math.sqrt(strip)
     apart = math.ceil((high - low) / _MOST_TICKS) if narrow else 1
-    ticks = [10.0**k for k in range(high, low - 1 + narrow, -apart)][::-1]  # a phone has no room for the lowest label
+    ticks = [10.0**k for k in range(high, low - 1 + narrow, -apart)][::-1]  # no room for the lowest label on a phone
     labels = [f"≤ {formatting.number(THRESHOLDS.rounding)}", *map(formatting.number, ticks)]
     axes.set(**{f"{name}scale": "log", f"{name}lim": (bottom / strip, top), f"{name}ticks": [foot, *ticks]})
     axes.set(**{f"{name}ticklabels": labels})
@@ -263,11 +263,11 @@ class LineEnd(NamedTuple):
 
 
 def name_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
-    """Write each line's name to the right of the axes, level with its end or as near as the other names let it.
+    """Write each line's name to the right of the axes, as near to the height of its end as other names allow.
 
     A thin line leads from the end of a line to its name.
     """
-    axes.set_xlim(axes.get_xlim())  # from here on they are fixed, and so are the places of all ends
+    axes.set_xlim(axes.get_xlim())  # fix the limits, and with them the positions of all ends
     axes.set_ylim(axes.get_ylim())
     apart = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
     to_axes = axes.transData + axes.transAxes.inverted()
@@ -306,33 +306,33 @@ def png(figure: Figure) -> bytes:
 
 
 def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyType({}), *, narrow: bool = False) -> str:
-    """Return the figure as an SVG element with an accessible name, fit to be put into HTML as it is.
+    """Return a figure as an SVG element for HTML, with an accessible name.
 
     Args:
-        figure: What is drawn.
-        label: What it is, for who does not see it.
-        links: What each place within the page that parts of the figure lead to is called.
-        narrow: Whether it is the figure's form for a phone, next to the other one in a page.
+        figure: The figure.
+        label: Accessible name of the drawing.
+        links: Accessible names of the links in the figure, by their targets in the page.
+        narrow: Whether this is the version for a phone of a figure that is also on the page.
     """
     import matplotlib as mpl
 
     buffer = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    # Names of parts are hashes: salted by the label, they differ between figures, and the same data give the same file.
+    # Ids of parts are hashes. With the label as a salt, they differ between figures and are reproducible.
     with mpl.rc_context({"svg.hashsalt": label + " (narrow)" * narrow}):
         figure.savefig(buffer, format="svg", transparent=True, metadata=nothing)
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
     text = re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
-    # Inside HTML an SVG needs no namespaces, and one page must not hold an id twice.
+    # Inside of HTML, SVG needs no namespaces, and ids must be unique.
     text = text.replace("xlink:href", "href")
     text = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", text)
     used = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
     text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
-    # A hundredth of a point is not visible. Numbers between tags are text and stay.
+    # Round coordinates to a hundredth of a point. Numbers between tags are text and stay.
     text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
-    # Paths are read without blanks round their letters, and elements without indents.
+    # Remove blanks around the letters of paths, and indents of elements.
     text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s*([A-Za-z])\s*", r"\1", path[0]), text)
     text = re.sub(r"\n\s*<", "\n<", text)
     for colour, variable in _VARIABLES.items():
@@ -340,13 +340,13 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     for anchor, said in links.items():
         name = html.escape(said, quote=True)
         text = text.replace(f'<a href="#{anchor}" target="_blank">', f'<a href="#{anchor}" aria-label="{name}">')
-    role = "group" if links else "img"  # what is one picture holds nothing that can be focused
+    role = "group" if links else "img"  # an element of role img must not contain links
     text = re.sub(r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="{role}" aria-label="LABEL">', text)
     return text.strip().replace("LABEL", html.escape(label, quote=True), 1)
 
 
 def alone(svg: str) -> str:
-    """Return a drawing made for a page as a separate SVG file, which needs the XML namespaces."""
-    svg = re.sub(r"</?a\b[^>]*>", "", svg)  # they lead to places of the page
+    """Convert a drawing of a page to a separate SVG file, which needs XML namespaces."""
+    svg = re.sub(r"</?a\b[^>]*>", "", svg)  # links lead to parts of the page
     names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
     return svg.replace("<svg ", f"<svg {names} ", 1) + "\n"

@@ -1,8 +1,7 @@
-"""Paths of the discs of a trace as few numbers: knots, between which a disc flies freely.
+"""Paths of the discs of a trace, compressed to few knots. A disc flies freely between two knots.
 
-Between two knots a disc is on a straight line, or under gravity on the parabola that leads from the one to the other:
-``p(t) = p_a + (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a place, and paths never
-jump.
+Between two knots, a disc is on a straight line or, under gravity, on the parabola through both: ``p(t) = p_a + (p_b -
+p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a position, and paths never jump.
 """
 
 from __future__ import annotations
@@ -17,10 +16,11 @@ from carom.model.trace import Flight, Trace, free_flights
 
 Array = NDArray[np.float64]
 
-#: A sampled state is left out if the flight between its neighbours passes it within this part of the scene's extent.
-#: That is a thousandth of a pixel in a picture of a hundred pixels, a fiftieth in the largest.
+#: A sampled state is dropped if the flight between its neighbours passes it within this fraction of the scene's extent.
+#: That is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth in the largest picture.
 SHARPNESS = 1e-5
-#: Between two of as many pieces a spin that changes evenly is off by 1/576 of what its change turns the disc by.
+#: Number of pieces of a slide. Each piece has a constant spin, which causes an angle error of 1/576 of the angle by
+#: which the change of spin turns the disc.
 _PIECES_OF_A_SLIDE = 12
 
 
@@ -29,10 +29,10 @@ class Track:
     """The flights of one disc.
 
     Attributes:
-        time_s: When each begins, and last when the last one ends; shape ``(k,)``, ascending.
-        position_m: Where the disc is then, shape ``(k, 2)``.
-        pull_m_s2: Its acceleration: of all flights, shape ``(2,)``, or where it slides, rolls or rests now and then of
-            each, shape ``(k - 1, 2)``.
+        time_s: Times at which flights begin, and at which the last one ends; shape ``(k,)``, ascending.
+        position_m: Positions of the disc at these times, shape ``(k, 2)``.
+        pull_m_s2: Acceleration of all flights, shape ``(2,)``; or of each flight, shape ``(k - 1, 2)``, if the disc
+            sometimes slides, rolls or rests.
     """
 
     time_s: Array
@@ -48,7 +48,7 @@ class Track:
         """Return the positions of the disc at times within the run, shape ``(len(time_s), 2)``."""
         after = np.clip(np.searchsorted(self.time_s, time_s, side="right"), 1, len(self.time_s) - 1)
         begin, end = self.time_s[after - 1], self.time_s[after]
-        with np.errstate(invalid="ignore", divide="ignore"):  # a flight of no length begins where it ends
+        with np.errstate(invalid="ignore", divide="ignore"):  # a flight without a duration ends where it begins
             part = np.where(end > begin, (time_s - begin) / (end - begin), 0.0)[:, None]
         straight = self.position_m[after - 1] * (1.0 - part) + self.position_m[after] * part
         bulge = 0.5 * ((time_s - begin) * (time_s - end))[:, None] * self.pulls_m_s2[after - 1]
@@ -56,7 +56,7 @@ class Track:
         return found
 
     def under(self, pull_m_s2: Array, near_m: float) -> Track:
-        """Return the track in flights of one acceleration, off by no more than `near_m`: as many as that takes."""
+        """Return the track as flights of one common acceleration, with a position error of at most `near_m`."""
         if self.pull_m_s2.ndim == 1:
             return self
         lasted = np.diff(self.time_s)
@@ -70,12 +70,12 @@ class Track:
 
 @dataclass(frozen=True)
 class Turning:
-    """The angle of one disc, which changes evenly between two of its impacts.
+    """The angle of one disc, which changes at a constant rate between two given times.
 
     Attributes:
-        time_s: The start, its impacts, what tells how its spin changes in contact, and the end; shape ``(k,)``,
-            ascending.
-        angle_rad: The angle then from that at the start, counterclockwise, shape ``(k,)``.
+        time_s: The start, the disc's impacts, times within contacts at which its spin changes, and the end; shape
+            ``(k,)``, ascending.
+        angle_rad: The angle at these times relative to the start, counterclockwise, shape ``(k,)``.
     """
 
     time_s: Array
@@ -87,9 +87,9 @@ class Turning:
 
 
 def turnings(trace: Trace) -> tuple[Turning, ...]:
-    """Return the angle of each disc, by the trace's own spins; empty where none turns.
+    """Return the angle of each disc over time, from the trace's own spins; empty if no disc turns.
 
-    A disc whose spin is no number turns no further.
+    A disc stops turning when its spin is NaN.
     """
     if trace.spins is None:
         return ()
@@ -132,7 +132,7 @@ def turnings(trace: Trace) -> tuple[Turning, ...]:
 
 
 def reference_tracks(trace: Trace) -> tuple[Track, ...]:
-    """Return the free flights of each disc from impact to impact, exact for a trace without steps."""
+    """Return the free flights of each disc from impact to impact. They are exact for a trace without steps."""
     discs = trace.scene.discs
     times = [[0.0] for _ in discs]
     places = [[np.array(disc.position_m, dtype=np.float64)] for disc in discs]
@@ -152,10 +152,10 @@ def reference_tracks(trace: Trace) -> tuple[Track, ...]:
 
 
 def _knots(flight: Flight) -> list[float]:
-    """Return the times that describe a flight, the last its end; with damping, as many as even steps between them need.
+    """Return the times of a flight's knots, up to its end. With damping, a flight needs several knots.
 
-    A disc between two knots that are h apart is off by up to c v h^2 / 8, which is to be no more than `SHARPNESS` of
-    the way of the flight. Where less than that is left of the way, it is drawn at rest.
+    Between two knots at a distance h in time, a disc has an error of up to c v h^2 / 8. It must be at most `SHARPNESS`
+    of the flight's length. When less than that is left of the flight, the disc is drawn at rest.
     """
     lasted, rate = flight.end_s - flight.begin_s, flight.damping.per_s
     way, begun = flight.damping.undamped(lasted), flight.begin_s
@@ -167,13 +167,13 @@ def _knots(flight: Flight) -> list[float]:
 
 
 def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
-    """Return tracks through the states that were kept; from the impacts where none were, or where these explain all.
+    """Return tracks through the kept states; or from the impacts, if no states were kept or the impacts explain them.
 
-    A method that goes to the instant of an impact turns between two of its states: then its impacts tell more.
+    A method that advances to the instant of an impact turns discs between two states. Then its impacts show more.
 
     Args:
         trace: The run.
-        extent_m: The size of what is drawn, in whose parts `SHARPNESS` is.
+        extent_m: Size of the drawing, to which `SHARPNESS` is relative.
     """
     flown = reference_tracks(trace)
     samples = trace.samples
@@ -193,20 +193,20 @@ def _fall(trace: Trace, disc: int) -> Array:
 
 
 def _finite(track: Track) -> Track:
-    """Return a track up to its first non-finite number; after that a disc stays at its last position."""
+    """Return a track up to its first non-finite number. After that the disc stays at its last position."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
     return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
 
 
 def _passes(track: Track, times: Array, places: Array, near: float) -> bool:
-    """Whether a track passes through the states; a track that is not finite does not."""
+    """Whether a track passes through the states. A track that is not finite does not."""
     away = np.abs(track.at(times) - places)
     return bool(np.isfinite(away).all() and away.max() <= near)
 
 
 def _thinned(times: Array, places: Array, pull: Array, near: float) -> Track:
-    """Return a track through as few of the states as explain the others."""
+    """Return a track through as few states as needed to explain the others."""
     finite = np.isfinite(places).all(axis=1)
     times, places = times[finite], places[finite]
     kept, pending = [0], [(0, len(times) - 1)]

@@ -1,6 +1,6 @@
-"""Runs of scenes with damping: the undamped run with its times and velocities mapped. See `carom.model.damping`.
+"""Runs with damping: a run without damping, with its times and velocities converted. See `carom.model.damping`.
 
-PIC runs without damping as far as the damped discs get. Its instants and velocities are then mapped back.
+PIC runs without damping as far as the damped discs get. Instants and velocities are then converted back.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ if TYPE_CHECKING:
 
 
 def undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
-    """Return the options of the undamped run; a contact time is not supported with damping."""
+    """Return the options of the undamped run. A contact time is not supported with damping."""
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
-    # The least that is mapped to the window's begin is the float after the greatest that is mapped before it.
+    # The least time that is mapped to the window's begin is the float after the greatest that is mapped to before it.
     least = -math.inf if begin <= 0.0 else math.nextafter(damping.latest(math.nextafter(begin, -math.inf)), math.inf)
     return replace(options, contact_duration_s=0.0, window_s=(least, end if end < 0.0 else damping.latest(end)))
 
 
 class DampedRun(SeenRun):
-    """A `carom.solvers.run.Run` by PIC with damping.
+    """A PIC run with damping, a `carom.solvers.run.Run`.
 
     Args:
         run: The run without damping, at its start.
@@ -49,7 +49,7 @@ class DampedRun(SeenRun):
         def times_s() -> Array:
             return damping.all_damped(run.log.array()["time_s"])
 
-        super().__init__(run, lambda rows: _slowed(rows, run.log, times_s, damping))
+        super().__init__(run, lambda rows: _slow_rows(rows, run.log, times_s, damping))
         self.time_s = 0.0
         self._damping = damping
 
@@ -57,7 +57,7 @@ class DampedRun(SeenRun):
         """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
 
         Raises:
-            InputError: One of the two is none, see `carom.solvers.options.require_goal`.
+            InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
         """
         require_goal(time_s, max_impacts)
         look = None if progress is None else lambda impacts, time: progress(impacts, self._damping.damped(time))
@@ -77,12 +77,12 @@ class DampedRun(SeenRun):
         return None if spins is None else spins * self._damping.kept(self.time_s)
 
 
-def _slowed(
+def _slow_rows(
     rows: NDArray[np.void], log: RunImpacts, times_s: Callable[[], Array], damping: Damping
 ) -> NDArray[np.void]:
     """Convert impacts without damping, or the spins around them, to those with damping.
 
-    `times_s` returns the damped times of undamped ones. Velocities and spins are scaled by ``1 - c s``, which is
+    `times_s` converts undamped times to damped ones. Velocities and spins are scaled by ``1 - c s``, which is
     ``exp(-c t)``.
     """
     kept = 1.0 - damping.per_s * log.array()["time_s"]

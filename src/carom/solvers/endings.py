@@ -1,4 +1,4 @@
-"""Early ends of a run: the limit of impacts at one instant, and the sentences that a user reads."""
+"""Early ends of a run: the limit of impacts at one instant, and the notes for users."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from carom.model.trace import body_name
 
 
 def standstill_impacts(bodies: int) -> int:
-    """Return the number of impacts at one instant after which time no longer advances, for a number of bodies.
+    """Return the number of impacts at one instant after which time counts as no longer advancing.
 
-    Equal discs in a line make at most n(n-1)/2 impacts, all at one instant if they touch; masses 1:100 against a wall
-    31, 1:10,000 314. A hundred times the square of the bodies permits all of these, and ends a run in which time does
-    not advance after milliseconds. With many bodies ten million more than those of a line do, after some seconds.
+    Equal discs in a line make at most n(n-1)/2 impacts, all at one instant if they touch. Two discs with masses 1:100
+    in front of a wall make 31, with 1:10,000 314. A hundred times the square of the number of bodies allows all of
+    these. The limit ends a run at a standstill after milliseconds. For many bodies the limit is ten million impacts
+    more than a line has, which take some seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 

@@ -1,4 +1,4 @@
-"""Options of a PIC run, with the checks that `carom.solve_pic` and a run itself share."""
+"""Options of a PIC run, with checks that `carom.solve_pic` and runs share."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from carom.solvers.units import Units
 
 ALWAYS = (-math.inf, math.inf)
-#: Impacts that no run has: no limit, for compiled loops.
+#: More impacts than any run has. Compiled loops use it for no limit.
 NO_LIMIT = 2**62
 
 
@@ -22,7 +22,7 @@ class RunOptions:
     """Options of a run: the impacts to record, and the contact time.
 
     Attributes:
-        record: "all" impacts, or "none". How many each disc had is counted always.
+        record: "all" impacts, or "none". The number of each disc's impacts is always counted.
         window_s: Record only impacts reported within these times, seconds.
         contact_duration_s: Contact time of the TC model, seconds; 0 for none.
 
@@ -45,13 +45,13 @@ class RunOptions:
 
     @classmethod
     def of(cls, record: str, window_s: tuple[float, float], contact_duration_s: float) -> RunOptions:
-        """Return checked options; the same ones each time of the defaults, whose making two discs would notice."""
+        """Return checked options. The defaults are one object, since making another slows the solving of two discs."""
         if record == "all" and window_s is ALWAYS and type(contact_duration_s) is float and contact_duration_s == 0.0:
             return PLAIN
         return cls(record, window_s, contact_duration_s)
 
     def in_units(self, units: Units) -> RunOptions:
-        """Return these options for a run in units of its own."""
+        """Return these options for a run in the given units."""
         if self is PLAIN:
             return self
         begin, end = map(units.of_seconds, self.window_s)
@@ -68,14 +68,14 @@ def _window(window_s: Any) -> tuple[float, float]:
     return begin, end
 
 
-#: The options by default.
+#: The default options.
 PLAIN = RunOptions()
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:
-    """Refuse a goal that is no time (infinity is one) or no number of impacts.
+    """Refuse a goal that is not a time (infinity is allowed) or not a number of impacts.
 
-    A run up to NaN would have no end, since no impact is later.
+    A run up to NaN would never end, since no impact is later than NaN.
 
     Raises:
         InputError: The message names the argument and its value.
@@ -89,5 +89,5 @@ def require_goal(time_s: float, max_impacts: int | None) -> None:
 def _is_time(value: Any) -> bool:
     try:
         return not math.isnan(value)
-    except (TypeError, OverflowError):  # an integer beyond floats is none either
+    except (TypeError, OverflowError):  # an integer too large for a float
         return False

@@ -1,7 +1,7 @@
 """PIC, predicted instant of collision: event-driven, without frames.
 
-Each disc's next impact is solved for. The earliest is applied at its instant, and only its discs are predicted again.
-So all impacts happen in their order, whatever their number between two frames.
+PIC solves for the next impact of each disc. PIC applies the earliest one at its instant, and then predicts only the
+discs of this impact again. So all impacts happen in order, however many there are between two frames.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
     from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 
-#: For two discs that don't meet, and for two that do.
+#: Outcomes of two discs that don't meet, and of two that do.
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
 def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
-    """Return a run of a scene by PIC, with any gravity or damping, that can be advanced in pieces.
+    """Return a PIC run of a scene, with any gravity or damping. The run can be advanced in pieces.
 
     `all_pairs` computes all pairs at each event; it changes no result.
     """
-    from carom.solvers.event_driven.run import EventDrivenRun  # the closed form of two discs needs none of it
+    from carom.solvers.event_driven.run import EventDrivenRun  # imported late: the closed form does not need it
     from carom.solvers.units import run_in_ordinary_units
 
     def make(start: Start, units: Units) -> Run:
@@ -72,23 +72,27 @@ def solve_pic(
     """Run a scene by event-driven PIC, the reference of all comparisons.
 
     Args:
-        scene: The scene, or its name in the catalogue; discs and walls of any number.
+        scene: The scene, or its name in the catalogue.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
-        record: Keep "all" impacts, or "none". How many each disc had is counted always.
+        record: Keep "all" impacts, or "none". The number of each disc's impacts is always counted.
         window_s: Keep only impacts reported within these times.
         sample_times_s: Ascending times at which to keep all positions, none by default.
         contact_duration_s: Contact time of the TC model, which ends inelastic collapse; 0 for none.
-        progress: Called now and then with the number of impacts so far and the time reached.
+        progress: Called at intervals with the number of impacts so far and the time reached.
 
     Returns:
-        The trace. Its final state is that at the end, or at the last impact where the run ended before.
+        The trace. The trace's final state is that at the end, or at the last impact if the run ended earlier.
 
     Raises:
         InputError: An option is outside its range, or not supported under gravity or with damping.
+
+    Examples:
+        >>> trace = carom.solve_pic("paper/missed")
+        >>> [float(time_s) for time_s in trace.impacts["time_s"]]
+        [0.425]
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     request = Request.checked(
         scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )
@@ -119,7 +123,7 @@ def _compiled_solve() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes
 
 
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
-    """Run a scene of two discs and no wall by its closed form; None where that does not apply."""
+    """Run a scene of two discs and no wall by its closed form; None if that does not apply."""
     first, second = scene.discs
     solution = _compiled_solve()(first, second, scene.restitution, end_s)
     if solution is None:

@@ -1,4 +1,4 @@
-"""Arguments of a PIC run apart from its scene, and the loop that advances any kind of run."""
+"""Arguments of a PIC run except its scene, and the loop that advances any run."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Request(NamedTuple):
         return self.max_impacts != 0 and self[2:] == (PLAIN, (), None)
 
     def carry_out(self, run: Run) -> tuple[Outcome, Samples | None]:
-        """Advance a run to its end; return the outcome, and the samples reached if any were requested."""
+        """Advance a run to its end. Return the outcome, and the samples if any were requested."""
         outcome, reached, places = Outcome.COMPLETED, [], []
         for time_s in (*(time_s for time_s in self.samples_s if time_s <= self.end_s), self.end_s):
             outcome = run.advance_to(time_s, self.max_impacts, self.progress)
@@ -73,13 +73,13 @@ class Request(NamedTuple):
             places.append(run.positions())
         if not self.samples_s:
             return outcome, None
-        if outcome is Outcome.COMPLETED:  # the last is the end
+        if outcome is Outcome.COMPLETED:  # the last sample is the end
             del reached[-1], places[-1]
         return outcome, Samples(np.array(reached), np.array(places).reshape(len(reached), *run.positions().shape))
 
 
 def _bending_law(scene: Scene) -> str:
-    """Return what bends the paths of a scene's discs; empty if nothing does."""
+    """Return the name of a law that bends the paths of a scene's discs; empty if none does."""
     laws = {
         "gravity": scene.gravity_m_s2 != (0.0, 0.0),
         "damping": scene.damping_per_s,
@@ -99,7 +99,7 @@ def _until(scene: Scene, until_s: object) -> float:
 
 
 def frames_of(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
-    """Return frames a second, the scene's own where None is given, and how many of them cover the scene.
+    """Return the frame rate, by default the scene's own, and the number of frames that cover the scene.
 
     Raises:
         InputError: The frame rate is not a positive number within the limits, or gives more frames than `MOST_STEPS`.

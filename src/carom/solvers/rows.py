@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Rows:
-    """An array that grows; views that it returned do not change."""
+    """An array that grows. Views that were returned earlier do not change."""
 
     def __init__(self, dtype: DTypeLike) -> None:
         self._rows: NDArray[np.void] = np.empty(0, dtype)
@@ -27,12 +27,12 @@ class Rows:
         return self._count
 
     def add(self, later: NDArray[np.void]) -> None:
-        """Add rows: the first are taken as they are, without a copy."""
+        """Add rows. The first rows are stored without a copy."""
         begin, self._count = self._count, self._count + len(later)
         if begin == 0:
             self._rows = later
             return
-        if self._count > len(self._rows):  # doubled, so that each row is copied once or twice in all
+        if self._count > len(self._rows):  # doubled, so that each row is copied only once or twice
             rows = np.empty(max(self._count, 2 * begin), self._rows.dtype)
             rows[:begin] = self._rows[:begin]
             self._rows = rows
@@ -50,9 +50,9 @@ CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 
 class RecordedImpacts:
-    """Impacts in their order, of `carom.solvers.run.RunImpacts`: the memory that compiled code wrote them into.
+    """Impacts in order, a `carom.solvers.run.RunImpacts`, in the memory that compiled code wrote.
 
-    With `edges_of` the edges are found that contacts were on, rows of `CONTACT_DTYPE`; without there are none.
+    `edges_of` finds the edges of contacts, which are rows of `CONTACT_DTYPE`. Without this function there are no edges.
     """
 
     def __init__(
@@ -68,13 +68,13 @@ class RecordedImpacts:
         self._edges_of = edges_of
         self._edges = None if edges_of is None else Rows(EDGE_DTYPE)
         self._modes: Rows | None = None
-        self._contacts: list[NDArray[np.void]] = []  # whose edges are not computed yet
+        self._contacts: list[NDArray[np.void]] = []  # contacts whose edges are not computed yet
 
     def __len__(self) -> int:
         return self._run.recorded
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts so far, without a copy the first time."""
+        """Return the impacts so far; the first call makes no copy."""
         if len(self._taken) < self._run.recorded:
             impacts, spins, contacts = self._run.take_impacts()
             self._taken.add(np.frombuffer(memoryview(impacts), IMPACT_DTYPE))
@@ -90,7 +90,7 @@ class RecordedImpacts:
         return None if self._spins is None else self._spins.array()
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return where discs slide, roll or rest; None where nothing does."""
+        """Return the changes between sliding, rolling and rest; None if there are none."""
         if (modes := self._run.take_modes()) is not None:
             if self._modes is None:
                 self._modes = Rows(MODE_DTYPE)
@@ -98,7 +98,7 @@ class RecordedImpacts:
         return None if self._modes is None else self._modes.array()
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the edges that the impacts were on; None without finite walls."""
+        """Return the edges of the impacts; None without finite walls."""
         if self._edges_of is None or self._edges is None:
             return None
         self.array()

@@ -1,4 +1,4 @@
-"""Interface of the runs of all solvers, and wrappers of a run in other units or with damping."""
+"""Interface of the runs of all solvers, and a wrapper of a run in other units or with damping."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Outcome
 
-#: Called now and then with the number of impacts so far and the time reached, seconds.
+#: Called at intervals with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
-#: Makes new rows of others.
+#: Converts rows.
 SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
 
 
 class Start(Protocol):
-    """Start of a run for solvers: a scene, or one in units of the run's own (`carom.solvers.units`)."""
+    """Start of a run for solvers: a scene, or a scene in a run's own units (`carom.solvers.units`)."""
 
     @property
     def arrays(self) -> DiscArrays:
@@ -50,26 +50,26 @@ class RunImpacts(Protocol):
     """The impacts that a run has recorded."""
 
     def __len__(self) -> int:
-        """Return their number."""
+        """Return the number of impacts."""
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `trace.IMPACT_DTYPE`, in the order they were carried out."""
+        """Return the impacts as a read-only array of `trace.IMPACT_DTYPE`, in order."""
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the edges that they were on, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
+        """Return the edges of impacts, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return where discs slide, roll or rest, as an array of `trace.MODE_DTYPE`; None if nothing does."""
+        """Return changes between sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
 
     def ambiguous(self) -> tuple[int, ...]:
-        """Return the rows that share a movable disc with an earlier impact at what may be the same instant."""
+        """Return the rows that share a movable disc with an earlier impact, at what may be the same instant."""
 
 
 class Run(Protocol):
-    """A run in progress. It can be advanced in any number of pieces, which change no bit of the result."""
+    """A run in progress. A run can be advanced in any number of pieces, which don't change any bit of the result."""
 
     @property
     def time_s(self) -> float:
@@ -81,7 +81,7 @@ class Run(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the run for the user."""
+        """Notes for the user on the run."""
 
     @property
     def counts(self) -> dict[str, int]:
@@ -91,7 +91,7 @@ class Run(Protocol):
         """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
 
         Raises:
-            InputError: One of the two is none, see `carom.solvers.options.require_goal`.
+            InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
         """
 
     def positions(self) -> NDArray[np.float64]:
@@ -108,7 +108,7 @@ class Run(Protocol):
 
 
 class SeenRun:
-    """A run in other units or with damping. What a subclass does not override is that of the run itself."""
+    """A wrapper of a run, for other units or damping. A subclass overrides what it converts."""
 
     def __init__(self, run: Run, rows: SeenRows) -> None:
         self.log = SeenLog(run.log, rows)
@@ -116,7 +116,7 @@ class SeenRun:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the run for the user."""
+        """Notes for the user on the run."""
         return self._run.notes
 
     @property
@@ -137,8 +137,8 @@ class SeenLog:
     """The impacts of a wrapped run, a `RunImpacts`.
 
     Args:
-        log: Those of the run itself.
-        rows: Returns its impacts, their spins or its modes as they are seen.
+        log: The impacts of the run itself.
+        rows: Converts impacts, their spins, or modes.
     """
 
     def __init__(self, log: RunImpacts, rows: SeenRows) -> None:
@@ -152,26 +152,26 @@ class SeenLog:
 
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.model.trace.IMPACT_DTYPE`."""
-        return self._seen(self._log.array())
+        return self._convert(self._log.array())
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
         spins = self._log.spins()
-        return None if spins is None else self._seen(spins)
+        return None if spins is None else self._convert(spins)
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return where discs slide, roll or rest, as an array of `trace.MODE_DTYPE`; None if nothing does."""
+        """Return changes between sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
         modes = self._log.modes()
-        return None if modes is None else self._seen(modes)
+        return None if modes is None else self._convert(modes)
 
-    def _seen(self, rows: NDArray[np.void]) -> NDArray[np.void]:
+    def _convert(self, rows: NDArray[np.void]) -> NDArray[np.void]:
         seen = self._rows(rows)
         seen.flags.writeable = False
         return seen
 
 
 def trace_of(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any) -> Trace:
-    """Return the trace of a run with its outcome; `more` are fields that the run lacks or that replace its own."""
+    """Return the trace of a run with its outcome. `more` are fields that the run lacks, or replacements of its own."""
     told: dict[str, Any] = {
         "impacts": run.log.array(),
         "spins": run.log.spins(),

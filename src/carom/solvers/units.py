@@ -1,7 +1,7 @@
-"""Units of a run: a scene of extreme sizes runs in units in which its numbers are ordinary.
+"""Units of a run: a scene with extreme sizes runs in units in which its numbers are ordinary.
 
-The units are powers of two, so a change of them rounds nothing, and scenes that differ by powers of two have the same
-digits. An ordinary scene, the rule, is run as it is.
+The units are powers of two, so a change of units rounds nothing, and scenes that differ by powers of two have the same
+digits. Most scenes are ordinary and keep their units.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 _LEAST = 1.0 / ORDINARY
-#: Exponent of the greatest speed: above that of 1, to leave more room for slower ones, and below that of `ORDINARY`, so
-#: that a gravity which makes this speed in the shortest of scenes is not too large.
+#: Exponent of the greatest speed. This speed is above 1, to leave more room for slower discs. It is below `ORDINARY`,
+#: so that a gravity which causes this speed in the shortest scene is not too large.
 _FASTEST = 100
 
 
 class Units(NamedTuple):
-    """Units of length, time and mass: two to these powers of a metre, a second and a kilogram."""
+    """Units of length, time and mass: powers of two of a metre, a second and a kilogram, by their exponents."""
 
     length: int
     time: int
@@ -78,23 +78,23 @@ class Units(NamedTuple):
         return Drive.along((self.of_seconds(leg.begin_s), _vector(leg.velocity, -speed)) for leg in drive.legs)
 
     def of_seconds(self, time_s: float) -> float:
-        """Return a time given in seconds, in these units."""
+        """Convert a time from seconds to these units."""
         return _times_power(time_s, -self.time)
 
     def seconds(self, time: float) -> float:
-        """Return a time given in these units, in seconds."""
+        """Convert a time from these units to seconds."""
         return _times_power(time, self.time)
 
     def a_second(self, rate: float) -> float:
-        """Return a rate given a second, in these units."""
+        """Convert a rate from 1/s to these units."""
         return _times_power(rate, self.time)
 
     def damping(self, per_s: float) -> Damping:
-        """Return a rate of damping in these units, or the greatest number if they have none for it."""
+        """Convert a rate of damping to these units; if it is too large, use the greatest number."""
         return Damping(min(self.a_second(per_s), sys.float_info.max))
 
     def rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
-        """Return impacts, the spins around impacts, or modes, given in these units, in SI units."""
+        """Convert impacts, spins around impacts, or modes from these units to SI units."""
         in_si = rows.copy()
         speed = self.length - self.time
         powers = dict.fromkeys(SPIN_DTYPE.names or (), -self.time) | {
@@ -114,7 +114,7 @@ SI = Units(0, 0, 0)
 
 
 def units_of(scene: Scene) -> Units:
-    """Return the units in which to run a scene: `SI` for one whose numbers are all ordinary."""
+    """Return the units in which to run a scene; `SI` if all its numbers are ordinary."""
     if _is_ordinary(scene):
         return SI
     sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
@@ -124,14 +124,14 @@ def units_of(scene: Scene) -> Units:
 
 
 def run_in_ordinary_units(scene: Scene, make: Callable[[Start, Units], Any]) -> Any:
-    """Return a run of a scene, made by `make` in units in which the scene is ordinary, and seen in SI units."""
+    """Return a run of a scene with results in SI units. `make` builds it in units in which the scene is ordinary."""
     units = units_of(scene)
     run = make(units.start(scene), units)
     return run if units == SI else RunInUnits(run, units)
 
 
 class _ScaledStart(NamedTuple):
-    """A start in units of its own, unchecked; the names of the fields are those of SI units."""
+    """A start in other units, unchecked. The names of the fields are those of SI units."""
 
     arrays: DiscArrays
     gravity_m_s2: Vector
@@ -141,7 +141,7 @@ class _ScaledStart(NamedTuple):
 
 
 class RunInUnits(SeenRun):
-    """A run in units of its own with results in SI units: a `carom.solvers.run.Run`, or a run of PIT."""
+    """A run in other units with results in SI units: a `carom.solvers.run.Run`, or a run of PIT."""
 
     def __init__(self, run: Any, units: Units) -> None:
         super().__init__(run, units.rows)
@@ -187,7 +187,7 @@ def _is_ordinary(scene: Scene) -> bool:
 
 
 def _middle(least: float, most: float) -> int:
-    """Return the exponent half-way between those of two numbers."""
+    """Return the exponent half-way between the exponents of two numbers."""
     return (_exponent(least) + _exponent(most)) // 2
 
 

@@ -1,1 +1,1 @@
-"""Support without discs: options, checks, formatting, limits, folders, versions, and the system."""
+"""General helpers: options, checks, formatting, limits, folders, versions, and the system."""

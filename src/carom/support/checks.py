@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from carom.errors import InputError
 from carom.support.escaping import shown
 
-__all__ = ["count", "finite", "floats", "number", "shown", "times", "vectors"]
+__all__ = ["count", "finite", "floats", "instance", "number", "shown", "times", "vectors"]
 
 Array = NDArray[np.float64]
 
-#: Tuples made once. As unions made at each call they took a tenth of a solution of two discs.
+#: Built once. Unions built at each call took a tenth of the time of solving two discs.
 _TEXTS = (str, bytes)
 _TRUTH_VALUES = (bool, np.bool_)
 
@@ -26,12 +26,12 @@ def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = 
 
     Args:
         name: Name of the argument.
-        value: Its value: a number of any kind but bool.
+        value: Value of the argument: a number of any type except bool.
         least: Lower bound.
         positive: Whether it must be above 0.
 
     Raises:
-        InputError: It is no such number.
+        InputError: The value is not such a number.
     """
     try:
         if isinstance(value, _TRUTH_VALUES + _TEXTS):
@@ -46,11 +46,21 @@ def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = 
     raise InputError(f"{name} must be a {kind} number{span}, got {shown(value)}")
 
 
+def instance(name: str, value: Any, kind: type) -> None:
+    """Check the type of an argument.
+
+    Raises:
+        InputError: It is of another type.
+    """
+    if not isinstance(value, kind):
+        raise InputError(f"{name} must be a {kind.__name__}, got {shown(value)}")
+
+
 def count(name: str, value: Any, *, least: int = 0) -> int:
     """Return an argument as a whole number, `least` or more.
 
     Raises:
-        InputError: It is no such number.
+        InputError: The value is not such a number.
     """
     try:
         if isinstance(value, _TRUTH_VALUES):
@@ -64,10 +74,10 @@ def count(name: str, value: Any, *, least: int = 0) -> int:
 
 
 def times(name: str, values: Any) -> list[float]:
-    """Return an argument as finite times in ascending order, none below 0.
+    """Return an argument as a list of finite times, 0 or more, in ascending order.
 
     Raises:
-        InputError: It is no list of such.
+        InputError: The value is not such a list.
     """
     try:
         if isinstance(values, _TEXTS):
@@ -86,11 +96,11 @@ def floats(name: str, value: ArrayLike) -> Array:
     """Return an argument as an array of floats.
 
     Raises:
-        InputError: It is none.
+        InputError: The value does not consist of numbers.
     """
     try:
         array = np.asarray(value)
-        if array.dtype.kind not in "fiu" and array.dtype != object:  # nor of text, truth values, complex numbers, times
+        if array.dtype.kind not in "fiu" and array.dtype != object:  # text, truth values, complex numbers or times
             raise TypeError(f"of type {array.dtype}")
         return np.asarray(array, np.float64)
     except (TypeError, ValueError, OverflowError) as error:
@@ -101,7 +111,7 @@ def finite(name: str, value: ArrayLike) -> Array:
     """Return an argument as an array of finite floats.
 
     Raises:
-        InputError: It is none.
+        InputError: The value does not consist of finite numbers.
     """
     array = floats(name, value)
     if not np.all(np.isfinite(array)):
@@ -113,7 +123,7 @@ def vectors(name: str, value: ArrayLike) -> Array:
     """Return an argument as an array of finite vectors, with x and y along its last axis.
 
     Raises:
-        InputError: It is none.
+        InputError: The value does not consist of such vectors.
     """
     array = finite(name, value)
     if array.ndim == 0 or array.shape[-1] != 2:

@@ -1,7 +1,7 @@
 """Reader of untrusted TOML and JSON, with limits of time and memory.
 
-The limits are in `carom.support.limits`. They are checked on the bytes before parsing, because parsers build every
-value, and some take a time that grows with the square of the size.
+The limits are in `carom.support.limits`. Limits are checked on the bytes before parsing, because parsers build every
+value, and the time of some grows with the square of the size.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
         kind: ``.toml`` or ``.json``.
 
     Raises:
-        InputError: It can't be read, exceeds a limit, or has other content. The message does not name the file.
+        InputError: The file can't be read, exceeds a limit, or has other content. The message does not name the file.
     """
     most, name = MOST_BYTES[kind], kind[1:].upper()
     try:
@@ -41,7 +41,7 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
         raise InputError(f"is larger than {most >> 20} MiB, the limit for {name}")
     lines = data.count(b"\n") + data.count(b"\r") if kind == ".toml" else 0
     if lines + values_in(data) > MOST_VALUES[kind]:
-        larger = "; JSON holds more" if kind == ".toml" else ""
+        larger = "; JSON files can have more" if kind == ".toml" else ""
         raise InputError(f"has more than {MOST_VALUES[kind]} values, the limit for {name}{larger}")
     if kind == ".toml" and _LONG_KEY.search(data):
         raise InputError(f"has a key of more than {MOST_KEY_PARTS} dotted parts")
@@ -58,15 +58,15 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
         what = (str(error) or type(error).__name__).splitlines()[0]
         raise InputError(f"is not {name}: {shortened(what, 200)}") from None
     if not isinstance(found, dict):
-        raise InputError(f"must hold an object with named fields, got {shown(found)}")
+        raise InputError(f"must be an object with named fields, got {shown(found)}")
     return found
 
 
 def without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object of JSON, as a function for ``object_pairs_hook`` of `json.loads`.
+    """Build an object of JSON without duplicate keys, as ``object_pairs_hook`` of `json.loads`.
 
     Raises:
-        InputError: It has a key twice, which parsers of JSON interpret differently.
+        InputError: A key occurs twice, which parsers of JSON interpret differently.
     """
     found = dict(pairs)
     if len(found) < len(pairs):

@@ -1,4 +1,4 @@
-"""Displays of results. `carom` registers the functions, so this module imports none of them."""
+"""Display of results. `carom` registers the functions, so this module imports none of them."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _view: Callable[[str], Callable[..., Any]]
 
 def shown_by(view: Callable[[str], Callable[..., Any]]) -> None:
     """Register the function that returns a view by name: ``summary``, ``html_of``, ``plot`` or ``to_pandas``."""
-    global _view  # noqa: PLW0603 - told once, by the package when it is imported
+    global _view  # noqa: PLW0603 - set once, by the package when it is imported
     _view = view
 
 
 class Shown:
-    """A result that is shown in a few lines; its dataclass is declared with ``repr=False``."""
+    """A result that is displayed in a few lines. The dataclass is declared with ``repr=False``."""
 
     def __repr__(self) -> str:
         text: str = _view("summary")(self)
@@ -39,7 +39,7 @@ class Drawn(Shown):
     """A result with a picture."""
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw it with matplotlib on `ax`, by default on new axes, and return the axes.
+        """Draw the result with matplotlib on `ax`, by default on new axes, and return the axes.
 
         Raises:
             MissingExtraError: The extra `report` is not installed.
@@ -53,7 +53,7 @@ class Tabular(Drawn):
     """A result that is also a table."""
 
     def to_pandas(self) -> DataFrame:
-        """Return a data frame with a row for each impact, or run, and units in the names of columns.
+        """Return a data frame with a row for each impact or run. Names of columns contain units.
 
         Raises:
             MissingExtraError: pandas is not installed.

@@ -1,4 +1,4 @@
-"""Equality by value of results with arrays, on which a dataclass's own ``==`` fails."""
+"""Comparison by value of results with arrays. The ``==`` of a dataclass fails on arrays."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 
 
 class ByValue:
-    """A frozen dataclass, declared with ``eq=False``, that is equal to another of its class if every field is.
+    """Base of frozen dataclasses with ``eq=False``. Two results of one class are equal if all of their fields are.
 
     Fields declared with ``compare=False`` don't count.
 
-    Arrays are equal if type, shape and every bit are: NaN equals NaN, and 0 is not -0. Since an array can be changed
-    in its place, there is no hash: such a result is no key of a dictionary.
+    Arrays are equal if type, shape and every bit are: NaN equals NaN, and 0 is not -0. Arrays can be changed in place,
+    so results have no hash and can't be keys of a dictionary.
     """
 
-    __hash__ = None  # type: ignore[assignment] # how Python is told that there is none
+    __hash__ = None  # type: ignore[assignment] # disables hashing
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):

@@ -59,9 +59,9 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
     x, y = vector
     if vector == (0.0, 0.0):
         raise ValueError("must not be of length zero")
-    # A vector that this function returned is unchanged, so that a saved wall loads equal. Its length differs from 1 by
-    # at most 3 units of relative rounding (2^-53): two of the length, one of the division. Computing the length adds
-    # two.
+    # A vector that this function returned stays unchanged, so that a saved wall loads as an equal one. The vector's
+    # length differs from 1 by at most 3 units of relative rounding (2^-53): two from the length, one from the division.
+    # Computing the length adds two more.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
         return (x, y)
     # Scaling by the larger component first keeps 1e-200 and 1e200 from under- and overflowing in the length.
@@ -71,7 +71,7 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
     return (x / length, y / length)
 
 
-# The bounds precede the validator. After it they would be enforced, but missing from the JSON Schema.
+# The bounds precede the validator. After the validator they would be enforced, but missing from the JSON Schema.
 _Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
 Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
@@ -81,7 +81,7 @@ Friction = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=Fals
 Rate = Friction
 Since = Friction
 SignedCoefficient = Annotated[float, Strict(), Field(ge=-1, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
-# JSON has no infinity, so an immovable disc's mass is written as the string "inf" there.
+# JSON has no infinity, so files contain the mass of an immovable disc as the string "inf".
 _InfinityAsText = PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json")
 Mass = Annotated[
     float,
@@ -106,7 +106,7 @@ Direction = Annotated[tuple[_Finite, _Finite], BeforeValidator(_plain), AfterVal
 class Model(BaseModel):
     """Base model: frozen, without unknown fields, and raising SceneError instead of Pydantic's errors."""
 
-    #: Fields that files and digests omit at their defaults.
+    #: Fields that files and digests omit if they have their default.
     left_out: ClassVar[tuple[str, ...]] = ()
 
     model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
@@ -132,7 +132,7 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
     for item in items:
         location = tuple(item["loc"])
         cause = item.get("ctx", {}).get("error")
-        if isinstance(cause, SceneError):  # raised by a nested model: only its place must be added
+        if isinstance(cause, SceneError):  # raised by a nested model: only its location must be added
             for problem in cause.problems:
                 yield problem._replace(field=location + problem.field)
             continue
@@ -163,7 +163,7 @@ def said_of(item: ErrorDetails) -> str:
     message = item["msg"]
     for prefix in ("Value error, ", "Input should ", "String should "):
         message = message.removeprefix(prefix)
-    if item["type"] == "value_error" and not message.startswith("must"):  # a sentence of its own
+    if item["type"] == "value_error" and not message.startswith("must"):  # a complete sentence
         return message
     message = message if message.startswith("must") else f"must {message}"
     return f"{message}, got {shown(item['input'])}"

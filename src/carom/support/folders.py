@@ -1,11 +1,11 @@
 """Output folders. Carom replaces and removes only files that it wrote itself.
 
-Carom marks its folders with a file that states their purpose. It writes only into a folder that is new, empty, or
+Carom marks its folders with a file that states their purpose. Carom writes only into a folder that is new, empty, or
 marked for the same purpose, so it never touches other files.
 
-Files that belong together appear together. They are written into a temporary folder and synchronised to the disk, and
-the rename of that folder commits them. Then they are moved to their places, by the next process if necessary. So after
-a kill or a loss of power the next command finds either all old files or all new ones.
+Files that belong together appear together. All files are written into a temporary folder and synchronised to the disk,
+and the rename of that folder commits them. Then the files are moved to their places, by the next process if necessary.
+So after a kill or a loss of power the next command finds either all old files or all new ones.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from carom.errors import InputError
 from carom.support.escaping import visible
 
 MARKER = ".carom"
-#: Marker: after its first line, a word for the folder's purpose.
+#: First line of a marker. The second line is a word for the folder's purpose.
 _SAYS = "Carom replaces the files that it wrote here.\n"
 #: Temporary folders next to the files: of files being written, and of committed files.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
-#: Longer names are cut, so that one with an ending and a temporary name stays below the 255 bytes of most systems.
+#: Longer names are cut. With an ending and a temporary name they then stay below the 255 bytes of most systems.
 _LONGEST_NAME = 100
 #: Windows interprets these as devices, with any text after the first full stop.
 _DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\.|$)")
@@ -51,7 +51,7 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
     """Mark a folder as Carom's, and finish an interrupted commit in it.
 
     Args:
-        folder: The folder; it is made if necessary.
+        folder: The folder, which is made if necessary.
         purpose: Purpose of the folder, one word of the marker.
         option: The option that names the folder, for the message.
 
@@ -76,14 +76,14 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
     except OSError as error:
         raise InputError(f"{error.filename or folder}: {error.strerror or error}", hints=[another]) from None
     if found != purpose:
-        what = f"{folder} is the folder of another command's files ({found}, not {purpose})"
+        what = f"{folder} contains another command's files ({found}, not {purpose})"
         raise InputError(what, hints=[another])
     _finish(folder)
 
 
 @contextmanager
 def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
-    """Like `claim`, around work with results for the folder; if there are none, the folder is restored."""
+    """Mark a folder like `claim`, around work that writes results. Without results the folder is restored."""
     new, marked = not folder.exists(), (folder / MARKER).exists()
     try:
         claim(folder, purpose, option)
@@ -99,8 +99,8 @@ def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes])
     """Write files into a marked folder, all or none, replacing older ones; return the first.
 
     Raises:
-        InputError: As `claim` says.
-        OSError: They can't be written.
+        InputError: As in `claim`.
+        OSError: The files can't be written.
     """
     claim(folder, purpose)
     new = folder / _NEW
@@ -118,12 +118,12 @@ def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes])
 
 
 def write_file(path: Path, content: str | bytes) -> Path:
-    """Write one file at a path of the user, atomically, replacing an older one; return its path.
+    """Write one file at a path that the user named, atomically, replacing an older one. Return its path.
 
     A link is followed. A pipe or a device such as ``/dev/stdout`` is written to.
 
     Raises:
-        OSError: It can't be written.
+        OSError: The file can't be written.
     """
     if path.exists() and not path.is_file():
         path.write_bytes(_bytes(content))
@@ -141,7 +141,7 @@ def write_file(path: Path, content: str | bytes) -> Path:
 
 
 def temporary(name: str) -> Path:
-    """Return a path of that name in a new temporary folder; call this only when there is content to write."""
+    """Return a path with this name in a new temporary folder. Call it only if there is content to write."""
     return Path(tempfile.mkdtemp(prefix="carom-")) / name
 
 
@@ -154,7 +154,7 @@ def _put(path: Path, content: str | bytes) -> None:
 
 
 def _bytes(content: str | bytes) -> bytes:
-    """Return the content of a file: text without control characters."""
+    """Return the content of a file as bytes. Control characters in text are escaped."""
     return visible(content).encode() if isinstance(content, str) else content
 
 
@@ -185,7 +185,7 @@ def _remove(folder: Path) -> None:
 
 
 def _settle(folder: Path) -> None:
-    """Synchronise a folder's names to the disk; systems that can't open folders do so themselves."""
+    """Synchronise a folder's names to the disk. Systems that can't open folders do so themselves."""
     if hasattr(os, "O_DIRECTORY"):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:

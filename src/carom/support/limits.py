@@ -1,10 +1,10 @@
 """Limits of numbers, files and options, for files, command line and Python alike.
 
-- No number that measures something is larger than `LARGEST` in magnitude, so that its square is a float; and a radius,
-  edge, mass, duration or rate is not smaller than `SMALLEST`.
+- A number that measures something is at most `LARGEST` in magnitude, so that its square is a float. A radius, edge,
+  mass, duration or rate is at least `SMALLEST`.
 - Sizes from ``1 / ORDINARY`` to `ORDINARY` need no change of units. The formulas are of fourth degree at most, so their
   terms, and the rounding errors of these, stay within the range of floats.
-- PIC refuses an impact of two discs so far out that floats do not distinguish their centres, see
+- PIC refuses an impact of two discs so far from the origin that floats can't distinguish their centres, see
   `carom.core.resolution`.
 - The sizes of one scene span no more than `SPAN` (`carom.model.sizes`), so there are units in which they are ordinary.
 """
@@ -24,41 +24,43 @@ if TYPE_CHECKING:
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
-#: A little less than the square of `ORDINARY`: units are powers of two, and take sizes to the middle only roughly.
+#: A little less than the square of `ORDINARY`: units are powers of two, so they centre the sizes only roughly.
 SPAN = 2.0**396
 
 #: Steps or frames of a run. A larger number is most likely a mistaken unit.
 MOST_STEPS = 2**32
 
-#: Default budget of engine steps for one method's search for a step. For 1 degree an engine that checks for overlap
-#: once per step takes 240,000 on `paper/missed`, and 430,000 on the puck of docs/how-to/which-step.md.
+#: Default budget of engine steps for one method's search for a step length. For an error of 1 degree, an engine that
+#: checks for overlap once per step needs 240,000 on `paper/missed`, and 430,000 on the puck of
+#: docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
-#: Discs and walls of a scene file. They load in seconds, in less than 500 MB.
+#: Discs and walls of a scene file. Such files load in seconds, in less than 500 MB.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
 
-#: Legs of a driven body: PIC visits each until the next impact.
+#: Most legs of a driven body: PIC visits each until the next impact.
 MOST_LEGS = 10_000
-#: More discs than this in one picture show nothing, and weigh megabytes.
+#: Most discs in one picture. More discs would show nothing, and take megabytes.
 MOST_DISCS_DRAWN = 64
-#: Bytes and values of a file by its ending; `values_in` counts them, in TOML with the lines. The largest scene fits
-#: into JSON easily; each value takes up to 100 bytes of memory. TOML takes ten times as long to read. Lines of JSON are
-#: results, three times those of all engines on all scenes.
-MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 48 * 2**20}
-MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**22}
-#: Parts of a dotted key of TOML, which is read in a time that grows with the square of their number; a scene needs one.
+#: Most bytes and values of a file by its ending. `values_in` counts values, and in TOML also lines. The largest scene
+#: fits into JSON easily; each value takes up to 100 bytes of memory. TOML takes ten times as long to read. Lines of
+#: JSON are results, each within the limits of JSON; 1e5 rows take 310 MB and half of these values.
+MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
+MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
+#: Most parts of a dotted key of TOML. The time of reading grows with the square of their number. A scene needs one
+#: part.
 MOST_KEY_PARTS = 4
 
-#: Limits of options: twenty times what the largest machines can use, and what ends in an hour at worst.
+#: Limits of options: twenty times what the largest machines can use, or an hour of run time at worst.
 MOST_JOBS = 1024
 MOST_PHASES = 1024
 MOST_ROUNDS = 1024
-#: Steps of a series. More steps would be too close together for their errors to differ.
+#: Most steps of a series. More steps would be too close together for their errors to differ.
 MOST_SERIES = 256
 #: Default time limit of an engine, seconds, after which it is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
-#: Seconds that a limit or a budget can be: four months. No system waits for 1e10.
+#: Longest limit or budget, seconds: four months. No system can wait for 1e10 seconds.
 LONGEST_S = 1e7
 #: Most megabytes of a worker: more than any machine has, and a number that every system accepts.
 MOST_MB = 1e9
@@ -75,7 +77,7 @@ def beyond(least: float, most: float) -> str:
 
 
 def require_within(name: str, array: NDArray[np.float64], least: float, most: float) -> None:
-    """Refuse an argument that is not finite, or not between two limits in magnitude, everywhere.
+    """Refuse an argument with a value that is not finite, or not between two limits in magnitude.
 
     Raises:
         InputError: The message names the argument, the first such value, and the limits.
@@ -88,7 +90,7 @@ def require_within(name: str, array: NDArray[np.float64], least: float, most: fl
 
 
 def require_megabytes(name: str, value: float) -> None:
-    """Refuse what is no limit of memory: a number of megabytes above 0, and not above `MOST_MB`.
+    """Refuse a limit of memory that is not a number of megabytes above 0 and up to `MOST_MB`.
 
     Raises:
         InputError: The message names the option or argument, and the value.
@@ -98,5 +100,5 @@ def require_megabytes(name: str, value: float) -> None:
 
 
 def values_in(data: bytes) -> int:
-    """Return how many values a text of JSON can hold at most, without reading it."""
+    """Return how many values a text of JSON can contain at most, without parsing it."""
     return 1 + data.count(b",") + data.count(b"[") + data.count(b"{")

@@ -1,8 +1,8 @@
 """Declarations of options: type, default, bounds and help, shared by Python, command line and journal.
 
-A study's options are a frozen dataclass, each field of which is an `option`. An invalid value is refused with the name
-under which it was given, in the same words in Python and the shell. The module imports neither NumPy nor pydantic,
-since `carom --help` needs these declarations.
+A study's options are a frozen dataclass. Each field is an `option`. An invalid value is refused with the name under
+which it was given, in the same words in Python and the shell. The module imports neither NumPy nor pydantic, since
+`carom --help` needs these declarations.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numbers import Real
 from typing import Any, ClassVar, Self
 
 from carom.errors import InputError
-from carom.support.escaping import shown
+from carom.support.escaping import named_hints, shown
 from carom.support.formatting import number
 from carom.support.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST
 
@@ -28,10 +28,10 @@ class ValueKind:
 
     Attributes:
         said: Requirement on a value, in words.
-        word: The same in one word, as `--help` has it; empty for a flag.
-        take: Returns a value as a study takes it. Raises TypeError, ValueError or OverflowError where it is none.
+        word: The requirement in one word, for `--help`; empty for a flag.
+        take: Converts a value for a study. Raises TypeError, ValueError or OverflowError if it is invalid.
         read: Converts a text of the shell for `take`; some texts contain several values of a list.
-        wrong: Values that it refuses, for tests.
+        wrong: Invalid values, for tests.
         gather: Converts several texts of the shell that are one value.
         range: Short description of the values for `--help`, if the word is not enough.
     """
@@ -45,15 +45,15 @@ class ValueKind:
     range: str = ""
 
     def refusal(self, name: str, value: Any) -> InputError:
-        """Return the error that refuses a value by name."""
+        """Return the error for an invalid value of an option."""
         return InputError(f"{name} must be {self.said}, got {shown(value)}")
 
 
 def taken(kind: ValueKind, name: str, value: Any) -> Any:
-    """Return a value as a study takes it.
+    """Check a value and return it in the form that a study uses.
 
     Raises:
-        InputError: It is invalid; the message has its name and the requirement.
+        InputError: The value is invalid; the message has the option's name and the requirement.
     """
     try:
         return kind.take(value)
@@ -66,12 +66,12 @@ class Option:
     """One option.
 
     Attributes:
-        kind: Kind of its values, or of each item of a list.
-        what: Its description for `--help`.
-        flags: Its names in the shell, the shown one first; empty if it is not in the shell.
+        kind: Kind of the values, or of each item of a list.
+        what: Description for `--help`.
+        flags: Names in the shell, the shown one first; empty if it is not in the shell.
         many: Whether it is a list.
         stamped: Whether results in a journal depend on it, apart from their keys.
-        default: Its default in words, if the value is not enough.
+        default: Default in words, if the value is not enough.
     """
 
     kind: ValueKind
@@ -83,7 +83,7 @@ class Option:
 
     @property
     def wrong(self) -> tuple[Any, ...]:
-        """Values that it refuses, from Python."""
+        """Values that are invalid in Python."""
         if not self.many:
             return self.kind.wrong
         return (*([value] for value in self.kind.wrong), "text", 5)
@@ -92,7 +92,7 @@ class Option:
 def option(
     default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
 ) -> Any:
-    """Declare a field. A default of None means what `said` describes, and may also be given."""
+    """Declare a field of a study's options. A default of None means what `said` describes; it may also be given."""
     return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
 
 
@@ -117,14 +117,14 @@ class DeclaredOptions:
 
     @classmethod
     def said(cls, texts: Mapping[str, Any], *, before: str = "--") -> Self:
-        """Return options from a command line: for each field a text, texts, or None if it is not given.
+        """Return options from a command line. Each field has a text, several texts, or None if it was not given.
 
         Args:
             texts: Given texts, by the field's name.
-            before: Prefix of the option's name in another command, pytest.
+            before: Prefix of the option's name: pytest has another one.
 
         Raises:
-            InputError: As the class, with the name that the option has in the shell.
+            InputError: As for the class, but with the option's name in the shell.
         """
         given = {}
         for field_name, one in declared(cls).items():
@@ -132,9 +132,23 @@ class DeclaredOptions:
                 given[field_name] = _read(one, one.flags[0].partition("/")[0].replace("--", before, 1), text)
         return cls(**given)
 
+    @classmethod
+    def passed(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
+        """Return options from the keywords of a function; the function itself gives the fixed ones.
+
+        Raises:
+            InputError: As the class, or there is no such option.
+        """
+        known = [name for name in declared(cls) if name not in fixed]
+        for name in options:
+            if name not in known:
+                hints = named_hints(name, known, f"there are: {', '.join(known)}")
+                raise InputError(f"{function} has no option {name!r}", hints=hints)
+        return cls(**fixed, **options)
+
     @property
     def stamp(self) -> dict[str, Any]:
-        """Options on which results in a journal depend apart from their keys; a journal needs equal ones."""
+        """Options on which results in a journal depend, apart from their keys. A journal needs equal ones."""
         return {name: getattr(self, name) for name, one in declared(self).items() if one.stamped}
 
 
@@ -169,7 +183,7 @@ def _real(value: Any) -> float:
 
 
 def whole(least: int, most: int | None = None) -> ValueKind:
-    """Return the whole numbers from a least one, up to a greatest one if there is one."""
+    """Return the kind of whole numbers from `least` up to `most`; None is no upper limit."""
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
@@ -198,7 +212,7 @@ def format_bound(value: float) -> str:
 def measure(
     said: str, word: str, least: float, most: float, *, read: Callable[[str], Any] = float, span: str = ""
 ) -> ValueKind:
-    """Return the finite numbers above `least` and up to `most`."""
+    """Return the kind of finite numbers above `least` and up to `most`."""
 
     def take(value: Any) -> float:
         found = _real(value)
@@ -215,19 +229,19 @@ def _up_to(most: float) -> str:
 
 
 def seconds() -> ValueKind:
-    """Return the limits of time."""
+    """Return the kind of limits of time."""
     said = f"a positive number of seconds, at most {format_bound(LONGEST_S)}"
     return measure(said, "SECONDS", 0.0, LONGEST_S, span=_up_to(LONGEST_S))
 
 
 def megabytes() -> ValueKind:
-    """Return the limits of memory."""
+    """Return the kind of limits of memory."""
     said = f"a positive number of megabytes, at most {format_bound(MOST_MB)}"
     return measure(said, "MEGABYTES", 0.0, MOST_MB, span=_up_to(MOST_MB))
 
 
 def step(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
-    """Return steps; `read` parses a text of one or several steps, which `also` describes."""
+    """Return the kind of steps. `read` parses a text of one or several steps, which `also` describes."""
     limits = f"above 0: from {number(SMALLEST, 3)} to {number(LARGEST, 3)}"
     said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
     return measure(said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or fraction, span="above 0")
@@ -249,7 +263,7 @@ def _text(value: Any) -> str:
 
 
 def name() -> ValueKind:
-    """Return names; their existence is checked elsewhere."""
+    """Return the kind of names. The existence of names is checked elsewhere."""
     return ValueKind("a name", "NAME", _text, wrong=(5, None, True, 0.5, ["x"]))
 
 
@@ -260,11 +274,11 @@ def _bool(value: Any) -> bool:
 
 
 def flag() -> ValueKind:
-    """Return True and False."""
+    """Return the kind of True and False."""
     return ValueKind("True or False", "", _bool, wrong=("no", 0, 1, None))
 
 
 def one_of(kinds: type[StrEnum]) -> ValueKind:
-    """Return the values of an enumeration, also by their names."""
+    """Return the kind of an enumeration's values, which may also be given by name."""
     listed = ", ".join(one.value for one in kinds)
     return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds, wrong=("x", 5, None, True))

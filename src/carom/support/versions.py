@@ -1,4 +1,4 @@
-"""Versions of releases as a user names them: a version, or a condition."""
+"""Versions of releases that users name: a version, or a condition such as ``>=7``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from carom.support.escaping import release_numbers, shown
 #: Whether the numbers of a release meet a condition.
 VersionCondition = Callable[[tuple[int, ...]], bool]
 
-#: Pattern of a version that is safe for a registry's client, which could take other words for options, paths or ranges.
+#: Pattern of a version that is safe for a registry's client. Other words could be read as options, paths or ranges.
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 
 _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
@@ -23,14 +23,14 @@ _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
 
 
 def require_version(version: str) -> str:
-    """Return a version that is safe for a client.
+    """Return a version if it is safe to pass to a registry's client.
 
     Raises:
-        InputError: It is not a version.
+        InputError: The argument is not a version.
     """
     if not _VERSION.fullmatch(version):
         raise InputError(
-            f"a version must begin with a digit and hold letters, digits, . + ! _ - alone, got {shown(version)}"
+            f"a version must begin with a digit and have only letters, digits, . + ! _ -, got {shown(version)}"
         )
     return version
 
@@ -39,7 +39,7 @@ def version_condition(word: str) -> VersionCondition | None:
     """Return the condition of a word such as ">=7" or "3.0..4.0"; None for a plain version.
 
     Raises:
-        InputError: The text after the sign is no version.
+        InputError: The text after the sign is not a version.
     """
     low, dots, high = word.partition("..")
     if dots:
@@ -53,10 +53,10 @@ def version_condition(word: str) -> VersionCondition | None:
 
 
 def version_conditions(text: str) -> tuple[VersionCondition, ...]:
-    """Return the conditions, separated by commas, of a range: ">=7,<8"; a version alone is met by that release.
+    """Return the conditions of a range such as ">=7,<8". A plain version is a condition that only this release meets.
 
     Raises:
-        InputError: It is empty, or a part is neither a condition nor a version.
+        InputError: The text is empty, or a part is neither a condition nor a version.
     """
     words = [word.strip() for word in text.split(",")]
     return tuple(version_condition(word) or _equal(require_version(word)) for word in words)

@@ -1,1 +1,1 @@
-"""Play page: PIC and PIT in the browser, bit-identical to Carom's."""
+"""Play page: an interactive page with PIC and PIT in the browser, bit-identical to Carom's."""

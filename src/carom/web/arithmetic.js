@@ -1,11 +1,11 @@
-// A difference of floats without loss, frexp and ldexp, as Python has them. Every operation is one that ECMAScript rounds
-// correctly, in the order of carom/core, so that rows for the core have the same bits in every browser.
+// Exact difference of floats, frexp and ldexp, as in Python. ECMAScript rounds all operations used here correctly, and
+// they are in the order of carom/core. So rows for the core have the same bits in every browser.
 export const twoDiff = (a, b) => {
   const s = a - b,
     p = s - a;
   return [s, a - (s - p) - (b + p)];
 };
-// math.frexp's exponent and math.ldexp, exact except for results below 2^-1022
+// Exponent of math.frexp, and math.ldexp; exact except for results below 2^-1022.
 const view = new DataView(new ArrayBuffer(8));
 export const exponent = (x) => {
   if (x === 0 || !Number.isFinite(x)) return 0;

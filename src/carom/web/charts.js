@@ -1,4 +1,4 @@
-// The two charts: the timeline of the first impact, and missed impacts against frames per second.
+// Two charts: the timeline of the first impact, and missed impacts against frames per second.
 import { compare, missedShare } from "./compare.js";
 import { chart, chartSaid, left, line, lineSaid, methods } from "./layout.js";
 import { problemOf } from "./scene.js";
@@ -6,7 +6,7 @@ import { runOf } from "./solving.js";
 import { clockOf, digits, overlapOf } from "./stage.js";
 import { placeOf, rateAt, state } from "./state.js";
 
-// The timeline of the first impact of two discs, wide enough to show its overlap.
+// Draws the timeline of the first impact of two discs, wide enough to show its overlap.
 export function drawLine() {
   const pen = line.getContext("2d"),
     { width: w, height: h } = line,
@@ -43,13 +43,13 @@ export function drawLine() {
   }
   pen.fillStyle = colour("--link");
   pen.fillRect(x(state.time) - dense, 0, 2 * dense, h);
-  lineSaid.textContent = `From ${digits(from)} to ${digits(from + span)} s. Ticks: frames of PIT; a tall thick one finds the first impact. Dark: the discs overlap while approaching, which PIT tests; light: while separating.`;
+  lineSaid.textContent = `From ${digits(from)} to ${digits(from + span)} s. Ticks: frames of PIT; a tall, thick tick finds the first impact. Dark: the discs overlap while approaching, so PIT finds them. Light: they overlap while separating.`;
 }
 const PHASES = 8,
   RATES = 48,
-  SLICE_MS = 12; // of the time between two pictures, so that the page goes on answering
+  SLICE_MS = 12; // time for calculation between two pictures, so that the page stays responsive
 let charted = "",
-  rows = {}; // by method: frames per second, missed share, worst velocity error
+  rows = {}; // for each method: frames per second, missed share, worst velocity error
 export function drawChart() {
   const { scene: s, truth } = state;
   if (state.drag || !truth) return;
@@ -65,9 +65,9 @@ export function drawChart() {
   paintChart(s, truth, frame_rate_hz, crowd);
 }
 function measure(key, runs) {
-  if (key !== charted) return; // another one has begun
+  if (key !== charted) return; // a newer chart has started
   if (state.drag) {
-    charted = ""; // starts again after the drag
+    charted = ""; // restarts after the drag
     return;
   }
   const began = performance.now();
@@ -135,7 +135,7 @@ function paintChart(s, truth, frame_rate_hz, crowd) {
   const engine = state.method === "pit" ? "" : methods.selectedOptions[0].textContent;
   chartSaid.textContent = `${engine || "PIT"} against frames per second, with ${PHASES} frame offsets each; vertical line: your rate. Bars: ${crowd ? "impacts from the first miss on" : "frame offsets at which an impact is missed"}. Line: worst velocity error of the first impact if found, over its speed${engine ? "; thin: PIT's" : ""}${crowd ? "" : `; dashed: closed form of ${engine ? "PIT's" : "the"} bars`}.`;
 }
-// Each run is a step, after which others may have their turn. A phase at which a method does not run counts for nothing.
+// Yields after each run, so that other work can be done. Phases at which a method can't run do not count.
 function* measured(method, crowd) {
   const { scene: s, truth } = state,
     own = rows[method];

@@ -1,11 +1,11 @@
-// How a run differs from the exact one, as the page shows it; carom.comparator judges more, and by more.
+// Comparison of a run with the exact one, for the numbers on the page. carom.comparator is more thorough.
 import { clockOf, overlapOf } from "./stage.js";
 import { isFixed } from "./scene.js";
 
-// When discs bounced: of an engine, where their paths turned, if that is known; else when it says so.
+// Returns when discs bounced: when their paths turned, if that is known; otherwise the reported time.
 export const bouncedAt = (r) => (Number.isFinite(r.effective_s) ? r.effective_s : r.time_s);
 
-// Impacts of the same two bodies are compared in their order.
+// Compares two runs. Impacts of the same two bodies are matched in order.
 export function compare(scene, truth, run) {
   const waiting = new Map(),
     key = (r) => `${r.first} ${r.second}`;
@@ -38,8 +38,8 @@ export function compare(scene, truth, run) {
   };
 }
 
-// Two discs that fly on approach for the first half of their overlap: PIT sees them when a look falls into that half,
-// so of all phases of looks dt apart it misses this share (carom.execution.phases.pit_miss_probability).
+// Returns the share of phases at which PIT misses the first impact. In free flight, discs approach in the first half of
+// their overlap, and PIT finds them if a frame is in that half (carom.execution.phases.pit_miss_probability).
 export function missedShare(scene, truth, dt) {
   const first = truth.impacts[0];
   return first && first.second >= 0 ? Math.max(0, 1 - clockOf(scene, overlapOf(scene, first) / 2) / dt) : null;

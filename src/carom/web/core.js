@@ -1,5 +1,5 @@
-// Carom's core in WebAssembly: what a run is given, and the rows that it leaves. carom/core/wasm is the other side, with
-// the same names in the same order.
+// Interface of Carom's core in WebAssembly: arguments of a run, and its result rows. carom/core/wasm has the same names in
+// the same order.
 import { exactFall } from "./quartic.js";
 
 const ARRAYS = [
@@ -19,7 +19,7 @@ const QUARTIC_POWERS = 5,
   MOST_PRODUCTS = 36;
 
 let core = null;
-// What the core asks of a scene: whether the order of impacts at a corner matters.
+// Callback of the core: whether the order of impacts at a corner matters.
 const asked = { isOrderFree: () => false };
 export const whenAsked = (answers) => Object.assign(asked, answers);
 
@@ -42,7 +42,7 @@ export async function startCore(bytes) {
   core = instance.exports;
 }
 
-// Times of a damped disc and of one without, as carom/model/damping.py has them: see damping.h.
+// Converts times between damped and undamped motion, as in carom/model/damping.py; see damping.h.
 export const kept = (rate, time) => core.kept(rate, time);
 export const undamped = (rate, time) => core.undamped(rate, time);
 export const damped = (rate, time) => core.damped(rate, time);
@@ -50,9 +50,9 @@ export const latestUndamped = (rate, time) => core.latest_undamped(rate, time);
 export const timesPower = (x, exponent) => core.times_power(x, exponent);
 
 const required = (enough) => {
-  if (!enough) throw new RangeError("there is not enough memory for this run");
+  if (!enough) throw new RangeError("not enough memory for this run");
 };
-// Gives the core arrays, each a list of numbers or of rows of them, and numbers.
+// Passes arrays (lists of numbers or of rows) and numbers to the core.
 function give(arrays, numbers) {
   core.begin_input();
   for (const [name, rows] of Object.entries(arrays)) {
@@ -65,13 +65,13 @@ function give(arrays, numbers) {
   const all = floats(core.numbers(), NUMBERS.length);
   for (const [name, value] of Object.entries(numbers)) all[NUMBERS.indexOf(name)] = Number(value);
 }
-const IMPACT = 13, // eights of bytes of a row: those of carom_core.h and accelerated.h
+const IMPACT = 13, // size of a row in 8 bytes, as in carom_core.h and accelerated.h
   MODE = 14;
 function results() {
   const values = floats(core.results(), RESULTS.length);
   return Object.fromEntries(RESULTS.map((name, k) => [name, values[k]]));
 }
-// A whole number of 64 bits: the core counts in 32.
+// Reads a 64-bit integer as two of 32 bits.
 const wholeAt = (row) => new Int32Array(row.buffer, row.byteOffset, 2 * row.length);
 const pair = (row, at) => [row[at], row[at + 1]];
 function impactsOf({ impacts, impactCount, spins, contacts }) {
@@ -122,12 +122,12 @@ function statesOf(address, discs, hasSpins) {
   };
 }
 function found(ended) {
-  if (ended.isTooFar) throw new RangeError("two discs met so far out that floats do not tell their centres apart");
+  if (ended.isTooFar) throw new RangeError("two discs met so far from the origin that floats can't distinguish their centres");
   const ambiguous = Array.from({ length: ended.ambiguousCount }, (_, k) => new Int32Array(core.memory.buffer, ended.ambiguous + 8 * k, 1)[0]);
   return { impacts: impactsOf(ended), modes: modesOf(ended), ambiguous };
 }
 
-// How a run of PIC has ended, by `Ending` of state.h.
+// How a run of PIC ended, by `Ending` in state.h.
 const NO_MEMORY = 4;
 const OUTCOMES = [
   ...["completed", "max_impacts", "standstill", "pause", "no_memory", "glides", "crushed", "outgrown"],

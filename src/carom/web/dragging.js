@@ -1,10 +1,10 @@
-// Discs and arrows in the hand: mouse, finger and keys. A finger that begins elsewhere than on a disc scrolls the page.
+// Dragging of discs and arrows by mouse, touch and keys. A touch outside of discs scrolls the page.
 import { head, moved } from "./edits.js";
 import { left, right } from "./layout.js";
 import { draw } from "./pictures.js";
 import { isFixed } from "./scene.js";
 import { changed, state } from "./state.js";
-import { told } from "./wording.js";
+import { showClock } from "./wording.js";
 
 function grabbed(stage, event) {
   const p = stage.metres(event),
@@ -82,6 +82,6 @@ left.canvas.addEventListener("keydown", (event) => {
     );
   } else return;
   event.preventDefault();
-  told();
+  showClock();
   draw();
 });

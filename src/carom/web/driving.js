@@ -1,8 +1,8 @@
-// The paths of driven bodies, in legs of one velocity each: carom/model/prescribed_motion.py.
+// Paths of driven bodies as legs of constant velocity, as in carom/model/prescribed_motion.py.
 import { less, nearest, plus, rational, times } from "./rational.js";
 
 const NO_WAY = [0, 0];
-// The legs of a body of a scene: when each begins and ends, how far the body has moved by then, and its velocity.
+// Returns the legs of a body: begin, end, displacement at the begin, and velocity.
 export function legsOf({ legs = [], velocity_m_s = NO_WAY }) {
   const given = legs.length ? legs : [{ from_s: 0, velocity_m_s }];
   let at = [0, 0].map(rational);
@@ -18,7 +18,7 @@ export function legsOf({ legs = [], velocity_m_s = NO_WAY }) {
 }
 export const isDriven = (legs) => legs.some(({ velocity }) => velocity.some((v) => v !== 0));
 export const movedOn = ({ begin, moved, velocity }, t) => moved.map((x, k) => x + velocity[k] * (t - begin));
-// The leg at a time, and those after it.
+// Returns the leg at a time and all later legs.
 export const legsFrom = (legs, t) => {
   let first = legs.length - 1;
   while (first > 0 && legs[first].begin > t) first--;

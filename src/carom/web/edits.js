@@ -1,4 +1,4 @@
-// What a hand changes of the scene: its discs, their numbers, its walls.
+// Changes of the scene by the user: discs, their numbers, and walls.
 import { more, left, numbers, problem, walls } from "./layout.js";
 import { inRange, isFixed, problemOf } from "./scene.js";
 import { make } from "./stage.js";

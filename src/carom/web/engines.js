@@ -1,5 +1,5 @@
-// Engines in the page: each is a packed block of text, unpacked when it is chosen. It is the adapter's own engine.mjs with
-// its package and what adapters share (carom/web/linked.py), and hands its class of worlds here.
+// Engines in the page. Each is a packed block of text that is unpacked when a reader chooses it: the adapter's engine.mjs,
+// its package, and shared functions of adapters (carom/web/linked.py). It passes its World class to this module.
 import { isFixed, advanced, bare } from "./scene.js";
 
 const INSTALLED = JSON.parse(globalThis.caromText(document.getElementById("engines")));
@@ -14,13 +14,13 @@ async function start(name) {
   return new Promise((done, fail) => {
     globalThis.caromEngines[name] = { done, fail };
     const script = document.createElement("script");
-    script.textContent = text; // the page's policy has its hash
+    script.textContent = text; // the page's policy allows its hash
     document.head.append(script);
     setTimeout(() => fail(new Error(`${name} did not start`)), START_WITHIN_MS);
   });
 }
 
-// Steps a scene through an engine. An impact is a contact that changed a velocity, for as many steps as it goes on to.
+// Runs a scene on an engine. An impact is a contact that changes a velocity, in one or several successive steps.
 export function drive(World, settings, scene, phase) {
   const dt = 1 / scene.frame_rate_hz,
     early = phase * dt;
@@ -32,10 +32,10 @@ export function drive(World, settings, scene, phase) {
     world.free?.();
   }
 }
-// A velocity that free flight explains to this part of it has not changed: engines count in 32 bits, too.
+// Largest relative change of a velocity that counts as rounding, for engines with 32-bit floats.
 const UNCHANGED = 1e-5;
 function stepped(world, scene, start, dt, early) {
-  world.observe(); // as the harness does before the first step
+  world.observe(); // as in the harness, before the first step
   const pullOf = (i) => (i < 0 || isFixed(scene.discs[i]) ? [0, 0] : scene.gravity_m_s2);
   const impacts = [],
     tracks = scene.discs.map((d) => [[0], [d.position_m[0]], [d.position_m[1]]]);
@@ -96,8 +96,8 @@ function stepped(world, scene, start, dt, early) {
   for (const one of impacts) if (one.alone) one.effective_s = effectiveTime(one, pullOf);
   return { impacts, tracks, warning, end_s: early + steps * dt, stepped: true, step_ms: spent / Math.max(1, steps) };
 }
-// When the paths turned: where the free flights before and after the contact come nearest, as carom/execution/impact_collector.py has
-// it. NaN where they don't turn.
+// Returns when the paths turned: when the free flights before and after the contact are nearest, as in
+// carom/execution/impact_collector.py. NaN if they do not turn.
 function effectiveTime({ first, second, began, ended }, pullOf) {
   const lasted = ended.time_s - began.time_s,
     of = (rows, axis) => (second < 0 ? 0 : rows[second][axis]) - rows[first][axis];

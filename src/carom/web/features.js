@@ -1,11 +1,12 @@
-// What a disc meets of a finite wall: faces, arcs and vertices, merged exactly. carom/core/wall_features.py and
-// features.py. A feature is { kind: "face" | "vertex" | "arc", ... } with the edges that it is of; pairs are [high, low].
+// Features of a finite wall that a disc can meet: faces, arcs and vertices, merged exactly, as in
+// carom/core/wall_features.py and features.py. A feature is { kind: "face" | "vertex" | "arc", ... } with its edges; pairs
+// are [high, low].
 import { twoDiff } from "./arithmetic.js";
 import { circleOf, sameEnds } from "./outline.js";
 import { alike, cross, dot, less, nearestRoot, negated, pairOf, plus, rational, rootOf, times } from "./rational.js";
 
 export const KINDS = { face: 0, vertex: 1, arc: 2 };
-// Features are the same by what they are, of whichever wall.
+// Features are equal if their geometry is, even of different walls.
 const shapeOf = (feature) => JSON.stringify({ ...feature, edges: null });
 export const sameFeature = (one, other) => one === other || shapeOf(one) === shapeOf(other);
 const exactly = (point) => point.map(rational);
@@ -23,7 +24,7 @@ function arcOn({ x, y, radius2 }, ends, halfWidth, inside, edges) {
   return roundOf([pairOf(x), pairOf(y)], rootOf(radius2), halfWidth, inside, sector, edges);
 }
 const PLACES = 2 ** -50;
-// Narrower discs than fitsBelow alone meet the inner side of an arc, and the others its stops.
+// Only discs smaller than fitsBelow meet the inner side of an arc. Others meet its stops.
 function roundOf(centre, radius, halfWidth, inside, sector, edges) {
   const size = Math.abs(centre[0][0]) + Math.abs(centre[1][0]) + radius[0],
     fitsBelow = inside ? radius[0] - halfWidth - PLACES * size : 0;
@@ -38,7 +39,7 @@ function stopOf(inner, { x, y }, [dx, dy]) {
 const turnOf = ({ bulge }) => (bulge > 0) - (bulge < 0);
 const sameCircle = (one, other) =>
   one === null || other === null ? one === other : ["x", "y", "radius2"].every((name) => alike(one[name], other[name]));
-// The direction of the way of a run at one of its ends.
+// Returns the direction of a run of edges at one of its ends.
 function tangent({ edge, circle }, point) {
   if (circle === null) {
     const [a, b] = [exactly(edge.a), exactly(edge.b)];
@@ -60,7 +61,7 @@ const joined = (one, other) => ({
   circle: one.circle,
   numbers: [...one.numbers, ...other.numbers],
 });
-// The edges of a chain in order, those that go on in one line or on one circle as one.
+// Returns the edges of a chain in order. Edges on one line or circle are merged.
 function runsOf({ edges, closed, radius, points, stretches }) {
   if (radius !== null) {
     const [x, y] = exactly(points[0]),
@@ -92,7 +93,7 @@ const quartersOf = ([x, y]) => [
   [y, negated(x)],
 ];
 const NEARLY_HALF = [1n, 1n << 20n];
-// The points at which an arc, between its neighbours, stops discs that do not fit inside.
+// Returns the points at which an arc and its neighbours stop discs that do not fit inside.
 function stopsOf({ edge, circle }, inner, before, after) {
   const [first, last] = [edge.a, edge.b].map((point) => {
       const [x, y] = exactly(point);
@@ -110,7 +111,7 @@ function stopsOf({ edge, circle }, inner, before, after) {
   }
   return ways.map((way) => stopOf(inner, circle, way));
 }
-// Those of a wall, where no disc is wider than `widest`.
+// Returns the features of a wall for discs with a radius of at most `widest`.
 export function featuresOf(outline, widest) {
   const { halfWidth, closed, radius, points } = outline,
     whole = radius !== null,

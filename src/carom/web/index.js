@@ -1,9 +1,9 @@
-// PIC and PIT of a scene, by the core; and what of a scene they do not know, by name.
+// PIC and PIT for a scene, by the core; and checks for unsupported fields of a scene.
 import { num } from "./arithmetic.js";
 import { damped, kept, latestUndamped, runPic, runPit, timesPower, whenAsked } from "./core.js";
 import { isDriven, legsOf } from "./driving.js";
 import { Obstacles, chainRows, drivenRows } from "./obstacles.js";
-import { located } from "./places.js";
+import { addCentres } from "./places.js";
 import { frac } from "./rational.js";
 import { inUnits, outOfUnits, unitsOf } from "./units.js";
 
@@ -47,7 +47,7 @@ const KNOWN = {
     "surface_speed_m_s",
   ],
 };
-// Fields of a scene that are not known here: no scene is run without what it has.
+// Returns unsupported fields of a scene, so that no field is ignored.
 export function refused(scene) {
   const unknown = (one, known) => Object.keys(one).filter((name) => !known.includes(name));
   return [
@@ -58,14 +58,14 @@ export function refused(scene) {
     ]),
   ];
 }
-// A scene with the fields that are asked for here.
+// Returns a scene with the supported fields.
 function whole(scene) {
   const names = refused(scene);
-  if (names.length) throw new RangeError(`the page does not know ${names.join(", ")}`);
+  if (names.length) throw new RangeError(`the page does not support ${names.join(", ")}`);
   return { ...scene, walls: scene.walls ?? [], gravity_m_s2: scene.gravity_m_s2 ?? [0, 0] };
 }
 
-// `standstill_impacts` of carom/solvers/endings.py.
+// As `standstill_impacts` in carom/solvers/endings.py.
 const standstillImpacts = (bodies) => Math.min(100 * bodies ** 2, 10_000_000 + Math.floor(bodies ** 2 / 2));
 const materialsOf = ({ walls, wall_restitution, wall_friction }) =>
   walls.map((wall) => [wall.restitution ?? num(wall_restitution, 1), wall.friction ?? num(wall_friction, 0)]);
@@ -104,8 +104,8 @@ function inputOf(scene) {
   };
   return { arrays, numbers, obstacles };
 }
-// Rows that only PIC reads: half-planes with the coefficients of the scene are obstacles themselves, if nothing is driven
-// and nothing accelerates.
+// Rows that only PIC reads. Half-planes with the scene's coefficients need no rows if nothing is driven and nothing
+// accelerates.
 function picArrays(scene, { arrays, numbers, obstacles }) {
   const { discs, walls } = scene,
     { materials, ...others } = arrays,
@@ -118,7 +118,7 @@ function picArrays(scene, { arrays, numbers, obstacles }) {
   return { ...others, features: obstacles.rows, materials, driven, legs, grounds, neverLists };
 }
 
-// Runs a scene in units in which it is ordinary.
+// Runs a scene in suitable units.
 function inOrdinaryUnits(scene, rate, run) {
   const units = unitsOf(scene, new Obstacles(scene.walls, Infinity).outlines);
   if (units === null) return run(scene, rate);
@@ -135,10 +135,10 @@ export function pic(given, maxImpacts = Infinity) {
       duration = damping ? latestUndamped(damping, scene.duration_s) : scene.duration_s;
     whenAsked({ isOrderFree: (...corner) => input.obstacles.isOrderFree(...corner) });
     const run = runPic(arrays, { ...input.numbers, duration }, maxImpacts);
-    return located(scene, damping ? slowed(run, damping, scene.duration_s) : run);
+    return addCentres(scene, damping ? slowed(run, damping, scene.duration_s) : run);
   });
 }
-// A run without damping as it is with it.
+// Converts an undamped run to the damped one.
 function slowed(run, damping, duration_s) {
   const by = (part) => (x) => (Array.isArray(x) ? x.map(by(part)) : x * part),
     end_s = run.outcome === "completed" ? duration_s : damped(damping, run.end_s),
@@ -151,7 +151,7 @@ function slowed(run, damping, duration_s) {
   return { ...run, impacts, end_s, velocities: left(run.velocities), spins: run.spins && left(run.spins) };
 }
 
-// How many frames stand before the end: carom.model.scene.steps_to_cover, in whole numbers.
+// Returns the number of frames before the end in integer arithmetic, as carom.model.scene.steps_to_cover.
 function framesBefore(duration, dt) {
   const [a, e] = frac(duration),
     [c, f] = frac(dt),
@@ -162,13 +162,13 @@ function framesBefore(duration, dt) {
   if (off < 0n) off = -off;
   return Number(nearest > 0n && off * (1n << 52n) <= all ? nearest : (all + part - 1n) / part);
 }
-// Checks for overlap once per frame: frame k at k / rate. So many frames, or all before the end.
+// PIT: checks for overlap at frame k at k / rate, for a number of frames or up to the end.
 export function pit(given, frameRate = num(given.frame_rate_hz, 60), frames = null) {
   return inOrdinaryUnits(whole(given), frameRate, (scene, rate) => {
     const { arrays, numbers, obstacles } = inputOf(scene),
       [chains, edges] = chainRows(obstacles),
       [driven, legs] = drivenRows(scene);
-    return located(
+    return addCentres(
       scene,
       runPit(
         { ...arrays, chains, edges, driven, legs },

@@ -1,4 +1,4 @@
-"""Installed engines that run in the page."""
+"""Installed engines that can run in the play page."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from carom.model.scene import Need
 from carom.web.linked import PageEngine, page_engine
 from carom.web.packages import PACKAGES
 
-#: Small, and free of WebAssembly.
+#: Engines of the page by default: small, and without WebAssembly.
 DEFAULT_ENGINES = ("matter", "planck")
 
 
 def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
-    """Return the engines of these names that are installed.
+    """Return the installed engines with the given names.
 
     Raises:
-        InputError: One of them does not run in a page; or is not installed, and is required.
+        InputError: An engine can't run in a page, or is required but not installed.
     """
     found = []
     for name in names:
         require_named(name)
         adapter = load_adapter(name)
         if name not in PACKAGES or not isinstance(adapter, ProgramAdapter):
-            raise InputError(f"the page runs {', '.join(PACKAGES)}, and not {name}")
+            raise InputError(f"the page can't run {name}: choose from {', '.join(PACKAGES)}")
         engine = page_engine(name, Path(adapter.folder) / "engine.toml")
         if engine is not None:
             has = adapter.capabilities
@@ -45,7 +45,7 @@ def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
                 Need.EDGE_BELTS: has.edge_belts,
                 Need.ROLLING_RESISTANCE: has.rolling_resistance,
                 Need.DAMPING: has.damping,
-                Need.TABLE_FRICTION: False,  # of none
+                Need.TABLE_FRICTION: False,  # no engine has it
             }
             found.append(replace(engine, lacks=tuple(need.value for need, there in needed.items() if not there)))
         elif required:

@@ -1,4 +1,4 @@
-// The controls and pictures of the page, in the order in which they stand. What a control does stands with what it does it to.
+// Controls and pictures of the page, in order. Other modules define what a control does.
 import { installed } from "./engines.js";
 import { Stage, make } from "./stage.js";
 import { GALLERY, changed, rateAt, state } from "./state.js";
@@ -47,7 +47,7 @@ const option = (value, text = value) => make("option", { value }, text);
 export const methods = make(
   "select",
   { id: "method", "aria-label": "Method" },
-  option("pit", "PIT: do they overlap and approach?"),
+  option("pit", "PIT (checks once per frame)"),
   ...installed.flatMap(({ name, label, profiles }) =>
     Object.keys(profiles).map((profile) => option(`${name}/${profile}`, `${label}, ${profile}`)),
   ),
@@ -64,7 +64,7 @@ export const gravity = make("input", {
   id: "gravity",
   onchange: () => {
     state.scene.gravity_m_s2 = gravity.checked ? [0, -G] : [0, 0];
-    // without it nothing presses discs to walls; with it there is no damping
+    // rolling resistance needs gravity, which excludes damping
     state.scene[gravity.checked ? "damping_per_s" : "wall_rolling_resistance"] = 0;
     changed();
   },
@@ -95,7 +95,7 @@ export const fewer = make(
   {
     id: "fewer",
     type: "button",
-    "aria-label": "One disc fewer",
+    "aria-label": "Remove a disc",
     onclick: () => {
       state.scene.discs.pop();
       changed();
@@ -108,7 +108,7 @@ export const more = make(
   {
     id: "more",
     type: "button",
-    "aria-label": "One disc more",
+    "aria-label": "Add a disc",
   },
   "+ disc",
 );
@@ -118,8 +118,8 @@ export const numbers = make("div", { class: "numbers" });
 export const says = make("div", { class: "says" }),
   sentence = make("p", { class: "sentence", id: "sentence", role: "status" }),
   problem = make("p", { class: "muted", id: "problem", role: "status" });
-export const left = new Stage("The exact run: drag a disc, or focus here and press arrow keys"),
-  right = new Stage("The run of the method");
+export const left = new Stage("Exact run: drag a disc, or select one here and press arrow keys"),
+  right = new Stage("Run of the method");
 export const line = make("canvas", {
   class: "line",
   role: "img",
@@ -156,7 +156,7 @@ document
     make(
       "p",
       { class: "muted" },
-      "Right: solid discs: the method; grey: the exact run; dashed ring: the last frame; cross: a missed impact.",
+      "Right picture: solid discs show the method, grey discs the exact run, dashed rings the last frame, crosses missed impacts.",
     ),
     sentence,
     line,
@@ -168,5 +168,5 @@ document
     chartSaid,
     problem,
     keys,
-    make("details", {}, make("summary", {}, "All numbers of the discs"), numbers),
+    make("details", {}, make("summary", {}, "Numbers of all discs"), numbers),
   );

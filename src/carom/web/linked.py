@@ -1,7 +1,7 @@
-"""An engine of npm as one script for a page: its package, what adapters share, and the adapter's own module.
+"""Links an npm engine into one script for the play page: package, shared functions of adapters, and adapter.
 
-No bundler is needed: the imports of these files are few and plain, so they are linked here line by line, and any other
-import is refused.
+No bundler is needed: the imports of these files are few and simple, so they are linked line by line. Any other import
+is an error.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ class PageEngine:
     """An engine that runs in the page.
 
     Attributes:
-        name: The adapter's.
+        name: Name of the adapter.
         label: The engine's name and version.
-        profiles: The settings of each fixed-step profile.
+        profiles: Settings of each profile with fixed steps.
         script: Script for the page.
-        licence: The text of the package's licence, which must accompany the package.
-        lacks: Features of the page's scenes that it lacks.
-        shared: Script shared by all adapters, which the page runs once, before the engines.
+        licence: Text of the package's licence, which must accompany the package.
+        lacks: Features of the page's scenes that the engine lacks.
+        shared: Script shared by all adapters. The page runs it once before the engines.
     """
 
     name: str
@@ -47,10 +47,10 @@ class PageEngine:
 
 
 def page_engine(name: str, manifest: Path) -> PageEngine | None:
-    """Return an engine from its manifest, ``engine.toml``, or None where its npm package is not installed.
+    """Return an engine from its manifest, ``engine.toml``; None if its npm package is not installed.
 
     Raises:
-        InputError: Its adapter has an import that is not linked, or its package is not the expected one.
+        InputError: The adapter has an unsupported import, or the package is not the expected one.
         OSError: A file of an installed package can't be read.
     """
     about = tomllib.loads(manifest.read_text(encoding="utf-8"))
@@ -75,7 +75,7 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
 
 
 def shared_script(shared: str) -> str:
-    """Return a script of the functions that adapters share, without serving requests as node does."""
+    """Return a script with the shared functions of adapters, without the request loop for Node."""
     text = re.sub(r"^export async function serve\(.*?^}\n", "", shared, flags=re.MULTILINE | re.DOTALL)
     exported = ", ".join(_EXPORTED.findall(text))
     helpers = _UNSEEN.sub("", re.sub(r"^export ", "", _IMPORT.sub("", text), flags=re.MULTILINE))
@@ -83,9 +83,9 @@ def shared_script(shared: str) -> str:
 
 
 def linked(name: str, *, package: str, package_name: str, module: str) -> str:
-    """Return a script that runs an engine's module, unchanged except for imports and comments, and exports its class.
+    """Return a script that runs an engine's adapter module without its imports and comments, and exports its class.
 
-    No string of these modules spans lines, so the begin of a line is never part of a string.
+    No string of these modules spans lines, so the beginning of a line is never part of a string.
     """
 
     def bound(match: re.Match[str]) -> str:
@@ -94,11 +94,11 @@ def linked(name: str, *, package: str, package_name: str, module: str) -> str:
             return f"const {names} = caromShared;"
         if source == package_name:
             return f"const {names} = {'caromPackage' if names[0] == '{' else 'caromPackage.default ?? caromPackage'};"
-        raise InputError(f"the adapter of {name} imports {source}, which the page does not link")
+        raise InputError(f"the adapter of {name} imports {source}, which the page does not support")
 
     own = _UNSEEN.sub("", _IMPORT.sub(bound, module))
     if re.search(r"^\s*import\b", own, re.MULTILINE):
-        raise InputError(f"the adapter of {name} has an import that the page does not link")
+        raise InputError(f"the adapter of {name} has an import that the page does not support")
     key = json.dumps(name)
     return f"""(async () => {{
 const caromModule = {{ exports: {{}} }};

@@ -1,4 +1,4 @@
-// A link and a file that carry the scene.
+// Buttons that copy a link to the scene, or save it as a file.
 import { copy, problem, save } from "./layout.js";
 import { asLink, asToml } from "./scene.js";
 import { make } from "./stage.js";

@@ -1,5 +1,5 @@
-// Rows of numbers that the core reads of walls and of driven bodies: carom/core/numbered.py and
-// carom/solvers/event_driven (obstacles.py, driven.py, grounds.py).
+// Rows of numbers for the core: walls and driven bodies, as in carom/core/numbered.py and carom/solvers/event_driven
+// (obstacles.py, driven.py, grounds.py).
 import { isDriven, legsOf } from "./driving.js";
 import { featuresOf, sameFeature } from "./features.js";
 import { Outline } from "./outline.js";
@@ -7,7 +7,7 @@ import { dot, over, plus, rational, times } from "./rational.js";
 
 export const wallBody = (k) => -1 - k;
 const [PLANE, FACE, VERTEX, OUTER_ARC, INNER_ARC] = [0, 1, 2, 3, 4];
-const PAIRS = 7; // of a row
+const PAIRS = 7; // numbers of pairs in a row
 const exact = (x) => [x, 0];
 
 function row(kind, wall, feature, normal, pairs) {
@@ -31,9 +31,9 @@ function rowOf(feature, wall) {
   ]);
 }
 
-const SQUARES = [1n, 2n, 3n]; // over 4, of the cosines of 60, 45 and 30 degrees
+const SQUARES = [1n, 2n, 3n]; // squared cosines of 60, 45 and 30 degrees, times 4
 const wayOf = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
-// Whether a disc that meets two features at one instant goes on alike, whichever comes first: `are_decidable` of
+// Whether the order of two features that a disc meets at one instant does not matter, as `are_decidable` in
 // carom/core/wall_features.py.
 function areOrderFree(one, other, elastic) {
   if (sameFeature(one, other)) return true;
@@ -45,13 +45,13 @@ function areOrderFree(one, other, elastic) {
   return elastic && inner[0] < 0n && SQUARES.some((part) => 4n * n === part * d);
 }
 
-// What discs can meet of the walls of a scene, the widest of them being this wide: a half-plane as one row, of a finite
-// wall its features.
+// Rows for the walls of a scene and discs up to a largest radius: one row per half-plane, and the features of finite
+// walls.
 export class Obstacles {
   constructor(walls, widest) {
     this.walls = walls;
     this.outlines = walls.map((wall) => (wall.normal ? null : new Outline(wall)));
-    this.features = []; // of finite walls, by the number of the row
+    this.features = []; // features of finite walls, by row number
     this.rows = [];
     walls.forEach((wall, k) => {
       if (wall.normal) {
@@ -68,8 +68,8 @@ export class Obstacles {
   isOrderFree(one, other, elastic) {
     return areOrderFree(this.features[one], this.features[other], elastic);
   }
-  // Of each row whether a disc can be in contact with it, the numbers of the vertices over its two ends (-1 for none), and
-  // how many features a disc on it never meets; and the numbers of these.
+  // Returns for each row whether a disc can stay in contact with it, the numbers of the vertices at its two ends (-1 for
+  // none), and the number of features that a disc on it never meets; and the numbers of these features.
   grounds() {
     const never = [],
       rows = this.rows.map(([, wall], number) => {
@@ -84,8 +84,8 @@ export class Obstacles {
       });
     return [rows, never];
   }
-  // The vertices over the ends of a face, and what a disc on it never meets: the face and its other side, the vertices, and
-  // any arc with which the wall goes on smoothly.
+  // Returns the vertices at the ends of a face, and the features that a disc on it never meets: the face and its other
+  // side, the vertices, and arcs that continue the wall smoothly.
   around(face, wall) {
     const numbers = [...this.features.keys()].filter((n) => this.features[n] && this.rows[n][1] === wall),
       all = (fits) => numbers.filter((n) => fits(this.features[n])),
@@ -99,14 +99,14 @@ export class Obstacles {
   }
 }
 const samePoint = (p, q) => p[0] === q[0] && p[1] === q[1];
-// Whether a feature is of an arc, and ends, or is, at a point.
+// Whether a feature belongs to an arc, and ends or is at a point.
 function endsAt({ edges: line }, { kind, sector, radius, centre, edges }, at) {
   if (kind !== "arc" || sector === null) return false;
   const ends = radius[0] ? [line[edges[0]].a, line[edges.at(-1)].b] : [centre.map(([high]) => high)];
   return ends.some((end) => samePoint(end, at));
 }
 
-// Rows of driven bodies, walls before discs, and those of the legs of their paths.
+// Returns the rows of driven bodies (walls first), and of the legs of their paths.
 export function drivenRows({ discs, walls }) {
   const bodies = [
       ...walls.map((wall, k) => [wallBody(k), wall, wall.surface_speed_m_s ?? 0]),
@@ -122,7 +122,7 @@ export function drivenRows({ discs, walls }) {
   }
   return [rows, legs];
 }
-// Rows of finite walls for the frame-sampled loop, a half-plane among them with no edges; and those of their edges.
+// Returns the rows of walls for the frame-sampled loop (a half-plane has no edges), and the rows of their edges.
 export function chainRows({ walls, outlines }) {
   const edges = [],
     rows = outlines.map((outline, k) => {
@@ -137,7 +137,7 @@ export function chainRows({ walls, outlines }) {
     });
   return [rows, edges];
 }
-// Coordinates and radii of a finite wall.
+// Returns the coordinates and radii of a finite wall.
 export const lengthsOf = ({ points, halfWidth, stretches }) => [
   ...points.flat(),
   halfWidth,

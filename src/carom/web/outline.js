@@ -1,10 +1,10 @@
-// The line of a finite wall as floats, and what of it is nearest to a point: carom/model/chain_geometry.py.
+// Outline of a finite wall as floats, and its nearest point to a position, as in carom/model/chain_geometry.py.
 import { ldexp } from "./arithmetic.js";
 import { halfBits, less, nearest, over, plus, power4, rational, times } from "./rational.js";
 
 const HALF = [1n, 2n];
 export const sameEnds = ({ a, b }) => a[0] === b[0] && a[1] === b[1];
-// The circle of an edge whose bulge is not 0, exactly.
+// Returns the exact circle of an edge with a bulge.
 export function circleOf({ a, b, bulge }) {
   const [ax, ay, bx, by, k] = [...a, ...b, bulge].map(rational),
     across = over(less([1n, 1n], times(k, k)), times([4n, 1n], k));
@@ -19,7 +19,7 @@ const floatRoot = (square) => {
 };
 const squareOf = (x, y) => x * x + y * y;
 
-// An edge, or a whole circle.
+// An edge or a whole circle.
 class Stretch {
   constructor(edge, centre = null, radius = 0) {
     Object.assign(this, { edge, centre, radius });
@@ -29,7 +29,7 @@ class Stretch {
     const circle = circleOf(edge);
     return new Stretch(edge, [nearest(circle.x), nearest(circle.y)], floatRoot(circle.radius2));
   }
-  // Its point that is nearest to another, and whether that lies between its ends.
+  // Returns the nearest point to a position, and whether it is between the ends.
   nearest(x, y) {
     const {
       a: [ax, ay],
@@ -68,7 +68,7 @@ class Stretch {
       across = (bx - ax) * (y - ay) - (by - ay) * (x - ax);
     return (x - ax) * (x - bx) + (y - ay) * (y - by) - across * (0.5 * (1 / bulge - bulge));
   }
-  // Whether a point lies between an arc and its chord.
+  // Whether a point is between an arc and its chord.
   bulgesOver(x, y) {
     if (this.centre === null) return false;
     const {
@@ -81,7 +81,7 @@ class Stretch {
 }
 
 export class Outline {
-  // Of a wall of a scene that is no half-plane.
+  // Creates the outline of a finite wall.
   constructor({ points_m, bulges = [], closed = false, centre_m, radius_m, half_width_m = 0 }) {
     this.halfWidth = half_width_m;
     this.closed = closed;
@@ -94,7 +94,7 @@ export class Outline {
       ? this.edges.map(Stretch.of)
       : [new Stretch({ a: start, b: start, bulge: 1 }, centre_m, radius_m)];
   }
-  // Of some of its edges, by number, the nearest point: of two as near the lower edge's.
+  // Returns the nearest point on some edges; of two equally near, that of the lower edge number.
   nearest(x, y, among = this.stretches.keys()) {
     let least = Infinity,
       found;
@@ -104,7 +104,7 @@ export class Outline {
       if (square < least) [least, found] = [square, { at, edge, inner }];
     }
     return found;
-  }  // Whether a point, which is not on the line, lies inside a closed one.
+  }  // Whether a point that is not on the outline is inside of a closed outline.
   encloses(x, y) {
     let crossings = 0;
     for (const stretch of this.stretches) {

@@ -1,4 +1,4 @@
-"""Conversion of engines' npm packages to scripts that a page can run."""
+"""Conversion of engines' npm packages to scripts that the play page can run."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class Package:
     """An npm package that runs in a page.
 
     Attributes:
-        script: Its file, relative to the package's folder.
+        script: Script file of the package, relative to its folder.
         exported: Name of an ECMAScript module's default export; empty for a script that sets ``module.exports``.
-        binary: The file of WebAssembly next to it, empty if the script contains it.
-        closed: Replacements of text that needs node or that the page's policy forbids; each occurs once in the script.
+        binary: WebAssembly file of the package; empty if the script contains it.
+        closed: Replacements for code that needs Node or that the page's policy forbids. Each occurs once in the script.
     """
 
     script: str
@@ -28,8 +28,8 @@ class Package:
     closed: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
-#: embind, in Box2D's glue, generates the source of its callers. Closures replace it, since the calls and their order
-#: are known.
+#: Replacements for code in Box2D's glue (embind) that compiles callers from source. Closures do the same, because the
+#: calls and their order are known.
 _BOX2D_CALLERS = {
     "return new Function(args1, invokerFnBody);": """return function (...bound) {
     const [, , invoker, fn, runDestructors, fromRetWire, toClassParamWire, ...rest] = bound;
@@ -58,13 +58,13 @@ _BOX2D_CALLERS = {
     return retType.isVoid ? undefined : emval_returnValue(toReturnWire, destructorsRef, value);
   };""",
 }
-#: cannon-es takes a clock from node; the page has its own.
+#: Replacement for the clock that cannon-es takes from Node.
 _CANNON_CLOCK = {
     "const performance = require('perf_hooks') && require('perf_hooks').performance || {};": (
         "const performance = globalThis.performance;"
     )
 }
-#: Packages by adapter. havok and physx are missing, because their adapters read files by node.
+#: Packages by adapter. havok and physx are missing, because their adapters read files through Node.
 PACKAGES = MappingProxyType(
     {
         "matter": Package("build/matter.min.js"),
@@ -87,15 +87,15 @@ def package_script(package: Package, folder: Path) -> str:
     """Return the script of an installed package, which sets ``module.exports``.
 
     Raises:
-        InputError: The package is not the expected one.
-        OSError: A file of it can't be read.
+        InputError: The package has an unexpected version.
+        OSError: A file of the package can't be read.
     """
-    # Read as bytes, because a script may contain WebAssembly in strings, whose line ends must not change.
+    # Read bytes, because strings of a script may contain WebAssembly, whose line ends must not change.
     text = (folder / package.script).read_bytes().decode("utf-8")
     ended = {f"export default {package.exported};": _default(package, folder)} if package.exported else {}
     for old, new in (ended | dict(package.closed)).items():
         if text.count(old) != 1:
-            raise InputError(f"{package.script} is another one than the page knows: {old!r} is not once in it")
+            raise InputError(f"{package.script} has an unexpected version: it does not contain {old!r} exactly once")
         text = text.replace(old, new)
     if not package.exported:
         return text
@@ -103,7 +103,7 @@ def package_script(package: Package, folder: Path) -> str:
 
 
 def _default(package: Package, folder: Path) -> str:
-    """Return the code that exports the default of a module, with its WebAssembly if that is a separate file."""
+    """Return the code that exports a module's default, with its WebAssembly if that is a separate file."""
     if not package.binary:
         return f"module.exports = {{ default: {package.exported} }};"
     data = base64.b64encode((folder / package.binary).read_bytes()).decode()

@@ -1,4 +1,4 @@
-// The page as a whole: which scene it begins with, what follows from a change, and the clock that runs.
+// The page as a whole: its first scene, updates after changes, and the clock.
 import { falls, pic, pit } from "./index.js";
 import { drawChart } from "./charts.js";
 import "./dragging.js";
@@ -13,7 +13,7 @@ import { MOST_DISCS, asLink, asPageScene, bare, mayBeDamped, ofLink, problemOf }
 import { choose, solve } from "./solving.js";
 import { digits } from "./stage.js";
 import { GALLERY, changed, placeOf, state, whenChanged } from "./state.js";
-import { cost, tell, told } from "./wording.js";
+import { cost, showClock, showResults } from "./wording.js";
 
 function take(scene, method) {
   state.scene = scene;
@@ -27,7 +27,7 @@ function take(scene, method) {
   if (method && method !== state.method && [...methods.options].some((o) => o.value === method)) choose(method);
   else changed();
 }
-// A scene as it would be shown; nothing, where it has a number that the page does not take.
+// Checks a scene; returns nothing if the page does not accept one of its numbers.
 function written(given) {
   try {
     return JSON.stringify(bare(asPageScene(given)));
@@ -52,18 +52,18 @@ whenChanged(() => {
   const own = JSON.stringify(bare(s));
   scenes.value = Object.keys(GALLERY).find((name) => written(GALLERY[name]) === own) ?? "";
   const bad = problemOf(s);
-  if (bad) sentence.textContent = `This is no start: ${bad}.`;
+  if (bad) sentence.textContent = `The scene can't start like this: ${bad}.`;
   else
     try {
       Object.assign(state, solve());
-      tell();
+      showResults();
     } catch (error) {
-      sentence.textContent = `Not run: ${error.message}.`;
+      sentence.textContent = `The scene can't run: ${error.message}.`;
       state.seen = state.score = null;
       says.replaceChildren();
     }
   listNumbers();
-  told();
+  showClock();
   clearTimeout(pending);
   pending = setTimeout(() => {
     const link = `#${asLink(s, state.method)}`;
@@ -79,7 +79,7 @@ whenChanged(() => {
   }, 150);
   fit();
 });
-// A scene may have a number that the page does not take; then it says which, and goes on with what it shows.
+// If the page does not accept a number of a scene, it names the number and keeps the present scene.
 function shown(name) {
   problem.textContent = "";
   try {
@@ -95,7 +95,7 @@ slow.onchange = () => {
 time.oninput = () => {
   state.playing = false;
   state.time = Number(time.value) * state.scene.duration_s;
-  told();
+  showClock();
   draw();
 };
 const first = () => Object.keys(GALLERY).some((name) => (shown(name), state.scene));
@@ -109,7 +109,7 @@ function follow() {
     take(scene, method);
   } catch (error) {
     if (!state.scene) first();
-    problem.textContent = `This link is no scene of this page: ${error.message}`;
+    problem.textContent = `This link does not contain a valid scene: ${error.message}`;
   }
 }
 addEventListener("hashchange", follow);
@@ -127,7 +127,7 @@ function tick(now) {
   requestAnimationFrame(tick);
 }
 requestAnimationFrame(tick);
-// For tests: the state, and where on the screen a disc and the head of its arrow are.
+// For tests: the state, and the screen positions of a disc and its arrow head.
 const spot = (i, where = "position_m") => {
   const r = left.canvas.getBoundingClientRect(),
     d = state.scene.discs[i],

@@ -1,4 +1,4 @@
-"""The page as one file, with a policy that forbids other scripts and requests."""
+"""The play page as one HTML file, with a policy that forbids other scripts and requests."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import hashlib
 import html
 import json
 import re
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -18,18 +19,18 @@ from carom.web.linked import PageEngine
 SOURCES = Path(__file__).parent
 #: The solvers, compiled from `carom/core` by `carom.web.build`.
 CORE = SOURCES / "core.wasm"
-#: The modules of the page, each after those that it imports.
+#: The modules of the page. Each comes after those that it imports.
 MODULES = (
     *("arithmetic", "rational", "driving", "outline", "features", "obstacles", "quartic", "core", "units"),
     *("stage", "places", "index", "scene", "compare", "started"),
     *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
 )
 MOST_DISCS = 10
-#: Letters of packed blocks: 91 of ASCII, with "!" instead of "<", so that no block ends its element.
+#: Characters of packed blocks: 91 of ASCII, without "<", so that no block ends its element.
 _LETTERS = bytes(range(35, 126)).replace(b"<", b"!").decode()
-#: Number of bits of the byte before a literal that choose its probabilities; `loader.js` has the same number.
+#: Number of bits of the previous byte that select the probabilities of a literal, as in `loader.js`.
 _LITERAL_BITS = 3
-#: Scenes of the catalogue that the page offers; it shows the first.
+#: Scenes of the catalogue that the page offers. It shows the first one.
 GALLERY = (
     *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
     *("classics/cradle-gaps", "tables/seam", "driven/paddle", "spin/throw-stick"),
@@ -40,23 +41,23 @@ _RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
 
 
 def page_script() -> str:
-    """Return all modules as one script; no name is defined in two of them."""
+    """Return all modules as one script. No name is defined in two modules."""
     joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
     own = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
     return without_comments(own)
 
 
 def without_comments(script: str) -> str:
-    """Return a script without indents and comments, except comments with a quote; no string in it spans lines."""
+    """Return a script without indents and comments (except comments with a quote). No string may span lines."""
     lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 
 def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
-    """Return the page with scenes to choose from, which shows the first, and installed engines.
+    """Return the page with scenes to choose from and installed engines. It shows the first scene.
 
     Raises:
-        InputError: The page cannot show a scene.
+        InputError: The page can't show a scene.
     """
     script = page_script() + (engines[0].shared if engines else "")
     loader = without_comments((SOURCES / "loader.js").read_text(encoding="utf-8"))
@@ -86,20 +87,20 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
 
 
 def with_gallery(*own: Scene) -> list[Scene]:
-    """Return scenes, followed by the gallery of the catalogue."""
+    """Return the given scenes followed by the gallery of the catalogue."""
     names = {scene.name for scene in own}
     return [*own, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
 
 
 def beyond_page(scene: Scene) -> str:
-    """Return the features of a scene that the page does not show, as the end of a sentence; empty if there are none."""
+    """Describe why the page can't show a scene; an empty text if it can."""
     if len(scene.discs) > MOST_DISCS:
-        return f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}"
+        return f"the page shows at most {MOST_DISCS} discs, but {scene.name} has {len(scene.discs)}"
     return ""
 
 
 def _fields(scene: Scene) -> object:
-    """Return the data of a scene for the page, which checks each number itself."""
+    """Return the data of a scene for the page. The page checks each number."""
     if beyond := beyond_page(scene):
         raise InputError(beyond)
     return json.loads(scene.model_dump_json())
@@ -114,7 +115,7 @@ def _packed_json(value: object) -> str:
 
 
 def packed_block(content: bytes) -> str:
-    """Return packed text for `loader.js`: its length, and an LZMA stream, in letters of which two are 13 bits.
+    """Return packed text for `loader.js`: length, Adler-32 and LZMA stream, with 13 bits in two characters.
 
     Raises:
         InputError: This Python was built without LZMA.
@@ -122,9 +123,10 @@ def packed_block(content: bytes) -> str:
     try:
         import lzma
     except ImportError as error:
-        raise InputError("the page needs Python's module lzma, which this Python was built without") from error
+        raise InputError("the page needs Python's module lzma, but this Python was built without it") from error
     filters = [{"id": lzma.FILTER_LZMA1, "preset": 9 | lzma.PRESET_EXTREME, "lc": _LITERAL_BITS, "lp": 0, "pb": 0}]
-    stream = len(content).to_bytes(4, "little") + lzma.compress(content, format=lzma.FORMAT_RAW, filters=filters)
+    packed = lzma.compress(content, format=lzma.FORMAT_RAW, filters=filters)
+    stream = len(content).to_bytes(4, "little") + zlib.adler32(content).to_bytes(4, "little") + packed
     held, bits, letters = 0, 0, []
     for byte in (*stream, 0, 0):
         held |= byte << bits

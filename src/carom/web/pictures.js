@@ -1,4 +1,4 @@
-// Both pictures: the discs now, their paths, the exact run as a grey ghost, the last look, what was missed.
+// Draws both pictures: discs, paths, the exact run in grey, the last frame, and missed impacts.
 import { legsOf } from "./driving.js";
 import { head, extent, reachOf } from "./edits.js";
 import { chart, left, line, right, time } from "./layout.js";
@@ -8,7 +8,7 @@ import { angleAt, digits, placeAt } from "./stage.js";
 import { state } from "./state.js";
 
 const pulls = () => state.scene.discs.map((d) => (isFixed(d) ? [0, 0] : state.scene.gravity_m_s2));
-// Points of a polyline that shows a finite wall, an arc in this many parts for a whole turn.
+// Points of a polyline for a finite wall, with this many parts for a whole circle.
 const ARC_PARTS = 96,
   drawnLines = new WeakMap();
 function linesOf(wall) {
@@ -32,7 +32,7 @@ const drawnWall = (wall) => ({
 });
 function bounds() {
   const { discs, walls: ws } = state.scene,
-    met = ws.length ? (state.truth?.impacts[0]?.at ?? []) : [], // where a wall is met, which may be far off
+    met = ws.length ? (state.truth?.impacts[0]?.at ?? []) : [], // position of an impact on a wall, which may be far away
     places = [...discs.flatMap((d) => [d.position_m, head(d)]), ...met];
   const [l, b, r, t] = extent(places),
     size = Math.max(r - l, t - b, 4 * reachOf(discs)),
@@ -103,7 +103,7 @@ function drawRun(stage, run) {
     stage.cross(at);
     stage.label(at, "missed", stage.colour("--wrong"), taken);
   }
-  // what is late by less moves no disc that a reader could see
+  // smaller lateness is invisible
   if (!score.missed.length && score.late * s.frame_rate_hz > 1e-3)
     stage.label(score.found[0][1].at[0], `${digits(score.late * 1000)} ms late`, stage.colour("--wrong"), taken);
 }

@@ -1,10 +1,10 @@
-// Where discs are between the events of a run, for drawing: what the core does not record of impacts.
+// Positions of discs at impacts, for drawing. The core records only one of them.
 import { legsFrom, legsOf, movedOn } from "./driving.js";
 import { num } from "./arithmetic.js";
 import { flownIn, slowing, stopsAfter } from "./stage.js";
 
-// A run with the centres of both discs of each impact. Velocities are those of the records, so errors of places do not grow.
-export function located(scene, run) {
+// Adds the centres of both discs to each impact of a run. Recorded velocities keep position errors from growing.
+export function addCentres(scene, run) {
   const begun = scene.discs.map((disc) => ({
     path: disc.driven ? legsOf(disc) : null,
     start: disc.position_m,

@@ -1,12 +1,12 @@
-// The instants at which a gap closes that is a polynomial in time, exactly, in whole numbers: carom/core/exact_quartic.py.
-// The core asks for them where its floats and pairs of floats do not decide: quartic_forms.h has the meaning.
+// Exact instants at which a gap closes that is a polynomial in time, in integer arithmetic, as in
+// carom/core/exact_quartic.py. The core calls this if floats and pairs of floats do not decide; see quartic_forms.h.
 import { ldexp } from "./arithmetic.js";
 import { gcd, plus, rational, times } from "./rational.js";
 
 const ZERO = [0n, 1n];
 
-// Of each power of time, lowest first, numbers whose products sum up to it. Returns the instant number `index` after
-// `begin` at which the gap closes, or Infinity; with index -1 the sign of the gap at `begin`.
+// The argument has, for each power of time (lowest first), numbers whose products sum to its coefficient. Returns instant
+// number `index` after `begin` at which the gap closes, or Infinity; for index -1, the sign of the gap at `begin`.
 export function exactFall(powers, begin, isClosed, index) {
   const gap = powers.map((products) => products.map(([a, b]) => times(rational(a), rational(b))).reduce(plus, ZERO)),
     start = rational(begin);
@@ -18,7 +18,7 @@ export function exactFall(powers, begin, isClosed, index) {
   for (const time of closings(gap)) if (number++ === index) return time;
   return Infinity;
 }
-// The instants from now on at which a gap closes; 0 where it is closed and does not open.
+// Returns the instants from now on at which a gap closes; 0 if it is closed and does not open.
 function* closings(gap) {
   const powers = [...gap];
   while (powers.length && powers[0][0] === 0n) powers.shift();
@@ -62,7 +62,7 @@ const negativeRemainder = (a, b) => {
     most = common < 0n ? -common : common;
   return rest.map((c) => -c / most);
 };
-// The instants after now at which a polynomial, which is not 0 now, turns negative.
+// Returns the later instants at which a polynomial, which is not 0 now, becomes negative.
 function* fallsBelowZero(polynomial) {
   const p = [...polynomial];
   while (p[p.length - 1] === 0n) p.pop();

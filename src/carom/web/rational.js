@@ -1,5 +1,5 @@
-// Rational numbers, to which no rounding is done: numerator and denominator in lowest terms, as Python's Fraction has
-// them; and what is nearest to them among floats and pairs of floats, as carom/core/features.py has it.
+// Rational numbers without rounding: numerator and denominator in lowest terms, like Python's Fraction; and conversion to
+// the nearest float or pair of floats, as in carom/core/features.py.
 import { ldexp } from "./arithmetic.js";
 
 export const gcd = (a, b) => {
@@ -12,7 +12,7 @@ export const ratio = (n, d) => {
   const common = gcd(n, d) * (d < 0n ? -1n : 1n);
   return [n / common, d / common];
 };
-// A float as n over 2^e.
+// Returns a float as n / 2^e.
 export const frac = (x) => {
   let e = 0;
   while (x !== Math.floor(x)) {
@@ -35,7 +35,7 @@ export const cross = ([ax, ay], [bx, by]) => less(times(ax, by), times(ay, bx));
 export const dot = ([ax, ay], [bx, by]) => plus(times(ax, bx), times(ay, by));
 
 const bitLength = (n) => (n < 0n ? -n : n).toString(2).length;
-// The nearest float: two bits more than it needs, and whether anything is left over.
+// Returns the nearest float, from two more bits than needed and whether there is a remainder.
 export const nearest = ([n, d]) => {
   if (n === 0n) return 0;
   const size = n < 0n ? -n : n,
@@ -66,7 +66,7 @@ export const rootOf = (square) => {
     two = shift >= 0 ? [1n, 1n << BigInt(shift)] : [1n << BigInt(-shift), 1n];
   return pairOf(times([wholeRoot(n / d), 1n], two));
 };
-// part / sqrt(square)
+// Returns part / sqrt(square).
 export const nearestRoot = (part, square) => {
   const root = rootOf(over(times(part, part), square))[0];
   return part[0] < 0n ? -root : root;

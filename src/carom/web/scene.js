@@ -1,4 +1,4 @@
-// The scene of the page: what may be asked of it, as a link, and as a file that `carom run` takes.
+// The scene of the page: its limits, and its forms as a link and as a file for `carom run`.
 import { kept, undamped } from "./core.js";
 import { isDriven, legsFrom, legsOf, movedOn } from "./driving.js";
 import { pit, refused } from "./index.js";
@@ -8,7 +8,7 @@ import { slowing, stopsAfter } from "./stage.js";
 export const MOST_DISCS = 10;
 const MOST_WALLS = 8,
   MOST_LEGS = 20,
-  MOST_POINTS = 40; // of a wall
+  MOST_POINTS = 40; // points of a wall
 const LAWS = [
   "restitution",
   "wall_restitution",
@@ -33,7 +33,7 @@ const DEFAULTS = {
 };
 export const isFixed = (disc) => disc.mass_kg === "inf";
 
-// What a link and the page take of each number: far inside of what PIC and PIT compute with.
+// Allowed range of each number, far within the limits of PIC and PIT.
 const RANGES = {
   position: [-1e4, 1e4],
   speed: [-1e4, 1e4],
@@ -65,13 +65,13 @@ const checked = (what, x) => {
 };
 const list = (value, what, least, most) => {
   if (!Array.isArray(value) || value.length < least || value.length > most)
-    throw new RangeError(`${what}: from ${least} to ${most} of them`);
+    throw new RangeError(`the number of ${what} must be from ${least} to ${most}`);
   return value;
 };
 
 const vector = (kind, value) => list(value, "coordinates", 2, 2).map((x) => checked(kind, x));
 const whether = (value) => {
-  if (typeof value !== "boolean") throw new RangeError("closed, solid and driven are true or false");
+  if (typeof value !== "boolean") throw new RangeError("closed, solid and driven must be true or false");
   return value;
 };
 function path(legs) {
@@ -80,10 +80,10 @@ function path(legs) {
     velocity_m_s: vector("speed", velocity_m_s),
   }));
   if (checkedLegs.some(({ from_s }, k) => (k ? !(from_s > checkedLegs[k - 1].from_s) : from_s !== 0)))
-    throw new RangeError("the first leg of a path begins at 0, each of the others after the one before it");
+    throw new RangeError("the first leg of a path must begin at 0, and each other leg after the previous one");
   return checkedLegs;
 }
-// What each field of a wall must be, in the order in which a link has them.
+// Checks of the fields of a wall, in the order of a link.
 const OF_WALL = {
   point_m: (v) => vector("position", v),
   normal: (v) => vector("tangential_restitution", v),
@@ -106,16 +106,16 @@ function asPageWall(given) {
     wall = Object.fromEntries(had.map((name) => [name, OF_WALL[name](given[name])]));
   const { point_m, normal, points_m, bulges, closed, centre_m, radius_m } = wall;
   if ([point_m && normal, points_m, centre_m && radius_m !== undefined].filter((kind) => kind).length !== 1)
-    throw new RangeError("a wall has a point and a normal, or points, or a centre and a radius");
+    throw new RangeError("a wall must have a point and a normal, or points, or a centre and a radius");
   if (normal && !(Math.abs(Math.hypot(...normal) - 1) < 1e-9))
-    throw new RangeError("the normal of a wall must be of length 1");
+    throw new RangeError("the normal of a wall must have length 1");
   if (points_m?.some(([x, y], k) => (closed || k) && points_m.at(k - 1)[0] === x && points_m.at(k - 1)[1] === y))
-    throw new RangeError("an edge of a wall must have a length");
+    throw new RangeError("the ends of an edge must differ");
   if (bulges?.length && bulges.length !== points_m?.length - !closed)
-    throw new RangeError("a wall has a bulge for each of its edges, or none");
+    throw new RangeError("a wall must have a bulge for each of its edges, or none");
   return wall;
 }
-// A scene with every field that the page knows, each checked; rate and phase of the looks are part of it.
+// Returns a scene with all fields of the page, each checked, including frame rate and phase.
 export function asPageScene(given, phase = 0) {
   const names = refused(given);
   if (names.length) throw new RangeError(`the page does not know ${names.join(", ")}`);
@@ -130,14 +130,14 @@ export function asPageScene(given, phase = 0) {
     ...(d.legs?.length ? { legs: path(d.legs) } : {}),
   }));
   if (discs.some((d) => isFixed(d) && !d.driven && [...d.velocity_m_s, d.spin_rad_s].some((x) => x !== 0)))
-    throw new RangeError("an immovable disc does not move, unless it is driven");
-  if (discs.some((d) => (d.driven && !isFixed(d)) || (d.legs && !d.driven))) throw new RangeError("a driven disc is one that no impact moves");
+    throw new RangeError("an immovable disc must be at rest, unless it is driven");
+  if (discs.some((d) => (d.driven && !isFixed(d)) || (d.legs && !d.driven))) throw new RangeError("a driven disc must be immovable");
   const walls = list(given.walls ?? [], "walls", 0, MOST_WALLS).map(asPageWall),
     gravity_m_s2 = list(given.gravity_m_s2 ?? [0, 0], "coordinates", 2, 2).map((x) => checked("gravity", x));
   if (given.damping_per_s && !mayBeDamped({ ...given, discs, walls, gravity_m_s2 }))
-    throw new RangeError("there is no damping with gravity, nor with what is driven, nor on a table that slows discs");
+    throw new RangeError("damping can't be combined with gravity, driven bodies or a table");
   if (given.table_deceleration_m_s2 && !maySlow({ ...given, discs, walls, gravity_m_s2 }))
-    throw new RangeError("a table slows discs without gravity, spin and friction, and where nothing is driven");
+    throw new RangeError("a table can't be combined with gravity, spin, friction or driven bodies");
   return {
     name: "from-the-page",
     discs,
@@ -154,17 +154,17 @@ const isUnpulled = ({ discs, walls, gravity_m_s2: [gx, gy] }) =>
 export const mayBeDamped = (scene) => isUnpulled(scene) && !scene.table_deceleration_m_s2;
 const maySlow = (scene) =>
   isUnpulled(scene) && ![...scene.discs.map((d) => d.spin_rad_s), scene.friction, scene.wall_friction, ...scene.walls.map((w) => w.friction)].some((x) => x);
-// As Carom's solvers and engines take it: without what is the page's own.
+// Returns the scene for Carom's solvers and engines, without fields of the page.
 export const bare = ({ phase, ...scene }) => scene;
 
 // --- a link: "#2=" is the version; numbers as decimals keep every bit ---
 const VERSION = "2=",
-  BEFORE = "1="; // its walls were half-planes, four numbers each
+  BEFORE = "1="; // earlier version with half-planes only, four numbers each
 export function asLink(s, method) {
   const values = [
     s.discs.map((d) => [
       ...[...d.position_m, ...d.velocity_m_s, d.radius_m, d.mass_kg, d.spin_rad_s, d.inertia_factor],
-      ...(d.driven ? [d.legs ?? true] : []), // its path, or that it is driven
+      ...(d.driven ? [d.legs ?? true] : []), // the path, or true
     ]),
     s.walls.map((w) => FIELDS_OF_WALL.map((name) => w[name] ?? null)),
     LAWS.map((law) => s[law]),
@@ -174,19 +174,19 @@ export function asLink(s, method) {
     s.phase,
     method,
   ];
-  // JSON writes -0 as 0, which is another float
+  // JSON writes -0 as 0
   const text = JSON.stringify(values, (_, x) => (Object.is(x, -0) ? "-0" : x));
   return VERSION + btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 export function ofLink(text) {
   const before = text.startsWith(BEFORE);
-  if (!before && !text.startsWith(VERSION)) throw new RangeError("it is of a version that this page does not know");
+  if (!before && !text.startsWith(VERSION)) throw new RangeError("its version is unknown");
   if (text.length > 20000) throw new RangeError("it is too long");
   const values = JSON.parse(atob(text.slice(VERSION.length).replaceAll("-", "+").replaceAll("_", "/")), (_, x) =>
     x === "-0" ? -0 : x,
   );
   const [discs, walls, laws, gravity_m_s2, duration_s, frame_rate_hz, phase, method] = list(values, "fields", 8, 8);
-  if (typeof method !== "string") throw new RangeError("its method is no name");
+  if (typeof method !== "string") throw new RangeError("its method must be a name");
   const wallOf = (row) => {
     const count = before ? 4 : FIELDS_OF_WALL.length,
       [px, py, nx, ny] = list(row, "numbers of a wall", count, count);
@@ -213,8 +213,7 @@ export function ofLink(text) {
   return { scene: asPageScene(scene, phase), method };
 }
 
-// Every disc where free flight brings it by then, and driven walls where they are: looks at k frames from there are those
-// of the phase.
+// Advances discs by free flight, and driven walls, to the phase. Whole frames from there are the frames of the phase.
 const legsAfter = (legs, by) =>
   legsFrom(legs, by).map(({ begin, velocity }, k) => ({ from_s: k ? begin - by : 0, velocity_m_s: velocity }));
 function wallOn(wall, by) {
@@ -246,7 +245,7 @@ export function advanced(s, by) {
   return { ...s, duration_s: s.duration_s - by, discs, walls: s.walls.map((wall) => wallOn(wall, by)) };
 }
 
-// PIT at the rate and the phase of a scene: of where its discs are at the first frame.
+// Runs PIT at the rate and phase of a scene, from the positions at the first frame.
 export function pitOf(s) {
   const rate = s.frame_rate_hz,
     early = s.phase / rate;
@@ -273,7 +272,7 @@ const tomlRow = (name, value) => `${name} = ${decimal(value)}\n`;
 export function asToml(s) {
   const start = s.phase ? advanced(s, s.phase / s.frame_rate_hz) : s;
   const said = s.phase
-    ? `description = "Advanced by ${s.phase} of a frame, so that whole frames are those of the page."\n`
+    ? `description = "Advanced by ${s.phase} of a frame, so that its frames are those of the page."\n`
     : "";
   const fields = ["gravity_m_s2", "duration_s", "frame_rate_hz", ...LAWS];
   const table = (head, names, one) => head + names.map((name) => tomlRow(name, one[name])).join("");
@@ -285,7 +284,7 @@ export function asToml(s) {
   ].join("");
 }
 
-// Why a scene is no start, or nothing: bodies that overlap have no past.
+// Returns why a scene can't start: bodies that overlap. Returns nothing if it can.
 export function problemOf(s) {
   for (const [j, d] of s.discs.entries()) {
     for (const [i, e] of s.discs.slice(0, j).entries())
@@ -302,7 +301,7 @@ function isInWall({ position_m: [x, y], radius_m }, wall) {
     { at } = outline.nearest(x, y);
   return Math.hypot(x - at[0], y - at[1]) < outline.halfWidth + radius_m || (wall.solid && outline.encloses(x, y));
 }
-// Walls are replaced, never changed: each is made out once.
+// Outlines are cached, because walls are replaced and never changed.
 const outlines = new WeakMap();
 export function outlineOf(wall) {
   if (!outlines.has(wall)) outlines.set(wall, new Outline(wall));

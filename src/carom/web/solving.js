@@ -1,4 +1,4 @@
-// The exact run, the run of the method that is chosen, and what comparing them gives.
+// Computes the exact run, the run of the chosen method, and their comparison.
 import { compare } from "./compare.js";
 import { isDriven, legsOf } from "./driving.js";
 import { drive, installed, load } from "./engines.js";
@@ -18,12 +18,12 @@ export async function choose(method) {
       if (state.method !== method) return;
       state.World = World;
     } catch (error) {
-      problem.textContent = `This engine does not run here: ${error.message ?? error}`;
+      problem.textContent = `This engine can't run here: ${error.message ?? error}`;
       state.method = methods.value = "pit";
     }
   changed();
 }
-// A scene at its rate and phase by a method that has started; null while it has not.
+// Runs a scene at its rate and phase with a method; null if the method has not started yet.
 export function runOf(method, s, truth) {
   if (method === "pit") return pitOf(s);
   if (!state.World) return null;
@@ -31,7 +31,7 @@ export function runOf(method, s, truth) {
     early = s.phase / s.frame_rate_hz;
   if (early > 0 && truth.impacts.length && early >= truth.impacts[0].time_s)
     throw new RangeError(
-      "the engine starts after the frame offset, and the first impact is before that; choose a smaller frame offset",
+      "the first impact is before the frame offset, at which the engine starts: choose a smaller frame offset",
     );
   const { label, lacks, profiles } = installed.find((one) => one.name === name);
   const chains = s.walls.filter((w) => w.points_m);
@@ -40,17 +40,17 @@ export function runOf(method, s, truth) {
     friction: s.friction > 0 || s.walls.some((w) => (w.friction ?? s.wall_friction) > 0),
     "walls of straight edges": chains.some((w) => !(w.bulges?.length && w.bulges.every((bulge) => bulge !== 0))),
     "walls of arcs or circles": s.walls.some((w) => w.centre_m) || chains.some((w) => w.bulges?.some((bulge) => bulge !== 0)),
-    "walls of their own restitution or friction": s.walls.some((w) => w.restitution !== undefined || w.friction !== undefined),
+    "walls with different restitution or friction": s.walls.some((w) => w.restitution !== undefined || w.friction !== undefined),
     "driven walls": s.walls.some((w) => isDriven(legsOf(w))),
     "driven bodies whose velocity changes": [...s.discs, ...s.walls].some((body) => body.legs?.length > 1),
-    "walls whose surface runs": s.walls.some((w) => w.surface_speed_m_s),
-    "edges or circles whose surface runs": s.walls.some((w) => w.surface_speed_m_s && !w.normal),
+    "conveyor walls": s.walls.some((w) => w.surface_speed_m_s),
+    "conveyor edges or circles": s.walls.some((w) => w.surface_speed_m_s && !w.normal),
     "rolling resistance": s.wall_rolling_resistance > 0,
     "driven discs": s.discs.some((d) => d.driven),
     damping: s.damping_per_s > 0,
-    "a table that slows discs down": s.table_deceleration_m_s2 > 0,
+    "table deceleration": s.table_deceleration_m_s2 > 0,
   };
-  for (const need of lacks) if (needs[need]) throw new RangeError(`${label} has no ${need} here, and the scene has`);
+  for (const need of lacks) if (needs[need]) throw new RangeError(`${label} does not support this scene, which has ${need}`);
   return drive(state.World, profiles[profile], s, s.phase);
 }
 function methodRun(s, truth) {

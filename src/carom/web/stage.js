@@ -1,7 +1,7 @@
-// What the page and a replay share: where a disc is at an instant, and how discs, walls, paths and marks are drawn.
-// A track is [times, xs, ys] of one disc, metres and seconds: between two of them it flies freely under its pull, or where
-// there is a fourth list under the pull of that flight, as in contact that lasts.
-// Colours are CSS variables: --s0 to --s7 of discs, --wall, --ghost (the exact run), --wrong, --surface, --ink.
+// Shared by the play page and replays: positions of discs, and drawing of discs, walls, paths and marks.
+// A track is [times, xs, ys] of one disc, metres and seconds. Between two times it flies freely with its acceleration, or
+// with that in a fourth list, as in lasting contact.
+// Colours are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact run), --wrong, --surface, --ink.
 export const make = (name, attributes = {}, ...children) => {
   const e = document.createElement(name);
   for (const [k, v] of Object.entries(attributes))
@@ -44,12 +44,12 @@ export const spinAt = ([times, angles], t) => {
     d = times[k + 1] - times[k];
   return d > 0 ? (angles[k + 1] - angles[k]) / d : 0;
 };
-// How far a wall has moved, which is driven on legs: when each begins, how far it has moved by then, its velocity.
+// Returns the displacement of a driven wall, from its legs: begin, displacement at the begin, velocity.
 export const movedAt = ({ legs = [[0, 0, 0, 0, 0]] }, time) => {
   const [begin, x, y, u, v] = legs.findLast(([since]) => since <= time) ?? legs[0];
   return [x + u * (time - begin), y + v * (time - begin)];
 };
-// The impacts of a run, and where contact begins, changes or ends, in their order.
+// Returns the impacts of a run and the changes of contact, in order.
 const eventsOf = ({ impacts, modes }) => {
   const events = [];
   let k = 0;
@@ -59,17 +59,17 @@ const eventsOf = ({ impacts, modes }) => {
   }
   return [...events, ...impacts.slice(k)];
 };
-// What damping makes of times: how far an undamped disc takes so long, and when a damped one is there.
+// Conversion of times by damping: from a time to the equivalent undamped time, and back.
 export const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
 export const clockOf = ({ damping_per_s: c }, t) => (!c ? t : c * t < 1 ? -Math.log1p(-c * t) / c : Infinity);
 const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(16 * c * t))) : 1);
-// What a table takes off of a velocity, metres a second squared, and how long a disc goes on at most.
+// Deceleration by a table, metres a second squared, and the time until a disc stops.
 export function slowing({ table_deceleration_m_s2: a = 0 }, velocity) {
   const speed = Math.hypot(...velocity);
   return a && speed ? velocity.map((v) => (-a * v) / speed) : [0, 0];
 }
 export const stopsAfter = ({ table_deceleration_m_s2: a = 0 }, velocity) => (a ? Math.hypot(...velocity) / a : Infinity);
-// Tracks of a run: discs fly freely between its events, in contact with a pull of their own.
+// Returns the tracks of a run. Discs fly freely between events; in contact they have their own acceleration.
 export const tracksOf = (scene, run) => {
   const pullOf = (i, velocity) =>
       scene.discs[i].mass_kg === "inf" ? [0, 0] : (scene.gravity_m_s2 ?? [0, 0]).map((g, k) => g + slowing(scene, velocity)[k]);
@@ -88,7 +88,7 @@ export const tracksOf = (scene, run) => {
     }
     put(i, t, x, y, now[i]);
   };
-  // On a table a disc may have stopped on its way to a place.
+  // On a table, a disc may have stopped before.
   const stopBefore = (i, t, [x, y]) => {
     const stop = tracks[i][0].at(-1) + stopsAfter(scene, velocities[i]);
     if (!(stop < t) || scene.discs[i].mass_kg === "inf") return;
@@ -116,8 +116,8 @@ export const tracksOf = (scene, run) => {
   });
   return run.modes || scene.table_deceleration_m_s2 ? tracks : tracks.map((track) => track.slice(0, 3));
 };
-const PIECES_OF_A_SLIDE = 12; // in which a spin that changes evenly is drawn
-// The times and angles of each disc of a run in which discs spin.
+const PIECES_OF_A_SLIDE = 12; // number of pieces for a spin that changes at a constant rate
+// Returns the times and angles of each disc of a run with spins.
 export const anglesOf = (scene, run) => {
   const turned = scene.discs.map((d) => ({ times: [0], angles: [0], spin: d.spin_rad_s ?? 0, rate: 0 }));
   const add = (one, t, spin, rate = one.rate) => {
@@ -140,7 +140,7 @@ export const anglesOf = (scene, run) => {
   for (const one of turned) add(one, Math.max(run.end_s, one.times.at(-1)), one.spin);
   return turned.map(({ times, angles }) => [times, angles]);
 };
-// How long two discs that fly on would overlap from their impact on: they approach for the first half of it.
+// Returns how long two discs would overlap in free flight after their impact. They approach in the first half.
 export const overlapOf = (scene, impact) => {
   if (impact.second < 0) return Infinity;
   const [v, w] = impact.before,
@@ -156,8 +156,8 @@ export class Stage {
     this.canvas = make("canvas", { role: "img", "aria-label": label });
     this.flat = 0.3;
     this.tall = 0.66;
-    this.least = 150; // pixels, however flat the scene
-    this.shortest = 170; // pixels, however low the window
+    this.least = 150; // pixels: least height for flat scenes
+    this.shortest = 170; // pixels: least height in low windows
   }
   fit(box, most = 0.62) {
     this.box = box;
@@ -197,7 +197,7 @@ export class Stage {
   hue(scene, i) {
     return scene.discs[i].mass_kg === "inf" ? this.colour("--wall") : this.colour(`--s${i % 8}`);
   }
-  // Driven walls are where they are at an instant, seconds from the start.
+  // Draws walls. `time` gives the positions of driven walls.
   walls(list, time = 0) {
     const { pen, dense } = this,
       far = this.canvas.width + this.canvas.height;
@@ -281,7 +281,7 @@ export class Stage {
     const r = radius * this.scale,
       [x, y] = this.at(place);
     if (angle !== undefined) {
-      // a quarter, light: it turns visibly, and hides no number
+      // a light quarter shows rotation and hides no number
       pen.fillStyle = this.colour("--surface");
       pen.globalAlpha = 0.45;
       for (const a of [0, Math.PI]) {
@@ -315,7 +315,7 @@ export class Stage {
     pen.stroke();
     pen.lineCap = "butt";
   }
-  // A label stands where it covers no disc and no other label, with a line to its place: of twelve spots around, the first that is free.
+  // Draws a label at the first of twelve positions around its point that covers no disc or label, with a line to the point.
   label(place, text, colour, taken, bold = true) {
     const { pen, dense } = this,
       [x, y] = this.at(place);

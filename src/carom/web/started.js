@@ -1,4 +1,4 @@
-// The core of the page, started before anything is solved.
+// Starts the core of the page.
 import { startCore } from "./core.js";
 
 await startCore(globalThis.caromUnpacked(document.getElementById("core")));

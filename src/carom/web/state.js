@@ -1,8 +1,8 @@
-// What the page shows: one scene, one method and what each makes of it; and who is told when something changes.
-export const MOST_IMPACTS = 5000; // of the exact run: what is beyond is said to be cut
+// State of the page: the scene, the method, and both runs; and the listeners for changes.
+export const MOST_IMPACTS = 5000; // largest number of impacts of the exact run
 export const GALLERY = JSON.parse(globalThis.caromText(document.getElementById("scenes")));
 const SLOWEST = 5,
-  FASTEST = 1000; // frames a second of the slider and the chart
+  FASTEST = 1000; // range of frames per second in the slider and the chart
 export const rateAt = (v) => Math.round(10 * SLOWEST * (FASTEST / SLOWEST) ** v) / 10;
 export const placeOf = (rate) => Math.log(rate / SLOWEST) / Math.log(FASTEST / SLOWEST);
 const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;

@@ -1,4 +1,4 @@
-// What the numbers are, in words: the sentence, the boxes below it, what a frame costs, the clock.
+// Texts of the page: the sentence, the boxes below it, the cost of a frame, and the clock.
 import { bouncedAt, missedShare } from "./compare.js";
 import { clock, keys, methods, play, problem, says, sentence } from "./layout.js";
 import { pitOf } from "./scene.js";
@@ -8,7 +8,7 @@ import { state } from "./state.js";
 const box = (what, value, note, mood = "") =>
   make("div", {}, make("small", {}, what), make("b", { class: mood }, value), make("small", {}, note));
 const costs = box("cost per frame", "–", "measured while nothing moves");
-export function tell() {
+export function showResults() {
   const { scene: s, truth, seen, score } = state,
     dt = 1 / s.frame_rate_hz,
     ms = (t, n) => `${digits(t * 1000, n)} ms`;
@@ -24,7 +24,7 @@ export function tell() {
       ? box(
           "impacts found before the first miss",
           `${score.right} of ${truth.impacts.length}`,
-          `until ${digits(truth.impacts[score.right].time_s)} s; later impacts are not comparable`,
+          `until ${digits(truth.impacts[score.right].time_s)} s; later impacts can't be compared`,
           "off",
         )
       : box(
@@ -34,7 +34,7 @@ export function tell() {
           score.missed.length ? "off" : "fine",
         ),
     box(
-      "first impact found: late by",
+      "lateness of the first impact found",
       found ? ms(score.late) : "–",
       found
         ? `${digits(score.late / dt, 2)} of a frame${seen.stepped ? `; it reports ${ms(score.reported)}` : ""}`
@@ -42,9 +42,9 @@ export function tell() {
       "",
     ),
     box(
-      "its direction: off by",
+      "direction error after it",
       found ? `${digits(score.turned)}°` : "–",
-      found ? `velocity off by ${digits(100 * score.velocity, 2)} % of the speed` : "",
+      found ? `velocity error: ${digits(100 * score.velocity, 2)} % of the speed` : "",
       "",
     ),
     box(
@@ -57,26 +57,26 @@ export function tell() {
   );
   if (!first)
     sentence.textContent = score.invented.length
-      ? `Nothing meets here, and ${name} invents ${score.invented.length}.`
-      : "Nothing meets here.";
+      ? `No bodies meet here, but ${name} invents ${score.invented.length} impacts.`
+      : "No bodies meet here.";
   else if (first.second < 0)
-    sentence.textContent = `The first impact is on a wall; frames are ${ms(dt)} apart. ${verdict(name, first)}`;
+    sentence.textContent = `The first impact is on a wall. Frames are ${ms(dt)} apart. ${verdict(name, first)}`;
   else
     sentence.textContent = `The discs overlap while approaching for ${ms(clockOf(s, overlapOf(s, first) / 2))}; frames are ${ms(dt)} apart. ${verdict(name, first)}`;
   if (seen.warning) problem.textContent = seen.warning;
 }
-const beside = (late) =>
-  late === 0 ? "at its instant" : `${digits(Math.abs(late) * 1000)} ms ${late < 0 ? "early" : "late"}`;
+const describeLateness = (late) =>
+  late === 0 ? "on time" : `${digits(Math.abs(late) * 1000)} ms ${late < 0 ? "early" : "late"}`;
 function verdict(name, first) {
   const pair = state.score.found.find(([r]) => r === first);
-  if (!pair) return `${name} misses it.`;
+  if (!pair) return `${name} misses the impact.`;
   const [late, reported] = [bouncedAt(pair[1]) - first.time_s, pair[1].time_s - first.time_s];
-  if (state.method === "pit") return `${name} finds it ${beside(late)}.`;
-  if (!Number.isFinite(pair[1].effective_s)) return `${name} reports it ${beside(reported)}.`;
-  return `${name} bounces them ${beside(late)}, and reports it ${beside(reported)}.`;
+  if (state.method === "pit") return `${name} finds the impact ${describeLateness(late)}.`;
+  if (!Number.isFinite(pair[1].effective_s)) return `${name} reports the impact ${describeLateness(reported)}.`;
+  return `${name} lets the bodies bounce ${describeLateness(late)}, and reports the impact ${describeLateness(reported)}.`;
 }
-// What a frame costs, here and now: of PIT the whole run repeated until a clock of tenths of a millisecond can tell.
-const TOLD_WITHIN_MS = 20;
+// Measures the cost of a frame. PIT's run is repeated until a coarse clock suffices.
+const MEASURED_MS = 20;
 export function cost() {
   const { scene: s, seen } = state;
   if (!seen) return;
@@ -87,7 +87,7 @@ export function cost() {
     do {
       pitOf(s);
       runs++;
-    } while (performance.now() - began < TOLD_WITHIN_MS);
+    } while (performance.now() - began < MEASURED_MS);
     each = (performance.now() - began) / runs / Math.max(1, seen.frames);
   }
   costs.replaceChildren(
@@ -96,12 +96,12 @@ export function cost() {
     make("small", {}, "in this browser, just now"),
   );
 }
-export function told() {
+export function showClock() {
   play.textContent = state.playing ? "pause" : "play";
   clock.textContent = `${digits(state.time, 4)} s`;
-  keys.textContent = `An arrow shows the motion in ${state.arrow} s. With the left picture in focus, a number or n selects a disc (now ${state.chosen}). Arrow keys move it; with Ctrl they change its velocity, with Shift in small steps.`;
+  keys.textContent = `An arrow shows the motion in ${state.arrow} s. When the left picture has the focus, a number or n selects a disc (now ${state.chosen}). Arrow keys move the disc; with Ctrl they change its velocity. Shift makes the steps small.`;
 }
 play.onclick = () => {
   state.playing = !state.playing;
-  told();
+  showClock();
 };

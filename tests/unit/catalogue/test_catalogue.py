@@ -64,10 +64,7 @@ def test_listing_builds_no_scene() -> None:
 
 
 def test_every_scene_has_what_an_entry_promises() -> None:
-    """It bears its entry's name and sentence, is built once, names its source, and any engine can take its sizes.
-
-    An engine that is frames late still has its last impact within the scene.
-    """
+    """It bears its entry's name and sentence, is built once, names its source, and any engine can take its sizes."""
     frames = 5
     for entry in ENTRIES:
         scene = entry.scene

@@ -11,15 +11,13 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.stage import sure
 
 from carom import load_scene, save_scene, solve_pic
-from carom.catalogue import CatalogueScene, Complaint, all_scenes, catalogue, deviation, find_scenes
+from carom.catalogue import Complaint, all_scenes, catalogue, deviation, find_scenes
 from carom.catalogue.closed_forms import after_impact, after_wall, dot, normal_of_offset, wedge_impacts
 from carom.errors import UnknownNameError
 
 EVERY_IMPACT_KNOWN = [entry for entry in catalogue().values() if entry.known.count is not None]
-each_entry = pytest.mark.parametrize("entry", EVERY_IMPACT_KNOWN, ids=lambda entry: entry.name)
 
 coordinate = st.floats(-10, 10)
 velocities = st.builds(complex, coordinate, coordinate)
@@ -73,65 +71,6 @@ def test_unfolding_agrees_with_reflecting_step_by_step(
         assert bounce.velocity == pytest.approx(velocity, abs=1e-12 * speed)
     # Nothing is left to hit: the point leaves within the wedge.
     assert -1e-9 <= cmath.phase(velocity) <= angle + 1e-9
-
-
-def least_gap(p: complex, v: complex, radius: float, until: float) -> float:
-    """Least gap of a disc at relative position `p`, with relative velocity `v`, during `until`."""
-    nearest = 0.0 if v == 0 else min(max(-dot(p, v) / abs(v) ** 2, 0.0), until)
-    return abs(p + v * nearest) - radius
-
-
-@each_entry
-def test_known_impacts_are_a_history(entry: CatalogueScene) -> None:
-    """Replayed without any solver, the bodies touch at each known instant, approach before, and never overlap."""
-    scene, known = entry.scene, entry.known
-    rounding = 1e-12
-    position = np.array([complex(*disc.position_m) for disc in scene.discs])
-    velocity = np.array([complex(*disc.velocity_m_s) for disc in scene.discs])
-    radius = [disc.radius_m for disc in scene.discs]
-    fall = np.array([0j if disc.immovable else complex(*scene.gravity_m_s2) for disc in scene.discs])
-    now = 0.0
-    for impact in (*known.impacts, None):
-        until = (scene.duration_s if impact is None else impact.time_s) - now
-        assert until >= 0
-        for i in range(len(radius)):
-            for j in range(i + 1, len(radius)):
-                apart = position[j] - position[i], velocity[j] - velocity[i], radius[i] + radius[j]
-                assert least_gap(*apart, until) >= -rounding
-            for wall in scene.half_planes():
-                normal = complex(*wall.normal)
-                pull = dot(fall[i], normal)
-                turning = 0.0 if pull == 0.0 else -dot(velocity[i], normal) / pull
-                for t in (0.0, until, min(max(turning, 0.0), until)):
-                    there = position[i] + velocity[i] * t + fall[i] * t**2 / 2
-                    assert dot(there - complex(*wall.point_m), normal) - radius[i] >= -rounding
-        position, velocity = position + velocity * until + fall * until**2 / 2, velocity + fall * until
-        now += until
-        if impact is None:
-            break
-        i, j = impact.first, impact.second
-        after_first = complex(*sure(impact.velocity_first_after))
-        if j < 0:
-            wall = scene.half_planes()[-1 - j]
-            normal = -complex(*wall.normal)
-            gap = dot(complex(*wall.point_m) - position[i], normal) - radius[i]
-            before, after, e = velocity[i], after_first, scene.wall_restitution
-        else:
-            after_second = complex(*sure(impact.velocity_second_after))
-            between = position[j] - position[i]
-            normal = between / abs(between)
-            gap = abs(between) - radius[i] - radius[j]
-            before, after, e = velocity[i] - velocity[j], after_first - after_second, scene.restitution
-            m1, m2 = scene.discs[i].mass_kg, scene.discs[j].mass_kg
-            if math.isfinite(m1) and math.isfinite(m2):
-                change = m1 * (after_first - velocity[i]) + m2 * (after_second - velocity[j])
-                assert abs(change) <= rounding * (m1 + m2) * max(map(abs, velocity))
-            velocity[j] = after_second
-        assert abs(gap) <= rounding
-        assert dot(before, normal) > 0
-        assert dot(after, normal) == pytest.approx(-e * dot(before, normal), abs=rounding * abs(before))
-        velocity[i] = after_first
-    assert np.allclose(position, [complex(*p) for p in sure(known.final_position_m)], rtol=0, atol=rounding)
 
 
 def test_no_two_impacts_are_simultaneous_but_by_convention() -> None:

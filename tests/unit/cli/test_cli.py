@@ -23,7 +23,7 @@ import pytest
 import tomli_w
 import typer
 from tests.command import carom_command, told
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.processes import PATIENT_S, ended
 from tests.stage import disc_at, staged
 from tests.unit.cli.test_options import STUDIES
@@ -58,7 +58,7 @@ def scene_file(tmp_path: Path) -> Path:
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize(("fail_on", "code"), long_after(1, [("inaccurate", 1), ("never", 0)]))
+@pytest.mark.parametrize(("fail_on", "code"), release_after(1, [("inaccurate", 1), ("never", 0)]))
 def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(fail_on: str, code: int, tmp_path: Path) -> None:
     """PIT misses `paper/missed`: that is exit code 1, and 0 where nothing is to fail; JUnit says the same."""
     arguments = ("run", "paper/missed", "-e", "pit", "--dt", "1/24", "--no-timing", "--report", tmp_path)
@@ -242,7 +242,7 @@ def test_ctrl_c_before_anything_is_finished_promises_no_journal(
     (tmp_path / "journal.jsonl").touch()
     with pytest.raises(typer.Exit):
         interrupt()
-    assert f"is in {tmp_path / 'journal.jsonl'}, and --resume goes on from there" in capsys.readouterr().err
+    assert f"are in {tmp_path / 'journal.jsonl'}, and --resume continues from them" in capsys.readouterr().err
 
 
 COMMANDS_WITH_JOURNALS = {
@@ -255,8 +255,8 @@ COMMANDS_WITH_JOURNALS = {
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("moment", long_after(2, ["made", "opened", "written", "marked"]))
-@pytest.mark.parametrize("command", long_after(1, COMMANDS_WITH_JOURNALS))
+@pytest.mark.parametrize("moment", release_after(2, ["made", "opened", "written", "marked"]))
+@pytest.mark.parametrize("command", release_after(1, COMMANDS_WITH_JOURNALS))
 def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
     command: str, moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -408,7 +408,7 @@ def test_a_cross_check_says_how_far_its_reference_is_certified() -> None:
     assert "certified to impact 4" in by_default
     assert "certified to impact 1" not in by_default
     asked = told(carom_command(*arguments, "classics/head-on", "--certify"))
-    assert "classics/head-on: certified to impact 1, the last; float64 agrees to 1e-09 in all of them." in asked
+    assert "classics/head-on: certified to impact 1, the last; float64 agrees to 1e-09 in all impacts." in asked
 
 
 LIST = (sys.executable, "-m", "carom", "scenes")
@@ -564,7 +564,7 @@ def test_a_package_of_another_form_is_refused(tmp_path: Path) -> None:
     script = tmp_path / PACKAGES["cannon"].script
     script.parent.mkdir(parents=True)
     script.write_text("exports.World = class {};\n", encoding="utf-8")
-    with pytest.raises(InputError, match="is another one than the page knows"):
+    with pytest.raises(InputError, match="has an unexpected version"):
         package_script(PACKAGES["cannon"], tmp_path)
 
 
@@ -605,13 +605,13 @@ def test_what_lifts_a_threshold_is_found_and_can_be_pasted(slow: Path, tmp_path:
     done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", out, "-j", 1)
     assert done.exit_code == 0, done.output
     text = (out / "tune.md").read_text()
-    profile = eval(f"{{{blocks(text, 'As a profile in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
+    profile = eval(f"{{{blocks(text, 'Profile in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
     settings = profile.settings(1 / 60)
     assert settings["velocity_scale"] > 1.0 / 0.4
     assert settings["positionIterations"] == 3  # as in `default`, since nothing is gained by another
-    pasted = tomllib.loads(blocks(text, "As a profile in engine.toml"))["profiles"]["found"]
+    pasted = tomllib.loads(blocks(text, "Profile in engine.toml"))["profiles"]["found"]
     assert {**pasted["settings"], "dt_s": 1 / 60} == settings
-    command = blocks(text, "To run these settings").split()
+    command = blocks(text, "Command with these settings").split()
     assert command[:2] == ["carom", "run"]
     assert f"velocity_scale={settings['velocity_scale']}" in command
     ran = carom_command(*command[1:], "--dt", "1/60", "--no-timing")
@@ -638,10 +638,10 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
     assert done.exit_code == 130
     assert "best so far (trial" in done.output
     assert "--set velocity_scale=" in done.output
-    assert "--resume goes on from there" in done.output
+    assert "--resume continues from them" in done.output
     refused = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one)
     assert refused.exit_code == 2
     assert "continue from them by --resume" in refused.output
     assert carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code == 0
     whole, resumed = ((folder / "tune.md").read_text() for folder in (other, one))
-    assert blocks(resumed, "As a profile in Python") == blocks(whole, "As a profile in Python")
+    assert blocks(resumed, "Profile in Python") == blocks(whole, "Profile in Python")

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from tests.command import carom_command
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 
 import carom
 from carom import studies
@@ -93,7 +93,7 @@ def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
     return found
 
 
-@pytest.mark.parametrize(("study", "name", "text"), long_after(1, texts()))
+@pytest.mark.parametrize(("study", "name", "text"), release_after(1, texts()))
 def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name: str, text: str) -> None:
     """A wrong text ends a command with exit code 2 and Python's sentence, under the name that the shell has."""
     one = declared(study)[name]

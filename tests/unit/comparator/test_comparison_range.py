@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Trace, compare, solve_pic, solve_pit
@@ -32,10 +32,10 @@ def without(trace: Trace, row: int) -> Trace:
     return replace(trace, impacts=np.delete(trace.impacts, row))
 
 
-@pytest.mark.parametrize("heights", long_after(1, [2, 6]))
-@pytest.mark.parametrize("frame_rate_hz", long_after(1, [60, 240, 960]))
-@pytest.mark.parametrize("tilt", long_after(1, [0.3, 0.0]))
-@pytest.mark.parametrize("restitution", long_after(2, [0.0, 0.7, 0.2, 0.5]))
+@pytest.mark.parametrize("heights", release_after(1, [2, 6]))
+@pytest.mark.parametrize("frame_rate_hz", release_after(1, [60, 240, 960]))
+@pytest.mark.parametrize("tilt", release_after(1, [0.3, 0.0]))
+@pytest.mark.parametrize("restitution", release_after(2, [0.0, 0.7, 0.2, 0.5]))
 def test_pit_of_a_disc_that_comes_to_rest_is_no_worse_than_pit(
     restitution: float, tilt: float, frame_rate_hz: int, heights: int
 ) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
@@ -49,7 +49,7 @@ def test_pit_is_graded_as_it_is_on_what_stands() -> None:
     assert found == {"driven/start-at-a-touch", "driven/conveyor"}  # at a look, and on a flat floor
 
 
-@pytest.mark.parametrize("dt_s", long_after(1, [1 / 11, 1 / 60]))
+@pytest.mark.parametrize("dt_s", release_after(1, [1 / 11, 1 / 60]))
 def test_pic_is_exact_where_its_last_step_reaches_beyond_the_end(dt_s: float) -> None:
     """Impacts on either side of the scene's end in one step: the state at the end is that after the earlier ones."""
     scenes = [entry.scene for entry in find_scenes(["driven/piston", "driven/paddle-to-and-fro"])]
@@ -149,7 +149,7 @@ def test_a_trace_in_which_a_driven_wall_moves_otherwise_is_refused() -> None:
     truth = solve_pic(paddle())
     impacts = truth.impacts.copy()
     impacts["velocity_second_before"] = (0.0, 0.0)
-    with pytest.raises(InputError, match=r"velocity_second_before of impact 0 .* a wall that is driven has 1, 0"):
+    with pytest.raises(InputError, match=r"velocity_second_before of impact 0 .* this driven wall has 1, 0"):
         compare(truth, replace(truth, impacts=impacts))
 
 
@@ -173,14 +173,14 @@ def crush() -> Scene:
     )
 
 
-@pytest.mark.parametrize(("steps_per_s", "expected"), long_after(1, [(7.0, 1), (60.0, 4), (55.5, 4)]))
+@pytest.mark.parametrize(("steps_per_s", "expected"), release_after(1, [(7.0, 1), (60.0, 4), (55.5, 4)]))
 def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart(steps_per_s: float, expected: int) -> None:
     """PIC is exact and PIT sampled up to there, also at steps that end at the crush; beyond it nothing is compared."""
     results = cross_checked([crush()], ["pic", "pit"], dts=[1 / steps_per_s], profiles=["tuned"])
     assert [row.grade for row in results.rows] == [Grade.EXACT, Grade.SAMPLED]
     scores = [row.score for row in results.rows if row.score is not None]
     assert {score.expected for score in scores} == {expected}  # of impacts at 1.25, 1.625, 1.75, 1.8125, 1.85, ... s
-    assert all(score.findings[-1].reason.endswith("from there nothing is compared") for score in scores)
+    assert all(score.findings[-1].reason.endswith("after that nothing is compared") for score in scores)
 
 
 _SLANT = (0.6, 0.8)

@@ -131,11 +131,7 @@ def test_a_run_that_has_an_impact_less_or_more_is_not_covered() -> None:
 
 @each("k", range(1, 5))
 def test_an_impact_at_the_very_end_ends_no_horizon(k: int) -> None:
-    """A row of discs whose last impact is at the scene's duration: a unit later in the last place, and it is not there.
-
-    Here the move by one unit does bring it behind the end. The impact before it is believed all the same, and so the
-    whole.
-    """
+    """A row of discs whose last impact is at the scene's duration: a unit in the last place later, it is not there."""
     long = line(-1.0 - 0.1 * k, -4.3 - 0.7 * k, -9.1 - 1.7 * k, velocities=(-0.7, 0.0, 0.0), duration_s=100.0)
     scene = long.model_copy(update={"duration_s": float(solve_pic(long).impacts["time_s"][1])})
     assert len(solve_pic(scene).impacts) == 2

@@ -9,7 +9,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.lengths import each
-from tests.planted.carom_planted import state_at
 from tests.planted.faults import LENGTH, ROW, SPEED, faithful, replayed
 from tests.stage import disc_at, staged
 
@@ -132,7 +131,7 @@ def test_what_is_certain_before_a_tie_decides() -> None:
         score = compare(reference, trace, sampling=sampling)
         assert score.grade is grade
         (finding,) = [finding for finding in score.findings if finding.verdict is Verdict.CONVENTION]
-        assert finding.reason.endswith(f"up to there the run is {word}")
+        assert finding.reason.endswith(f"until then the run is {word}")
 
 
 def test_nothing_is_certain_where_the_tie_comes_first() -> None:
@@ -140,7 +139,7 @@ def test_nothing_is_certain_where_the_tie_comes_first() -> None:
     reference = solve_pic(staged("first", *TIE.discs[2:], duration_s=12))
     score = compare(reference, faithful(reference), sampling=solve_pit(reference.scene))
     assert score.grade is Grade.UNGRADED
-    assert "up to there" not in score.findings[0].reason
+    assert "until then" not in score.findings[0].reason
 
 
 def test_the_row_of_the_planted_faults_has_one_scale() -> None:
@@ -156,7 +155,8 @@ def test_velocities_that_nobody_tells_apart_are_not_accused() -> None:
     """
     scene = staged("chain", disc_at(0, 0, 1, 0), disc_at(2.01, 0), disc_at(3.015, 0), disc_at(9, 9), duration_s=3)
     reference, dt_s = solve_pic(scene), 1 / 30
-    states = [state_at(reference, k * dt_s) for k in range(round(3 / dt_s) + 1)]
+    ends = [solve_pic(scene, until_s=k * dt_s) for k in range(round(3 / dt_s) + 1)]
+    states = [(end.final_position_m, end.final_velocity_m_s) for end in ends]
     collector = ImpactCollector(scene, Observation(*states[0]))
     for k, (place, velocity) in enumerate(states[1:], start=1):
         times = reference.impacts["time_s"]
@@ -198,7 +198,7 @@ def test_a_grade_that_is_a_lucky_phase_says_so() -> None:
     reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=64)
     score = compare(reference, pit, sampling=pit)
     assert score.grade is Grade.EXACT
-    assert score.findings[0].reason.endswith("PIT's impacts are as right at 1 of 16 phases of the step")
+    assert score.findings[0].reason.endswith("PIT is equally accurate at 1 of 16 phases of the step")
 
 
 @pytest.mark.parametrize(("duration_s", "fastest"), [(0.75, 4.0), (1.25, 6.0)])

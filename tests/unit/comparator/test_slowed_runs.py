@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from tests.drawn import slowing
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 DT_S, TABLE_DT_S = 1 / 240, 1 / 60
 DAMPED = [entry.scene for entry in find_scenes(["contact/damped-*"]) if len(entry.known.impacts)]
 ON_TABLES = [entry.scene for entry in find_scenes(["contact/table-*"])]
-each_damped = pytest.mark.parametrize("scene", long_after(2, reversed(DAMPED)), ids=lambda scene: scene.name)
+each_damped = pytest.mark.parametrize("scene", release_after(2, reversed(DAMPED)), ids=lambda scene: scene.name)
 #: Two discs that meet aside from the line of their centres, at no step's end.
 PAIR = staged(
     "pair",
@@ -107,7 +107,7 @@ def test_the_right_rate_is_exact(scene: Scene) -> None:
 
 
 @each_damped
-@pytest.mark.parametrize("factor", long_after(1, [1.01, 0.0, 0.99, 2.0]))
+@pytest.mark.parametrize("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
 def test_another_rate_is_no_better_than_inaccurate(scene: Scene, factor: float) -> None:
     """A run damped by another rate, or not at all, changes velocities where nothing is met, by that much a step."""
     score = judged(scene, Otherwise(damping_per_s=factor))
@@ -119,7 +119,7 @@ def test_another_rate_is_no_better_than_inaccurate(scene: Scene, factor: float) 
     assert sure(score.local_truth).slipped == pytest.approx(slipped, rel=1e-6)
 
 
-@pytest.mark.parametrize("factor", long_after(1, [1.01, 0.0, 0.99, 2.0]))
+@pytest.mark.parametrize("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
 @pytest.mark.parametrize("scene", ON_TABLES, ids=lambda scene: scene.name)
 def test_another_deceleration_is_no_better_than_inaccurate(scene: Scene, factor: float) -> None:
     """Whether or not anything is met: each step changes velocities by that part of the table's less or more."""
@@ -145,7 +145,7 @@ def test_pit_is_no_worse_than_sampled_on_a_table(seed: int) -> None:
     assert judged(slowing(seed), load_adapter("pit")).grade not in {Grade.INACCURATE, Grade.PARTED_INACCURATE}
 
 
-@pytest.mark.parametrize("scene", [PAIR, *long_after(2, reversed(DAMPED))], ids=lambda scene: scene.name)
+@pytest.mark.parametrize("scene", [PAIR, *release_after(2, reversed(DAMPED))], ids=lambda scene: scene.name)
 def test_a_wrong_coefficient_is_found(scene: Scene) -> None:
     """A run with nine tenths of the restitution is inaccurate, and off by that at each impact that stands alone."""
     score = judged(scene, Otherwise(restitution=0.9, wall_restitution=0.9))

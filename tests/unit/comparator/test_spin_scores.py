@@ -67,7 +67,7 @@ def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, 
     assert result.total.energy == pytest.approx(0.25 * (spin**2 - 4.0) / 12.5, abs=1e-14)
     assert {Verdict.WRONG_SPIN, Verdict.WRONG_LAST_SPIN, Verdict.ANGULAR} <= found(result)
     assert not found(result) & {Verdict.WRONG_VELOCITY, Verdict.SLID, Verdict.STUCK}
-    assert f"as if at {arm} times its radius" in reason(result, Verdict.ANGULAR)
+    assert f"as if it acted at {arm} times its radius" in reason(result, Verdict.ANGULAR)
     assert result.price_paid == math.inf  # on a wall sampling costs PIT nothing
     assert f", spin {error / 5:.3g}" in str(result)
 
@@ -78,15 +78,12 @@ def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, 
 def test_an_arm_that_is_hardly_off_the_radius_is_told_by_its_difference(spin: float, said: str) -> None:
     """Friction turns the disc of 'grip' by -2 rad/s: a millionth more or less is an arm longer or shorter by that."""
     result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
-    assert f"as if at {said} its rim" in reason(result, Verdict.ANGULAR)
+    assert f"as if it acted at {said} its rim" in reason(result, Verdict.ANGULAR)
 
 
 @pytest.mark.parametrize("part", [0.9, 0.95, 1.05])
 def test_a_spin_that_sampling_does_not_explain_is_not_sampled(part: float) -> None:
-    """Off by a twentieth in what of its slip a superball gets back, at the right time, and by less than PIT in speed.
-
-    Here PIT is one whose velocities are off by half a metre a second and whose spins are right: it excuses no spin.
-    """
+    """Off by a twentieth in what of its slip a superball gets back, at the right time, by less than PIT in speed."""
     scene = scene_named("superball-table")
     truth = solve_pic(scene)
     other = scene.model_copy(update={"wall_tangential_restitution": part * scene.wall_tangential_restitution})
@@ -139,13 +136,13 @@ def test_an_arm_shortened_by_the_overlap_is_named_and_not_held_against_the_run()
     """
     run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98)
     result = score("slide", run)
-    assert "as if at 0.98 times its radius" in reason(result, Verdict.ANGULAR)
-    assert "more than bodies close" not in reason(result, Verdict.ANGULAR)
+    assert "as if it acted at 0.98 times its radius" in reason(result, Verdict.ANGULAR)
+    assert "more than the overlap gained" not in reason(result, Verdict.ANGULAR)
     assert sure(result.consistency).arm == pytest.approx(0.98, rel=1e-12)
     assert sure(result.consistency).angular_excess == 0.0
     assert result.grade is Grade.INACCURATE  # PIT, with full arms, has no such error on a wall
     shorter = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98, dt_s=1 / 600)
-    assert "more than bodies close" in reason(score("slide", shorter), Verdict.ANGULAR)
+    assert "more than the overlap gained" in reason(score("slide", shorter), Verdict.ANGULAR)
 
 
 def test_a_spin_that_fades_in_flight_is_named() -> None:
@@ -169,7 +166,7 @@ def test_a_spin_that_is_no_number_is_wrong() -> None:
 def test_a_trace_without_spins_can_not_be_scored_where_discs_turn() -> None:
     """A trace without spins of discs that turn is refused by name, and not graded by its other values."""
     run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6)
-    with pytest.raises(InputError, match=r"the trace of 'planted' .* tells no spins"):
+    with pytest.raises(InputError, match=r"the trace of 'planted' .* has no spins"):
         score("slide", dataclasses.replace(run, spins=None, final_spin_rad_s=None))
 
 

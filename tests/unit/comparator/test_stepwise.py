@@ -103,10 +103,7 @@ def states_of(scene: Scene, dt_s: float) -> States:
 def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(
     scenes_of: Callable[[], list[Scene]],
 ) -> None:
-    """PIC agrees with PIC from each of its states; PIT is off by what PIT pays there, and misses what that misses.
-
-    So it is in crowds, under gravity, with spin, at rest, damped and on tables; PIT's is to 1e-9.
-    """
+    """PIC agrees with PIC from each of its states; PIT is off by what PIT pays there, and misses what that misses."""
     for scene in scenes_of():
         reference = solve_pic(scene, max_impacts=2000)
         if reference.outcome is Outcome.GLIDES:  # of infinitely many hops

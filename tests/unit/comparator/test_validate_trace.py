@@ -39,14 +39,14 @@ def with_spin_of_the_wall(trace: Trace) -> Trace:
         (with_other(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
         (with_other(second=9), r"second of impact 0 .* is disc 9 \(9\)"),
         (with_other(first=-1), r"first of impact 0 .* is wall 0 \(-1\)"),
-        (with_spin_of_the_wall, "spin second_after of impact 0 .* is 2.5, and its second body is wall 0"),
+        (with_spin_of_the_wall, "spin second_after of impact 0 .* is 2.5, but its second body is wall 0"),
         (
             with_other(velocity_second_before=(0.0, -0.1)),
-            "velocity_second_before of impact 0 .* is 0, -0.1, and its second body is wall 0",
+            "velocity_second_before of impact 0 .* is 0, -0.1, but its second body is wall 0",
         ),
-        (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* nothing is known of what"),
-        (lambda trace: replace(trace, spins=None), "tells no spins"),
-        (lambda trace: replace(trace, float_bits=16), r"float_bits of .* is 16, and must be one of \[32, 64\]"),
+        (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* a trace must end"),
+        (lambda trace: replace(trace, spins=None), "has no spins"),
+        (lambda trace: replace(trace, float_bits=16), r"float_bits of .* is 16, but must be one of \[32, 64\]"),
     ],
 )
 def test_what_cannot_be_of_the_scene_is_refused_by_name(change: Callable[[Trace], Trace], words: str) -> None:
@@ -60,7 +60,7 @@ def test_pit_must_be_of_the_same_scene_and_step() -> None:
     """A run at 1/60 s is "no worse than PIT at the same step" against no coarser PIT, nor against one of elsewhere."""
     scene = find_scenes(["paper/late"])[0].scene
     reference, observed = solve_pic(scene), solve_pit(scene, frame_rate_hz=60)
-    with pytest.raises(InputError, match=r"a step of 0.0166667 s, sampling one of 0.333333 s"):
+    with pytest.raises(InputError, match=r"a step of 0.0166667 s, but sampling has one of 0.333333 s"):
         compare(reference, observed, sampling=solve_pit(scene, frame_rate_hz=3))
     with pytest.raises(InputError, match="sampling of 'spin/slide'"):
         compare(reference, observed, sampling=solve_pit(REFERENCE.scene, frame_rate_hz=60))

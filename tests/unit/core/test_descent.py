@@ -7,8 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from flint import acb, acb_poly, ctx
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf, sqrt
 from tests.lengths import each
@@ -18,8 +17,6 @@ from carom.core import primitives
 probe = pytest.importorskip("tests.probe")
 
 DIGITS = 80
-lengths = st.floats(-1e3, 1e3)
-speeds = st.floats(-1e2, 1e2)
 
 
 def pair(value: float) -> tuple[float, float]:
@@ -46,19 +43,6 @@ def exact_descent(gap: Any, speed: Any, pull: Any) -> Any:
     root = sqrt(d)
     times = [t for t in ((-speed - root) / pull, (-speed + root) / pull) if t > 0 and speed + pull * t < 0]
     return min(times, default=None)
-
-
-@given(st.floats(1e-12, 1e3), speeds, st.floats(-20, 20))
-def test_a_fall_is_right_to_four_units_in_the_last_place(gap: float, speed: float, pull: float) -> None:
-    """The earlier closing root of the quadratic, from apart, is within 4 ulp of the exact one."""
-    assume(all(value == 0 or abs(value) > 1e-60 for value in (speed, pull)))
-    mp.dps = DIGITS
-    exact = exact_descent(mpf(gap), mpf(speed), mpf(pull))
-    found = descent(gap, speed, pull)
-    if exact is None:
-        assert found == math.inf
-    else:
-        assert units_off(found, exact) <= 4
 
 
 @given(st.floats(0.5, 2), st.floats(0.5, 2), st.integers(-(2**20), 2**20).filter(bool))
@@ -101,56 +85,7 @@ def test_which_root_it_is_follows_from_signs(gap: float, speed: float, pull: flo
     assert descent(gap, speed, pull) == time
 
 
-def test_a_falling_disc_lands_on_the_floor_and_on_a_slope() -> None:
-    """From 3-4-5: a drop of 4.9 m at 9.8 m/s^2 takes 1 s; on a slope both gap and gravity count along its normal."""
-    floor, down = (7.0, 0.0, 0.0, 1.0), (0.0, -9.8)
-    time = primitives.wall_fall_time(0.0, 5.9, 3.0, 0.0, 1.0, floor, *down)
-    assert time == pytest.approx(1, rel=1e-15)
-    slope, gap, pull = (0.0, 0.0, 0.6, 0.8), 2.0, 9.8 * 0.8
-    time = primitives.wall_fall_time(0.6 * 3, 0.8 * 3, 0.0, 0.0, 1.0, slope, *down)
-    assert time == pytest.approx(math.sqrt(2 * gap / pull), rel=1e-14)
-
-
-@given(st.floats(1e-6, 1e6), st.floats(-1e6, -1e-6))
-def test_the_way_back_is_twice_the_way_up(speed: float, pull: float) -> None:
-    """A body that leaves at v comes back after 2 v/g, to an ulp."""
-    assert descent(0.0, speed, pull) == pytest.approx(-2 * speed / pull, rel=2**-51)
-
-
 # An immovable disc ----------------------------------------------------------------------------------------------------
-
-
-@given(st.floats(-3, 3), st.floats(-3, 4), st.floats(-3, 3), st.floats(-3, 6), st.floats(0.1, 1.5))
-def test_the_quartic_agrees_with_all_roots_by_another_method(
-    x: float, y: float, vx: float, vy: float, fixed_radius: float
-) -> None:
-    """The time is the least positive real root as a certified root finder gives it."""
-    radius, gx, gy = 0.2, 0.3, -9.8
-    assume(math.hypot(x, y) > radius + fixed_radius + 1e-6)
-    mp.dps, ctx.prec = DIGITS, 600
-    px, py, ux, uy, ax, ay = map(acb, (x, y, vx, vy, gx, gy))
-    reach = acb(radius) + acb(fixed_radius)
-    quartic = [
-        px * px + py * py - reach * reach,
-        2 * (px * ux + py * uy),
-        ux * ux + uy * uy + px * ax + py * ay,
-        ux * ax + uy * ay,
-        (ax * ax + ay * ay) / 4,
-    ]
-    roots = acb_poly(quartic).roots(tol=1e-60)  # balls, none of which meets another
-    times = [root.real for root in roots if root.imag.contains(0) and root.real > 0]
-    exact = min((mpf(time.str(50, radius=False)) for time in times), default=None)
-    found = primitives.disc_fall_time(x, y, vx, vy, radius, 0.0, 0.0, fixed_radius, gx, gy)
-    if exact is None:
-        assert found == math.inf
-    else:
-        assert units_off(found, exact) <= 1
-
-
-def test_a_disc_dropped_on_another_takes_the_time_of_free_fall() -> None:
-    """Straight down on an immovable disc, the gap of 4.9 m closes in a second; from aside it never does."""
-    assert primitives.disc_fall_time(0, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == pytest.approx(1, rel=1e-15)
-    assert primitives.disc_fall_time(1.75, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == math.inf
 
 
 @each(

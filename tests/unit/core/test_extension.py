@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.lengths import long_after
+from tests.lengths import release_after
 
 import carom
 from carom.core import extension
@@ -40,7 +40,7 @@ def test_a_missing_extension_is_an_error_with_a_remedy(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("edited", "touched", "stale"), long_after(2, [(True, True, True), (False, True, False), (False, False, False)])
+    ("edited", "touched", "stale"), release_after(2, [(True, True, True), (False, True, False), (False, False, False)])
 )
 def test_an_edited_source_of_an_editable_install_is_warned_of_and_noted(
     edited: bool, touched: bool, stale: bool, tmp_path: Path

@@ -63,7 +63,7 @@ def test_a_disc_meets_a_fixed_one_at_the_exact_time(make: Callable[[random.Rando
     assert_exact(make, 100, 1)
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("make", ENCOUNTERS)
 def test_many_discs_meet_fixed_ones_at_the_exact_time(make: Callable[[random.Random], Encounter]) -> None:
     """The same holds for more cases of each kind."""
@@ -105,7 +105,7 @@ def test_a_disc_meets_a_feature_at_the_exact_time(make: Callable[[random.Random]
     assert_exact_at_features(make, 100, 3)
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("make", MAKERS)
 def test_many_discs_meet_features_at_the_exact_time(make: Callable[[random.Random], Fall]) -> None:
     """The same holds for more cases of each kind."""
@@ -177,30 +177,6 @@ def product(*factors: list[Fraction]) -> list[Fraction]:
 def pairs_of(powers: list[Fraction]) -> list[Pair]:
     powers = [*powers, *[Fraction(0)] * (5 - len(powers))]
     return [(high := float(power), float(power - Fraction(high))) for power in powers]
-
-
-@each(
-    ("roots", "times"),
-    [
-        ((1, 2, 3, 4), [1.0, 3.0]),
-        ((1, 1, 3, 4), [3.0]),  # a graze first
-        ((1, 1, 1, 4), [1.0]),  # a threefold root is a crossing
-        ((1, 1, 2, 2), []),  # two grazes
-        ((1, 2, 3, 3), [1.0]),  # a graze from below is no fall
-        ((-1, 1, 2, 3), [2.0]),  # below 0 at first: it rises at 1
-        ((-1, -2, 3, 4), [3.0]),
-        ((-1, -2, -3, -4), []),
-        ((0, 1, 2, 3), [0.0, 2.0]),  # 0 now, and it does not open
-        ((0, 0, 1, 2), [1.0]),
-        ((0, 0, 0, 2), [0.0]),
-        ((3, 3, 3, 3), []),
-        ((1000, 1001), [1000.0]),
-        ((2,), []),
-    ],
-)
-def test_falls_are_told_from_rises_and_grazes(roots: tuple[int, ...], times: list[float]) -> None:
-    """A fall is a root of odd multiplicity at which the polynomial turns negative."""
-    assert core.falls(pairs_of(product(*([Fraction(-root), Fraction(1)] for root in roots)))) == times
 
 
 def random_root(rnd: random.Random, kind: str) -> Fraction:

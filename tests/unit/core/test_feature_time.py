@@ -255,7 +255,7 @@ def test_times_of_fall_are_those_of_eighty_digits() -> None:
     assert_right(measured(11, 40, falling=True))
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_many_times_are_those_of_eighty_digits() -> None:
     """Thousands of the same."""
     assert_right(measured(1, 4000, falling=False))

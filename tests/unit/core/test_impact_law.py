@@ -92,10 +92,7 @@ def test_oblique_3_4_5() -> None:
 
 @given(impacts)
 def test_every_velocity_after_is_that_of_the_exact_law(impact: Impact) -> None:
-    """To the rounding derived above, which `exact_impact.py` has without: it keeps momentum, and takes what e takes.
-
-    What does not approach keeps its velocity to the bit, and so does what is immovable, be it the first or the second.
-    """
+    """To the rounding derived above, which `exact_impact.py` has without: it keeps momentum, and takes what e takes."""
     v1, m1, v2, m2, normal, e = impact
     found = resolve_impact(v1, m1, v2, m2, normal, e)
     smooth = Law(e, 0, 0)

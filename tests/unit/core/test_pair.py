@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 from flint import arb, ctx
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.unit.core.exact import exact_time, ulps
 
 from carom.core import primitives
@@ -29,10 +29,7 @@ def assert_right(row: np.ndarray, found: float) -> None:
 
 @each("name, larger", [*((name, 1.0) for name in CLASSES), ("random", 8.0)])
 def test_every_class_is_right_to_two_units_in_the_last_place(name: str, larger: float) -> None:
-    """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input.
-
-    Radii eight times as large make two of three random pairs overlap.
-    """
+    """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input."""
     columns = pairs_of_class(name, CASES, 1)
     columns[[4, 9]] *= larger
     for row, found in zip(columns.T, carom_form(columns).tolist(), strict=True):
@@ -109,7 +106,7 @@ def ties(kind: str, count: int) -> list[list[float]]:
     return rows
 
 
-@pytest.mark.parametrize("rows", long_after(1, [150, 600]))
+@pytest.mark.parametrize("rows", release_after(1, [150, 600]))
 @pytest.mark.parametrize("kind", ["graze", "touching", "sliding"])
 def test_no_rounding_decides_a_tie(kind: str, rows: int) -> None:
     """Where b, c or D is exactly 0, or a rounding from it, the answer is that of rational arithmetic."""

@@ -164,17 +164,6 @@ def test_an_adapter_says_itself_why_it_is_unavailable_and_which_version_it_drive
 
 
 @pytest.mark.long
-def test_listing_imports_no_engine() -> None:
-    """`carom.engines()` leaves every engine out of `sys.modules`."""
-    program = (
-        "import sys, carom; carom.engines(); "
-        "rest = ('pymunk', 'pybullet', 'mujoco', 'Box2D', 'matplotlib');"
-        "print([m for m in rest if m in sys.modules])"
-    )
-    assert python(program).strip() == "[]"
-
-
-@pytest.mark.long
 def test_a_third_party_adapter_is_found_with_the_version_of_its_own_distribution(tmp_path: Path) -> None:
     """An installed distribution's adapter is listed, and is not given Carom's version."""
     install(tmp_path, {"good_adapter": GOOD_ADAPTER}, {"good": "good_adapter:adapter"})

@@ -9,12 +9,15 @@ from typing import Any
 
 import pytest
 from pydantic import ValidationError
+from tests.lengths import each
 
 from carom import solve_pit
 from carom.catalogue import all_scenes
+from carom.engines.registry import load_adapter
 from carom.errors import InputError
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import ObserveTask
+from carom.execution.codec import CarriedTrace, Codec
+from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import Journal, JournalEntry
 from carom.execution.options import Options
@@ -42,6 +45,16 @@ def spoilt(value: Any) -> Iterator[Any]:
             yield copy
         if isinstance(value, dict):
             yield {name: one for name, one in value.items() if name != key}
+
+
+@each("name", ["contact/struck", "spin/slide", "tables/box-of-edges"])
+def test_a_trace_comes_back_from_a_worker_as_it_was(name: str) -> None:
+    """Modes of contact, states, spins and edges of walls keep every bit."""
+    trace, codec = (
+        observe_run(load_adapter("pic"), all_scenes()[name].scene, "tuned", 1 / 60),
+        Codec[Trace](CarriedTrace),
+    )
+    assert codec.loads(codec.dumps(trace)) == trace
 
 
 def test_an_answer_of_wrong_types_is_a_validation_error() -> None:
@@ -96,5 +109,5 @@ def test_a_line_of_a_journal_of_wrong_types_is_refused_in_a_sentence(journal_lin
 def test_a_head_with_a_name_more_is_refused_by_that_name(journal_lines: tuple[Path, list[Any]], extra: Any) -> None:
     """A head that says more than this one's is of other work, though what it says be null."""
     path, (head, entry) = journal_lines
-    with pytest.raises(InputError, match=r"its more is .*, and this one's absent; name another folder"):
+    with pytest.raises(InputError, match=r"its more is .*, but this study's is absent; name another folder"):
         reopened(path, [head | {"more": extra}, entry])

@@ -45,9 +45,9 @@ LOADING = {
     "raises": ("raise OSError('no licence')", "OSError: no licence"),
     "thread-stays": (
         "threading.Thread(target=time.sleep, args=(3600,)).start(); sys.exit(1)",
-        "closed what its process answers by, and ran on",
+        "closed the pipe for answers, and continued",
     ),
-    "closes-all": ("os.closerange(0, 256)", "closed what its process answers by"),
+    "closes-all": ("os.closerange(0, 256)", "closed the pipe for answers"),
     "loops": ("while True: pass", "timed out: no answer within"),
     "sleeps": ("time.sleep(3600)", "timed out: no answer within"),
     "holds-the-lock": ("ctypes.PyDLL(None).sleep(3600)", "timed out: no answer within"),
@@ -77,7 +77,7 @@ DECLARED = {
     "no-engine": ("engine=None", "engine must be Engine(...), got None"),
     "no-engine-name": ("engine=Engine(None)", "engine.name: Input should be a valid string, got None"),
     "no-name": ("name=None", "the name of an adapter must be a text, got None"),
-    "no-profiles": ("profiles={}", "profiles must be a mapping with a profile at least"),
+    "no-profiles": ("profiles={}", "profiles must be a mapping with at least one profile"),
     "changed-no-mapping": (
         "profiles={'tuned': Profile('x', dict, changed='friction')}",
         "profiles['tuned'].changed must be a mapping of names to reasons, got 'friction'",
@@ -86,7 +86,7 @@ DECLARED = {
         "profiles={'tuned': Profile('x', dict, changed={'friction': None})}",
         "profiles['tuned'].changed['friction'] must be a text, got None",
     ),
-    "list-of-profiles": ("profiles=[1]", "profiles must be a mapping with a profile at least"),
+    "list-of-profiles": ("profiles=[1]", "profiles must be a mapping with at least one profile"),
     "own-capabilities": (
         "profiles={'tuned': Profile('x', dict, capabilities=Capabilities(float_bits=8))}",
         "profiles['tuned'].capabilities.float_bits must be one of",
@@ -176,8 +176,8 @@ def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_
 @pytest.mark.parametrize(
     ("act", "said"),
     [
-        ("os._exit(0)", "crashed: asked for its settings: exit code 0"),
-        ("time.sleep(3600)", "timed out: asked for its settings: no answer within"),
+        ("os._exit(0)", "crashed: query of its settings: exit code 0"),
+        ("time.sleep(3600)", "timed out: query of its settings: no answer within"),
     ],
 )
 def test_settings_that_can_t_be_had_cost_their_profile_alone(

@@ -188,10 +188,10 @@ def nothing_is_left(tmp_path: Path, noted: int | None = None) -> bool:
 
 #: What the row must say of each act; an empty reason is a run like any other.
 SAYS = {
-    "answers-garbage": (Status.FAILED, "answered nonsense: '..{garbage'"),
-    "answers-ahead": (Status.FAILED, "answered nonsense: '[0, {"),
-    "answers-without-end": (Status.FAILED, "answered nonsense: 'xxxx"),
-    "answers-empty-lines": (Status.FAILED, "answered nonsense: ''"),
+    "answers-garbage": (Status.FAILED, "invalid answer: '..{garbage'"),
+    "answers-ahead": (Status.FAILED, "invalid answer: '[0, {"),
+    "answers-without-end": (Status.FAILED, "invalid answer: 'xxxx"),
+    "answers-empty-lines": (Status.FAILED, "invalid answer: ''"),
     "forks-and-aborts": (Status.CRASHED, "ended by SIGABRT"),
     "forks": (Status.RAN, ""),
     "forks-and-leaves": (Status.RAN, ""),
@@ -204,14 +204,14 @@ SAYS = {
     "stops-its-keeper": (Status.TIMED_OUT, "no answer within"),
     "kills-its-keeper": (Status.CRASHED, "ended by SIGKILL"),
     "holds-the-lock": (Status.TIMED_OUT, "no answer within"),
-    "closes-all": (Status.FAILED, "closed what its process answers by, and ran on"),
-    "closes-its-answers": (Status.FAILED, "closed what its process answers by, which then ended"),
+    "closes-all": (Status.FAILED, "closed the pipe for answers, and continued"),
+    "closes-its-answers": (Status.FAILED, "closed the pipe for answers; its process then ended"),
     "closes-its-output": (Status.RAN, ""),
     "has-no-output": (Status.RAN, ""),
     "takes-memory": (Status.FAILED, "--memory-limit"),
     "leaves": (Status.CRASHED, "exit code 0"),
     "ends": (Status.CRASHED, "exit code 0"),
-    "fails-to-fail": (Status.FAILED, "Mute: its message can't be made: RuntimeError"),
+    "fails-to-fail": (Status.FAILED, "Mute: its message can't be built: RuntimeError"),
     "fails-in-surrogates": (Status.FAILED, "ValueError: \\ud800"),
     "tells": (Status.RAN, ""),
     "leaves-a-link": (Status.RAN, ""),
@@ -221,7 +221,7 @@ SAYS = {
 
 
 @LINUX
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("start", ["fresh", "forked"])
 @pytest.mark.parametrize("name", SAYS)
 def test_an_act_is_a_row(
@@ -273,7 +273,7 @@ def seen(tmp_path: Path) -> dict[str, object]:
     return found
 
 
-@pytest.mark.long
+@pytest.mark.release
 @LINUX
 def test_a_forked_worker_is_as_a_fresh_one(
     run: Callable[..., dict[str, Row]], tmp_path: Path, request: pytest.FixtureRequest

@@ -22,18 +22,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.stage import disc_at, staged, sure
 
-from carom import compare, solve_pit
-from carom.catalogue import all_scenes
 from carom.comparator import Errors
 from carom.errors import InputError
 from carom.execution import journal as journal_module
-from carom.execution.cache_key import JobKey, job_key
+from carom.execution.cache_key import JobKey
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JOURNAL_FORMAT, JournalEntry, canonical
-from carom.execution.options import Options
 from carom.execution.pool import LocalPool
 from carom.execution.scoring import Measures, score_journal, sweep
-from carom.studies.cross_check.observed import observed_journal
 from carom.studies.stress.failure_points import Spot, SpotEnding
 from carom.studies.stress.run import stress_journal
 
@@ -107,24 +103,6 @@ def test_a_float_comes_back_to_the_bit(value: float, dt_s: float, tmp_path_facto
     assert path.read_bytes().splitlines()[2] == line
 
 
-def test_spins_come_back_to_the_bit(tmp_path: Path) -> None:
-    """A trace of discs that turn is resumed from its journal with its spins, around impacts and at the end."""
-    scene = all_scenes()["spin/strip"].scene
-    trace = solve_pit(scene, frame_rate_hz=4000)
-    assert len(sure(trace.spins)) > 100
-    job, path = Job(scene, Method("pit", "tuned"), 1 / 4000), tmp_path / "journal.jsonl"
-    written = JournalEntry(job_key(job), Answer(Status.RAN, value=trace))
-    with observed_journal(path, Options().stamp) as journal:
-        journal.add([written])
-    with observed_journal(path, Options().stamp, resume=True) as journal:
-        (read,) = journal.entries.values()
-    assert read.answer.value is not None
-    assert sure(read.answer.value.spins).tobytes() == sure(trace.spins).tobytes()
-    assert sure(read.answer.value.spins).dtype == sure(trace.spins).dtype
-    assert sure(read.answer.value.final_spin_rad_s).tobytes() == sure(trace.final_spin_rad_s).tobytes()
-    assert compare(trace, read.answer.value).total.spin == 0.0
-
-
 SPOTS = (
     Spot("attack", "grazing", "pit/tuned", SpotEnding.GIVES_WAY, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12),
     Spot("relation", "boost", "pic/tuned", SpotEnding.NOT_RUN, reason="unavailable"),
@@ -166,18 +144,18 @@ def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     with stress_journal(path, {"quick": True}) as journal:
         journal.add(CELLS)
-    with pytest.raises(InputError, match="its quick is True, and this one's False; name another folder"):
+    with pytest.raises(InputError, match="its quick is True, but this study's is False; name another folder"):
         stress_journal(path, {"quick": False}, resume=True)
-    with pytest.raises(InputError, match="its journal is spots, and this one's scores"):
+    with pytest.raises(InputError, match="its journal is spots, but this study's is scores"):
         score_journal(path, resume=True)
     formats: list[dict[str, object]] = [{"format": 1, "scene": "mine"}, {"format": 1, "carom": "0.1"}, {"format": 99}]
     for line in formats:
         path.write_text(json.dumps(line) + "\n")
-        said = rf"it is of format {line['format']}, as another version .* this one is {JOURNAL_FORMAT}; name"
+        said = rf"it has the format {line['format']} of another version .* this version uses {JOURNAL_FORMAT}; name"
         with pytest.raises(InputError, match=said):
             score_journal(path, resume=True)
     path.write_text("anything\n[1]\n")
-    with pytest.raises(InputError, match="is no journal of this work"):
+    with pytest.raises(InputError, match="is not a journal of this work"):
         score_journal(path, resume=True)
 
 
@@ -221,39 +199,6 @@ def test_a_line_that_is_broken_in_the_middle_is_named_and_left(tmp_path: Path) -
             with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*remove the line"):
                 score_journal(path, resume=True)
             assert path.read_text() == text
-
-
-def test_results_are_not_overwritten_unasked(tmp_path: Path) -> None:
-    """A journal that holds something is gone on with when that is asked for, and refused otherwise."""
-    path = kept(tmp_path, 0.1)
-    before = path.read_bytes()
-    with pytest.raises(InputError, match="--resume"):
-        score_journal(path)
-    assert path.read_bytes() == before
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks one")
-@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-def test_two_processes_do_not_write_one_journal(tmp_path: Path) -> None:
-    """While one process has a journal open, another is refused; when it is gone, however, the way is free."""
-    path = tmp_path / "journal.jsonl"
-    told, tell = os.pipe()
-    other = os.fork()
-    if not other:
-        try:
-            with score_journal(path):
-                os.write(tell, b"open")
-                signal.pause()
-        finally:
-            os._exit(1)
-    assert os.read(told, 4) == b"open"
-    with pytest.raises(InputError, match="another process"):
-        score_journal(path, resume=True)
-    os.kill(other, signal.SIGKILL)
-    os.waitpid(other, 0)
-    os.close(told)
-    os.close(tell)
-    score_journal(path, resume=True).close()
 
 
 def test_content_is_compared_without_its_order(tmp_path: Path) -> None:
@@ -321,7 +266,7 @@ def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) 
         score_journal(path, resume=True)
     assert len(str(error.value)) < 500
     path.write_text(f"{line}\n{first}\n")
-    with pytest.raises(InputError, match="is no journal of this work"):
+    with pytest.raises(InputError, match="is not a journal of this work"):
         score_journal(path, resume=True)
 
 

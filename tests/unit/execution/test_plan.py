@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import shutil
-import signal
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -124,42 +122,6 @@ def test_the_key_is_of_the_content(scene: Scene) -> None:
     assert len({job_key(other) for other in [job, *others]}) == 7
     described = Job(scene.model_copy(update={"description": "words"}), Method("pic", "event-driven"), 0.1, refinement=3)
     assert job_key(described) == job_key(job)
-
-
-@pytest.mark.long
-@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
-@pytest.mark.filterwarnings("ignore")  # a worker that is killed leaves sockets behind that Python warns of
-@pytest.mark.usefixtures("hostile")
-def test_a_cluster_gives_the_same_journal_though_a_worker_is_killed(
-    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """On a real Dask cluster, one of whose workers is killed in the middle, a sweep gives the same journal to the bit.
-
-    An engine that aborts is there, too: it costs its own jobs and no worker of the cluster.
-    """
-    from distributed import LocalCluster
-
-    from carom.execution.cluster import ClusterPool
-
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
-    jobs = [*jobs_of(scene, ("pit", "pic"), 32), *jobs_of(scene, ("aborts",), 2)]
-    monkeypatch.setattr(scheduler, "BATCH_TASKS", 8)
-    with LocalPool(2) as here, score_journal(tmp_path / "here.jsonl") as journal:
-        sweep(jobs, here, journal)
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:  # type: ignore[no-untyped-call] # distributed has no types
-        before = {worker.process.pid for worker in cluster.workers.values()}
-        killed: list[int] = []
-
-        def progress(done: int, _total: int, _what: str) -> None:
-            if done and not killed:
-                killed.append(min(before))
-                os.kill(killed[0], signal.SIGKILL)
-
-        with ClusterPool(cluster.scheduler_address) as pool, score_journal(tmp_path / "there.jsonl") as journal:
-            sweep(jobs, pool, journal, progress)
-    assert killed
-    assert len(canonical(tmp_path / "here.jsonl")) == len(jobs) + 1
-    assert canonical(tmp_path / "there.jsonl") == canonical(tmp_path / "here.jsonl")
 
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")

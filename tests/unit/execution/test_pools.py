@@ -80,14 +80,11 @@ def options(engines: tuple[str, ...]) -> Options:
     return Options(engines, [0.1], ["tuned"], timing=False, samples=False)
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("where", [name for name in POOLS if name != "in process"])
 @pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
 def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A crash, a hang and a failure each are a row that explains itself; every other row is that of running in process.
-
-    In process, nobody keeps what an engine prints.
-    """
+    """A crash, a hang and a failure each are a row that explains itself; any other row is that of a run in process."""
     limit_only(monkeypatch, "hangs")
     if where == "dask" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")

@@ -129,7 +129,9 @@ def test_a_journal_tells_runs_with_other_settings_apart(scene: Scene, tmp_path: 
     asked = [Options(["pymunk"], [1 / 60], ["tuned"], settings={"iterations": n}, timing=False) for n in (5, 6)]
     with observed_journal(path, asked[0].stamp) as journal, InProcessPool() as pool:
         execute(build_plan([scene], asked[0], pool), pool, notes=journal)
-    with pytest.raises(InputError, match=r"its settings is \{'iterations': 5\}, and this one's \{'iterations': 6\}"):
+    with pytest.raises(
+        InputError, match=r"its settings is \{'iterations': 5\}, but this study's is \{'iterations': 6\}"
+    ):
         observed_journal(path, asked[1].stamp, resume=True)
     with observed_journal(path, asked[0].stamp, resume=True) as journal:
         assert job_key(other, DRAWN) in {entry.key for entry in journal.entries.values()}

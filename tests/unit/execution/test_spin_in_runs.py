@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import sure
 
 from carom import Trace, compare, solve_pic, solve_pit
@@ -96,7 +96,7 @@ def test_pic_as_it_is_is_exact(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROUGH)
-@pytest.mark.parametrize("factor", long_after(1, [-1.0, 1 + 1e-6, 1.001]))
+@pytest.mark.parametrize("factor", release_after(1, [-1.0, 1 + 1e-6, 1.001]))
 def test_wrong_spins_are_inaccurate_by_name(name: str, factor: float) -> None:
     """Spins that are off by a thousandth or a millionth, or turned round, while all velocities are right."""
     grade, verdicts = graded(name, run(name, spins_times(factor)))

@@ -122,10 +122,10 @@ def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
         (Contact(0.0, 1, 0.1, ALONG_X), r"first of a contact must be a whole number, got 0.0 \(float\)"),  # type: ignore[arg-type] # what is refused
         (Contact(0, 1, 0.1, (0.0, 0.0)), "normal of a contact of bodies 0 and 1 must have the length 1, got 0, 0"),
         (Contact(0, 1, 0.1, (5.0, 0.0)), "must have the length 1, got 5, 0"),
-        (Contact(0, 1, 0.1, (0.6, 0.8, 0.0)), "normal of a contact .* must be 2 of them"),  # type: ignore[arg-type] # what is refused
+        (Contact(0, 1, 0.1, (0.6, 0.8, 0.0)), "normal of a contact .* must have 2 items"),  # type: ignore[arg-type] # what is refused
         (Contact(0, 1, -0.1, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got -0.1"),
         (Contact(0, 1, 0.5, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got 0.5"),
-        (dataclasses.replace(TOLD, velocities=((1.0, 0.0),)), "velocities of a contact .* must be 4 of them"),  # type: ignore[arg-type] # what is refused
+        (dataclasses.replace(TOLD, velocities=((1.0, 0.0),)), "velocities of a contact .* must have 4 items"),  # type: ignore[arg-type] # what is refused
     ],
 )
 def test_a_contact_that_can_not_be_is_refused_by_name_and_value(contact: Contact, words: str) -> None:

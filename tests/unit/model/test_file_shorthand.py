@@ -61,7 +61,7 @@ def test_a_file_that_is_saved_says_nothing_for_short(tmp_path: Path) -> None:
     ("change", "says"),
     [
         ({"length_unit": "ft"}, 'length_unit: must be "m" or "px", got'),
-        ({"pixels_per_metre": None}, "pixels_per_metre: is required where length_unit is px, but missing"),
+        ({"pixels_per_metre": None}, "pixels_per_metre: is required with length_unit px, but missing"),
         ({"length_unit": "m"}, 'pixels_per_metre: needs length_unit = "px"'),
         ({"pixels_per_metre": 0}, "pixels_per_metre must be a positive number, got 0"),
         ({"pixels_per_metre": "64"}, "pixels_per_metre must be a positive number, got '64'"),

@@ -51,7 +51,10 @@ BAD_DISC_FIELDS = [
     ("radius_m", [1.0], "radius_m: must be a valid number, got [1.0]"),
     ("radius_m", np.bool_(True), "radius_m: must be a valid number, got True"),
     pytest.param(
-        "radius_m", 10**5000, "radius_m: must be a valid number, got an integer of too many digits", id="radius_m-huge"
+        "radius_m",
+        10**5000,
+        "radius_m: must be a valid number, got an integer with too many digits",
+        id="radius_m-huge",
     ),
     ("mass_kg", 0.0, "mass_kg: must be greater than 0, got 0.0"),
     ("mass_kg", -2.5, "mass_kg: must be greater than 0, got -2.5"),
@@ -218,7 +221,7 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     (
         {"discs": [disc(position_m=[5.0, 0.0]), disc(mass_kg=INF, velocity_m_s=[1.0, 0.0])]},
         "discs[1].velocity_m_s: must be (0, 0) for an immovable disc (mass_kg = inf), got (1.0, 0.0); "
-        "one that nothing stops is driven = true",
+        "set driven = true if it moves and no impact stops it",
     ),
     (
         {"discs": [disc(spin_rad_s=2.5, mass_kg="inf")]},
@@ -226,7 +229,7 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"discs": [disc(spin_rad_s=2.5, inertia_factor=INF)]},
-        "discs[0].spin_rad_s: must be 0 for an unturnable one (inertia_factor = inf), got 2.5",
+        "discs[0].spin_rad_s: must be 0 for a disc that can't turn (inertia_factor = inf), got 2.5",
     ),
     ({"discs": [disc(driven=True)]}, "discs[0].driven: needs mass_kg = inf: impacts move a disc of 1 kg"),
     ({"discs": [disc(driven=1, mass_kg=INF)]}, "discs[0].driven: must be a valid boolean, got 1"),
@@ -243,12 +246,12 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     (
         {"discs": [disc(radius_m=1.0), disc(radius_m=1e-10, position_m=[1e111, 0.0])]},
         "discs[1].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e111 m, got 1e-10; "
-        "leave out what is so small, or so far away",
+        "remove bodies that are so small, or so far away",
     ),
     (
         {"walls": [{"point_m": [0.0, -1e121], "normal": [0.0, 1.0]}]},
         "discs[0].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e121 m, got 1.0; "
-        "leave out what is so small, or so far away",
+        "remove bodies that are so small, or so far away",
     ),
     (
         {"discs": [disc(mass_kg=1e61), disc(mass_kg=1e-60, position_m=[9.0, 0.0])]},
@@ -258,17 +261,17 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     (
         {"discs": [disc(velocity_m_s=[0.0, 1e111])], "duration_s": 1e10},
         "duration_s: must be so short that no disc flies further than 1.61e119 times the smallest radius, "
-        "got 10000000000.0: the way is 1e121 m; shorten it",
+        "got 10000000000.0: the path is 1e121 m long; use a shorter duration",
     ),
     (
         {"gravity_m_s2": [0.0, -1.0], "duration_s": 1e61},
         "duration_s: must be so short that no disc flies further than 1.61e119 times the smallest radius, "
-        "got 1e+61: the way is 1e122 m; shorten it",
+        "got 1e+61: the path is 1e122 m long; use a shorter duration",
     ),
     (
         {"discs": [disc(velocity_m_s=[0.0, 1e-130])]},
         "duration_s: must be so long that the fastest disc moves by 6.2e-120 of the greatest length in the scene, "
-        "1 m, got 1.0: it moves by 1e-130 m; lengthen it",
+        "1 m, got 1.0: it moves by 1e-130 m; use a longer duration",
     ),
     ({"discs": [disc(spin_rad_s=1e150)]}, "duration_s: must be so short"),  # the rim is as fast as that
 ]

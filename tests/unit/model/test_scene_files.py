@@ -82,7 +82,7 @@ NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
     "nested objects": ("json", '{"a":' * 100_000, "is nested too deeply"),
     "nested in TOML": ("toml", "name = " + "[" * 100_000, "is nested too deeply"),
     **{
-        f"top level {shown}": ("json", data, f"must hold an object with named fields, got {shown}")
+        f"top level {shown}": ("json", data, f"must be an object with named fields, got {shown}")
         for data, shown in (("[1, 2]", "[1, 2]"), ("3", "3"), ("null", "None"), ('"x"', "'x'"))
     },
     "digits": ("json", timed("1" * 5000), "is not JSON: "),
@@ -90,7 +90,7 @@ NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
     "hexadecimal digits": (
         "toml",
         f"name = 'x'\ndiscs = []\nduration_s = 0x{'1' * 5000}",
-        "duration_s: must be a valid number, got an integer of too many digits",
+        "duration_s: must be a valid number, got an integer with too many digits",
     ),
     **{
         number: ("json", timed(number), "duration_s: must be a finite number, got ")
@@ -102,7 +102,11 @@ NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
         '{"a": [' + "[],[]," * 600_000 + "0]}",
         "has more than 2097152 values, the limit for JSON",
     ),
-    "many tables": ("toml", "\n".join(f"[t{k}]" for k in range(263_000)), "the limit for TOML; JSON holds more"),
+    "many tables": (
+        "toml",
+        "\n".join(f"[t{k}]" for k in range(263_000)),
+        "the limit for TOML; JSON files can have more",
+    ),
     "many walls": (
         "json",
         '{"walls": [' + "{}," * 1000 + "{}]}",

@@ -32,7 +32,7 @@ from carom.report.document import Column, Document, Headline, Medium, Section, T
 from carom.report.junit import junit
 from carom.report.mark import Mark
 from carom.report.record_json import text_of
-from carom.report.records import raw_records, read_records
+from carom.report.records import raw_records, read_records, stream_records
 from carom.report.render.html import html as html_of
 from carom.report.render.markdown import markdown as markdown_of
 from carom.report.render.terminal import terminal
@@ -156,7 +156,7 @@ def test_html_defines_each_grade_at_the_pointer(page: _Page) -> None:
 def test_html_shows_the_papers_cases(source: str) -> None:
     """The paper's cases are drawn under PIT, with both numbers of impacts, and the missed impact's frames dashed."""
     section = source[source.index("What goes wrong</h2>") :]
-    assert "dashed: frames around a missed impact" in section
+    assert "Dashed: frames around a missed impact" in section
     section = section[section.index("The source paper") :]
     assert "paper/missed" in section
     assert "PIT: 0 impacts" in section
@@ -237,16 +237,21 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
 
 
 #: By what is wrong: what a file of results holds, what is said of it, and what is to be done.
-AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give a report's folder"
+_WHOLE = (ROOT / "tests" / "kept" / "results-2.jsonl").read_bytes().splitlines(keepends=True)
+AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give the folder of a report"
 NO_RESULTS = {
-    "empty": (b"", f"is of format None{AGAIN}"),
+    "empty": (b"", f"is no results.jsonl of a cross-check{ANOTHER}"),
     "earlier": (b'{"format": 1, "scene": "paper/late", "environment": {}}', f"is of format 1{AGAIN}"),
-    "cut": (b'{"format": 2, "rows": 3}\n{}\n', f"has 1 of 3 rows{AGAIN}"),
+    "cut": (b"".join(_WHOLE[:2]), f"has 1 of 2 rows{AGAIN}"),
+    "cut in a line": (b"".join(_WHOLE)[:-100], r"line 3: invalid JSON \(EOF while"),
+    "more": (b"".join((*_WHOLE, b"{\n")), f"has 3 of 2 rows{AGAIN}"),
+    "a row that is none": (b"".join((*_WHOLE[:2], b"[]\n")), "line 3: the line: Input should be"),
     "no environment": (b'{"format": 2, "rows": 0}\n', "line 1: environment: Field required"),
-    "no JSON": (b"{}\n{\n", f"line 2: no JSON{ANOTHER}"),
-    "no object": (b"[]\n", f"line 1: no JSON object{ANOTHER}"),
-    "deep": (b"[" * 100_000, f"line 1: no JSON{ANOTHER}"),
-    "digits": (b'{"a":' + b"9" * 5000 + b"}", f"line 1: no JSON{ANOTHER}"),
+    "no JSON": (b"{\n", f"line 1: invalid JSON{ANOTHER}"),
+    "digits in a row": (b"".join((*_WHOLE[:2], b'{"scene":' + b"9" * 5000 + b"}\n")), "line 3: "),
+    "no object": (b"[]\n", f"line 1: not a JSON object{ANOTHER}"),
+    "deep": (b"[" * 100_000, f"line 1: invalid JSON{ANOTHER}"),
+    "digits": (b'{"a":' + b"9" * 5000 + b"}", f"line 1: invalid JSON{ANOTHER}"),
     "large": (b" " * (2**20 + 1), f"is larger than 1 MiB{ANOTHER}"),
     "many": (b"[]," * 2**17, f"or 131,072 values, the limit for results{ANOTHER}"),
     "bytes": (b"\xff", f"can't be read{ANOTHER}"),
@@ -264,6 +269,16 @@ def test_what_no_report_holds_is_refused_in_a_sentence(
     path.write_bytes(data)
     with pytest.raises(InputError, match=rf"results\.jsonl.*{words}"):
         read_records(path)
+
+
+def test_rows_are_read_one_by_one(tmp_path: Path) -> None:
+    """The first row is there before the second, which is none, is refused."""
+    path = tmp_path / "results.jsonl"
+    path.write_bytes(b"".join((*_WHOLE[:2], b"[]\n")))
+    _, rows = stream_records(path)
+    assert next(rows).scene == "paper/missed"
+    with pytest.raises(InputError, match="line 3"):
+        next(rows)
 
 
 def test_every_row_of_the_sample_is_read_and_can_be_written_back() -> None:
@@ -338,9 +353,7 @@ def test_page_and_markdown_have_the_same_sections_in_order(results: Results, fol
     assert [html.unescape(heading) for heading in headings] == shown[Medium.PAGE]
     text = (folder / "report.md").read_text(encoding="utf-8")
     assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == shown[Medium.MARKDOWN]
-    assert [heading for heading in shown[Medium.PAGE] if heading != "Every cell, at every step"] == shown[
-        Medium.MARKDOWN
-    ]
+    assert [heading for heading in shown[Medium.PAGE] if heading != "All cells at all steps"] == shown[Medium.MARKDOWN]
 
 
 def test_a_column_is_shown_wherever_its_table_is() -> None:

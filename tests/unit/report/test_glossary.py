@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests.command import carom_command
 
-from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
+from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.comparator.grades import Grade
 from carom.comparator.verdict import Verdict
 from carom.report.glossary import explained, glossary
@@ -26,14 +26,14 @@ def table(heading: str) -> list[tuple[str, str]]:
 
 def test_the_page_says_of_verdicts_what_the_command_says() -> None:
     """Each verdict is explained, and the table of docs/theory/scoring.md has the same words: edit both, or neither."""
-    assert list(SAID_WHEN) == list(Verdict)
-    assert sorted(table("verdict")) == sorted((verdict.value, when) for verdict, when in SAID_WHEN.items())
+    assert list(VERDICT_CONDITIONS) == list(Verdict)
+    assert sorted(table("verdict")) == sorted((verdict.value, when) for verdict, when in VERDICT_CONDITIONS.items())
 
 
 def test_the_page_says_of_grades_what_the_command_says() -> None:
     """The page has each grade with the words of the command."""
-    assert list(GRADED_WHEN) == list(Grade)
-    assert table("grade") == [(Mark[grade.name].word, when) for grade, when in GRADED_WHEN.items()]
+    assert list(GRADE_CONDITIONS) == list(Grade)
+    assert table("grade") == [(Mark[grade.name].word, when) for grade, when in GRADE_CONDITIONS.items()]
 
 
 def test_every_word_of_a_report_is_explained() -> None:
@@ -46,7 +46,7 @@ def test_every_word_of_a_report_is_explained() -> None:
 
 def test_a_verdict_is_found_by_its_sentence() -> None:
     """A verdict is found by the sentence that a report shows."""
-    (entry,) = explained("Velocities after an impact are off.")
+    (entry,) = explained("Velocities after an impact are wrong.")
     assert entry.word == "wrong velocity"
 
 

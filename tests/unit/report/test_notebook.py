@@ -105,7 +105,7 @@ def test_a_trace_that_is_not_finite_is_told_and_not_drawn(scene: Scene, field: s
     assert Seen(broken._repr_html_() or "").elements == {"div": 1, "pre": 1}
     with pytest.raises(InputError, match=f"{field}.*can't be drawn"):
         broken.plot(Figure().add_subplot())
-    with pytest.raises(InputError, match=f"{field}.*can't be played"):
+    with pytest.raises(InputError, match=f"{field}.*can't be replayed"):
         carom.replay(trace, broken)
 
 

@@ -70,16 +70,17 @@ def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None
     (found,) = impact_rows(reference, unseen, dataclasses.replace(score, pit_missed=()))
     assert (found["flag"], found["cause"]) == ("missed", "PIT finds it")
     (found,) = impact_rows(reference, unseen, score)
-    assert found["cause"] == "PIT misses it, too"
+    assert found["cause"] == "PIT also misses it"
     meetings = sure(trace.local_truth).meetings.copy()
-    for pit_missed, cause in ((True, "checking once per step"), (False, "the method's own: PIT finds it from there")):
+    causes = {True: "checking once per step", False: "the method itself: PIT finds the impact from the same state"}
+    for pit_missed, cause in causes.items():
         meetings["pit_missed"] = pit_missed
         truth = dataclasses.replace(sure(trace.local_truth), meetings=meetings)
         (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
         assert found["cause"] == cause
     elsewhere = dataclasses.replace(sure(trace.local_truth), meetings=meetings[:0])
     (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=elsewhere), score)
-    assert "errors before this impact led it elsewhere" in found["cause"]
+    assert "earlier errors" in found["cause"]
 
 
 def test_the_scene_goes_with_it_as_a_file(replays: dict[str, dict[str, Any]]) -> None:

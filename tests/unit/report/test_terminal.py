@@ -15,7 +15,7 @@ import carom
 from carom import Disc, Scene, Wall
 from carom.catalogue import find_scenes
 from carom.cli.ascii import ERRORS
-from carom.report.document import Document
+from carom.report.document import Column, Document, Headline, Section, Table
 from carom.report.render.terminal import terminal
 from carom.report.summary import MOST_LINES, WIDTH, printable
 from carom.studies.cross_check.document import cross_check_document
@@ -56,6 +56,16 @@ def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full
     assert max(map(len, lines)) <= width
     if full:
         assert sum(line.strip().startswith("classics/perfectly-inelastic") for line in lines) >= 1
+
+
+@pytest.mark.parametrize("width", [30, 34, 40])
+def test_a_number_keeps_its_unit(width: int) -> None:
+    """A column of numbers is never so narrow that a number and its unit are on two lines."""
+    columns = [Column(f"error {k}", lambda share: f"{share} %", number=True) for k in range(3)]
+    table = Table([Column("method", str), *columns], [0.044, 12.25, 100])
+    lines = printed(Document("title", Headline(""), (Section("errors", (table,)),)), width)
+    for share in (0.044, 12.25, 100):
+        assert sum(line.count(f" {share} %") for line in lines) == 3
 
 
 def test_another_alphabet_gets_marks_that_it_has(document: Document) -> None:
@@ -109,7 +119,7 @@ def test_a_scene_says_its_laws_and_bodies() -> None:
     text = repr(rough)
     for said in (
         "'head-on': 3 discs, 1 wall; 2.75 s at 4 frames a second",
-        "restitution 0.5, of walls 1, friction 0.3, gravity (0, -9.81) m/s²",
+        "restitution 0.5, wall restitution 1, friction 0.3, gravity (0, -9.81) m/s²",
         "disc 0: at (0, 0) m, (1, 0) m/s, radius 0.5 m, 1 kg",
         "disc 2: at (9, 0) m, (0, 0) m/s, radius 0.25 m, immovable",
         "wall 0: through (0, -2) m, free towards (0, 1)",
@@ -124,7 +134,7 @@ def test_a_trace_says_when_who_met_and_what_followed() -> None:
     assert "'head-on' by pic: 1 impact\n  until 2.75 s: ran to the end of the scene" in repr(trace)
     assert "2 s: disc 0 and disc 1, then at (0, 0) and (1, 0) m/s" in repr(trace)
     assert "by pit at 1/4 s: 1 impact" in repr(carom.solve_pit(scene()))
-    assert "it warned: careful" in repr(replace(trace, notes=("careful",)))
+    assert "warning: careful" in repr(replace(trace, notes=("careful",)))
 
 
 def test_a_score_says_the_grade_the_counts_and_why() -> None:
@@ -153,7 +163,7 @@ def test_a_certified_trace_shows_proven_digits_only() -> None:
     """The impact at 1/3 s is shown with as many threes as requested, and the end that was reached is shown."""
     thirds = staged("thirds", disc_at(0.0, 0.0, 3.0, 0.0), disc_at(2.0, 0.0), duration_s=1.0)
     text = repr(carom.certify(thirds, digits=30))
-    assert text.startswith("CertifiedTrace of 'thirds': 1 impact, 30 digits asked for\n")
+    assert text.startswith("CertifiedTrace of 'thirds': 1 impact, 30 digits requested\n")
     assert "certified to the end of the scene" in text
     assert f"  0.{'3' * 30}" in text
     assert "  0.33333" in repr(carom.certify(thirds))

@@ -14,7 +14,6 @@ from tests.stage import disc_at, staged, sure, wall_at
 from tests.unit.solvers.kinds import assert_same
 
 from carom import Chain, Disc, Mode, Outcome, Scene, solve_pic
-from carom.execution.codec import CarriedTrace, Codec
 from carom.model.trace import Trace, free_flights, spin_array
 from carom.report.tracks import reference_tracks, turnings
 
@@ -43,12 +42,6 @@ def test_a_trace_tells_each_mode_with_its_instant_and_its_motion() -> None:
     assert (slide["acceleration"].tolist(), slide["spin_rate"]) == ([-2.0, 0.0], -8.0)
     assert (roll["position"].tolist(), roll["velocity"].tolist(), roll["spin"]) == ([1.25, 0.5], [2.0, 0.0], -4.0)
     assert (roll["acceleration"].tolist(), roll["spin_rate"]) == ([0.0, 0.0], 0.0)
-
-
-def test_a_trace_with_modes_goes_over_the_wire_and_comes_back() -> None:
-    """A journal's line and a worker's answer keep them to the bit."""
-    trace, codec = solve_pic(sliding()), Codec[Trace](CarriedTrace)
-    assert codec.loads(codec.dumps(trace)) == trace
 
 
 def test_flights_and_tracks_lead_through_contact() -> None:
@@ -128,10 +121,7 @@ def test_a_disc_balanced_on_an_immovable_one_ends_at_rest() -> None:
 
 
 def test_a_bound_of_when_two_meet_changes_nothing() -> None:
-    """Discs that bounce, land, roll and strike each other have the impacts and modes of a run that solves each pair.
-
-    Discs on decelerating tables repeat, too.
-    """
+    """Discs that bounce, land, roll and strike each other have the impacts and modes of a run that solves each pair."""
     discs = [disc_at(1.3 * k, 0.6 + 0.37 * k, 0.5 - 0.3 * k) for k in range(5)]
     rain = staged(
         "rain", *discs, FLOOR, restitution=0.9, wall_restitution=0.5, wall_friction=0.1, duration_s=6.0, **DOWN

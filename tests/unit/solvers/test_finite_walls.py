@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, sure, wall_at
 from tests.unit.core.features import in_core
 from tests.unit.solvers.kinds import all_pairs
@@ -17,7 +17,6 @@ from tests.unit.solvers.kinds import all_pairs
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
 from carom.core.features import Arc, Face, Mover
 from carom.errors import CaromError
-from carom.execution.codec import CarriedTrace, Codec
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind, Trace
 
@@ -73,14 +72,6 @@ def test_how_long_a_disc_overlaps_what_it_closes_on_is_depth_over_speed(
 ) -> None:
     """Half a metre wide, head-on at 2 m/s: an eighth of a second for each quarter of a metre, in the past."""
     assert in_core(feature).overlap_start(0, Mover.at((x, 0.0), (-2.0, 0.0), 0.5)) == since_s
-
-
-def test_a_disc_that_left_a_wall_meets_its_other_edges() -> None:
-    """In a stadium a disc goes from side to arc to side; an arc from inside is met again and again."""
-    trace = solve_pic(table(disc_at(0.5, 0.3, 0.7, 1), STADIUM, duration_s=60.0))
-    assert set(edges(trace)) == {(0, FACE), (1, ARC), (2, FACE), (3, ARC)}
-    speed = np.hypot(*trace.impacts["velocity_first_after"].T)
-    assert np.max(np.abs(speed / math.hypot(0.7, 1.0) - 1.0)) < 1e-14
 
 
 def test_impacts_at_one_instant_come_in_the_order_of_walls_and_features() -> None:
@@ -248,7 +239,7 @@ def wide(number: int) -> Scene:
     return table(disc, wall, wall_restitution=rnd.choice((1.0, 0.5)), duration_s=5.0)
 
 
-@pytest.mark.parametrize("first", long_after(1, range(0, 1000, 50)))
+@pytest.mark.parametrize("first", release_after(1, range(0, 1000, 50)))
 def test_nothing_slips_through_an_arc_as_wide_as_it(first: int) -> None:
     """However it is rounded, at arcs of more than half a circle and less, with smooth ends or without."""
     kept = 0
@@ -356,29 +347,6 @@ def test_pit_finds_a_wall_by_its_nearest_point() -> None:
     x = -3 + float(found.impacts["time_s"][0])
     distance = math.hypot(x, 0.25)
     np.testing.assert_allclose(found.impacts["normal"][0], (-x / distance, -0.25 / distance), atol=1e-15)
-
-
-def test_pit_goes_through_a_thin_wall_as_often_as_a_step_leads_past_it() -> None:
-    """With a step of q radii a centre is seen on its side of the line with the probability 1/q; else it is through.
-
-    A share of 1 - 1/q of 100 starts passes, to four deviations of a sum of independent draws.
-    """
-    draws = np.random.default_rng(8).uniform(size=100)
-    for q in (1.5, 3.0):
-        through = 0
-        for phase in draws.tolist():
-            disc = disc_at(-0.1 * q * (3 + phase), 0, 6.0 * q, r=0.1)
-            trace = solve_pit(table(disc, Chain(points_m=[(0, -1), (0, 1)]), duration_s=0.2))
-            through += trace.final_velocity_m_s[0, 0] > 0.0
-        missed = 1 - 1 / q
-        assert abs(through / 100 - missed) < 4 * math.sqrt(missed * (1 - missed) / 100)
-
-
-def test_a_trace_of_finite_walls_goes_over_the_wire() -> None:
-    """What a worker answers has the edges of the impacts."""
-    trace = solve_pic(table(disc_at(0.5, 0.3, 0.7, 1), STADIUM))
-    codec: Codec[Trace] = Codec(CarriedTrace)
-    assert codec.loads(codec.dumps(trace)) == trace
 
 
 def test_under_gravity_a_disc_hops_along_a_floor_and_over_its_end() -> None:

@@ -88,11 +88,11 @@ def rough_start(**changes: Any) -> DiscArrays:
 @each(
     ("name", "value", "message"),
     [
-        ("radius_m", np.array([0.5, 0.5, 0.25]), "that of disc 2 differs, and that of 0 others"),
-        ("radius_m", np.full(3, 0.25), "that of disc 0 differs, and that of 2 others"),
-        ("mass_kg", np.array([1.0, 2.0, 1.0]), "that of disc 1 differs, and that of 0 others"),
-        ("mass_kg", np.array([1.0, math.inf, 1.0]), "that of disc 1 differs, and that of 0 others"),
-        ("inertia_factor", np.array([0.5, 0.5, 1.0]), "that of disc 2 differs, and that of 0 others"),
+        ("radius_m", np.array([0.5, 0.5, 0.25]), "disc 2 differs, and 0 other discs"),
+        ("radius_m", np.full(3, 0.25), "disc 0 differs, and 2 other discs"),
+        ("mass_kg", np.array([1.0, 2.0, 1.0]), "disc 1 differs, and 0 other discs"),
+        ("mass_kg", np.array([1.0, math.inf, 1.0]), "disc 1 differs, and 0 other discs"),
+        ("inertia_factor", np.array([0.5, 0.5, 1.0]), "disc 2 differs, and 0 other discs"),
         ("walls", ((8.0, 0.0, -1.0, 0.0),), "((8.0, 0.0, -1.0, 0.0),), got ((9.0, 0.0, -1.0, 0.0),)"),
         ("walls", (), "(), got ((9.0, 0.0, -1.0, 0.0),)"),
         ("restitution", 0.5, "0.5, got 1.0"),
@@ -139,8 +139,8 @@ def test_a_state_of_other_discs_or_another_contact_time_or_none_at_all_is_refuse
     fewer = DiscArrays(np.zeros((1, 2)), np.zeros((1, 2)), np.full(1, 0.5), np.ones(1))
     for start, resume, message in (
         (fewer, state, "a run of 1 discs, got one of 3"),
-        (rough_start(), bare, "a run with friction or spin, as this one, got one without"),
-        (rough_start(**smooth), state, "a run without friction or spin, as this one, got one with"),
+        (rough_start(), bare, "a run with friction or spin, like this run, got one without"),
+        (rough_start(**smooth), state, "a run without friction or spin, like this run, got one with"),
     ):
         with pytest.raises(InputError) as refusal:
             EventDrivenRun(start, resume=resume)

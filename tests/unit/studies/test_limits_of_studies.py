@@ -183,10 +183,7 @@ def test_a_comparison_starts_no_worker(asked: Asked, tmp_path: Path) -> None:
 def test_each_worker_of_a_study_has_its_limits_and_what_is_written_down_is_not_asked_again(
     study: Callable[[Path, How], None], asked: Asked, tmp_path: Path
 ) -> None:
-    """Whatever a study starts, to ask adapters, to run or to time, has the memory and the time that were asked for.
-
-    The key of an ask is that of its entry, read back from the disk: a study that resumes asks for no run again.
-    """
+    """Whatever a study starts, to ask adapters, to run or to time, has the memory and the time that were asked for."""
     study(tmp_path, {})
     assert {name for _, _, name in asked} - {"DescribeTask"}
     others = [one for one in asked if one[:2] != (round(1e6 * MEMORY_MB), TIME_S)]

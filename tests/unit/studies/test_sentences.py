@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 
 import pytest
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 from tests.unit.studies.examples import METHODS, campaign_results, growth
 
@@ -66,8 +66,8 @@ def test_a_trend_says_no_more_than_was_run() -> None:
     head_on = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
     said = trend_said(checked(head_on))
     assert "PIT's velocities are right at every step" in said
-    assert "there are no medians" in said
-    assert "Where a method found no impact, it has fewer scenes." in trend_said(checked(LATE))
+    assert "There are no medians" in said
+    assert "A method that finds no impact in a scene has fewer scenes." in trend_said(checked(LATE))
 
 
 def stress_lead(endings: dict[str, SpotEnding]) -> str:
@@ -97,17 +97,17 @@ def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
     }
     said = " ".join(stress_document(dataclasses.replace(found, spots=spots)).lead)
     assert (
-        "Not ranked, because not every stress test could be run: 1 method: "
-        "pymunk (tuned) passed 0 of the 1 that it ran." in said
+        "1 method is not ranked, because not every stress test could be run: "
+        "pymunk (tuned) passed 0 of 1 that it can run." in said
     )
-    assert "pymunk (tuned) fewest" not in said
+    assert "pymunk (tuned) passed the fewest" not in said
 
 
 def test_of_methods_that_stand_alike_none_stands_most() -> None:
     """If all pass as many attacks, none is said to pass most."""
     said = stress_lead({})
     attacks = sum(line.kind == "attack" for line in campaign_results().lines)
-    assert f"Of {attacks} stress tests {len(METHODS)} methods passed {attacks} each." in said
+    assert f"{len(METHODS)} methods each passed {attacks} of {attacks} stress tests." in said
 
 
 def test_the_only_method_is_not_the_fastest_of_one() -> None:
@@ -115,10 +115,12 @@ def test_the_only_method_is_not_the_fastest_of_one() -> None:
     whole = growth()
     alone = dataclasses.replace(whole, curves=whole.curves[:1])
     plain, falling = growth_document(whole).lead
-    assert plain.startswith("A simulated second of 10000 discs takes PIC 0.1 s (as n^1.00), PIT 0.2 s (as n^1.00) and ")
-    assert plain.endswith(" and the fastest engine, box2d default, 0.3 s (as n^1.00).")
+    assert plain.startswith(
+        "A simulated second of 10000 discs takes PIC 0.1 s (grows as n^1.00), PIT 0.2 s (grows as n^1.00) and "
+    )
+    assert plain.endswith(" and the fastest engine, box2d default, 0.3 s (grows as n^1.00).")
     assert falling.startswith("A simulated second of 10000 falling discs takes PIC 0.1 s")
-    assert growth_document(alone).lead == ("A simulated second of 10000 discs takes PIC 0.1 s (as n^1.00).",)
+    assert growth_document(alone).lead == ("A simulated second of 10000 discs takes PIC 0.1 s (grows as n^1.00).",)
 
 
 @pytest.mark.parametrize("known", [True, False])
@@ -138,7 +140,7 @@ def test_what_is_reported_twice_is_not_said_to_follow_from_errors(known: bool) -
     rows = impact_rows(reference, doubled, compare(reference, doubled))
     (cause,) = (row["cause"] for row in rows if row["flag"] == "invented")
     assert "errors before" not in cause
-    assert cause.startswith("from its own state before, these bodies do meet" if known else "unknown:")
+    assert cause.startswith("the bodies do meet from the run's own state" if known else "unknown:")
 
 
 def plan_said(scene: Scene) -> str:
@@ -150,10 +152,10 @@ def plan_said(scene: Scene) -> str:
 def test_a_plan_promises_no_free_flight_that_does_not_come() -> None:
     """Under gravity no velocity stays, at rest neither; and where nothing is met there is no last impact."""
     assert "run for all 120 steps" in plan_said(THUD)
-    assert "PIC is compared up to 0.553 s, where a disc comes to rest" in plan_said(THUD)
+    assert "the comparison with PIC ends at 0.553 s, when a disc comes to rest" in plan_said(THUD)
     assert "free flight" not in plan_said(find_scenes(["gravity/free-fall"])[0].scene)
-    assert plan_said(NOTHING).endswith("in PIC no discs meet")
-    assert "last impact of PIC at" in plan_said(LATE)
+    assert plan_said(NOTHING).endswith("because no discs meet in PIC")
+    assert "PIC's last impact at" in plan_said(LATE)
 
 
 MINE = staged("mine", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)
@@ -175,7 +177,7 @@ UNPROVEN = "None of these scenes has a known answer: PIC is the reference, witho
 
 @pytest.mark.parametrize(
     ("scenes", "engines", "sentences"),
-    long_after(
+    release_after(
         2,
         [
             (
@@ -191,7 +193,7 @@ UNPROVEN = "None of these scenes has a known answer: PIC is the reference, witho
                     r"at-a-frame at 1/24 s: PIT: exact\.",
                     UNPROVEN,
                     r"PIT: its grade depends on the phase of the step; "
-                    r"sampling alone is equally accurate at \d+ of \d+ phases\.",
+                    r"PIT is equally accurate at \d+ of \d+ phases\.",
                 ],
             ),
             (
@@ -233,6 +235,6 @@ def test_where_nothing_ran_or_pic_is_off_that_is_said() -> None:
     """No row with a score: nothing could be scored; a known answer that PIC is off by a thousandth is named."""
     one = found(find_scenes(["paper/late"]), "pit")
     known = {name: (answer, 1e-3) for name, (answer, _) in one.known.items()}
-    assert "it does not reproduce paper/late." in says(dataclasses.replace(one, known=known))
+    assert "but not paper/late." in says(dataclasses.replace(one, known=known))
     nothing = dataclasses.replace(one, rows=tuple(dataclasses.replace(row, score=None, trace=None) for row in one.rows))
-    assert says(nothing).startswith("Nothing could be scored: no requested method ran any of these scenes.")
+    assert says(nothing).startswith("Nothing was scored, because no requested method ran any of these scenes.")

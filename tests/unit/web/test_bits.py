@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.drawn import KINDS, TABLES, drawn, slowing, thrown
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.processes import ran
 from tests.stage import crushed_rows
 from tests.unit.solvers.test_finite_walls import pushed, slid, wide
@@ -112,12 +112,9 @@ def _catalogue() -> list[Job]:
     return [(entry.scene, method) for entry in all_scenes().values() for method in ("pic", "pit")]
 
 
-@pytest.mark.parametrize("one_in", long_after(1, [3, 1]))
+@pytest.mark.parametrize("one_in", release_after(1, [3, 1]))
 def test_the_catalogue_has_the_bits_of_python(one_in: int) -> None:
-    """Every time, normal, velocity, spin, mode and final state is the same float.
-
-    One scene in three; long, all of them.
-    """
+    """Every time, normal, velocity, spin, mode and final state is the same float."""
     assert _unlike([job for k, job in enumerate(_catalogue()) if k // 2 % one_in == 0]) == []
 
 
@@ -145,7 +142,7 @@ _FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("module", "old", "new"), long_after(1, _FAULTS))
+@pytest.mark.parametrize(("module", "old", "new"), release_after(1, _FAULTS))
 def test_a_fault_in_a_row_is_found(module: str, old: str, new: str, tmp_path: Path) -> None:
     """A number that differs by rounding does not pass as the same bits."""
     for source in SOURCES.iterdir():
@@ -230,13 +227,7 @@ def _random(seeds: range) -> list[Job]:
 
 
 def test_scenes_drawn_at_random_have_the_bits_of_python() -> None:
-    """No bit differs of scenes of every kind that is drawn, of tables, of extreme sizes, of what lands and glides.
-
-    The scenes have friction and spin, gravity, and both. Tables are edges, arcs, circles and their joints, with
-    materials of their own, driven and falling. What lands where friction gives back keeps none of its slip, or all of
-    it, turned round or not. A disc that friction slows to 1e-302 m/s reaches its far wall at no time that a float
-    holds: no impact.
-    """
+    """No bit differs of scenes of every kind that is drawn, of tables, of extreme sizes, of what lands and glides."""
     tables = _tables(range(2, 4))  # driven, and driven and falling
     assert len(tables) == 8
     slips = [(thrown(seed, gives_back=True), "pic") for seed in range(8)]
@@ -304,26 +295,26 @@ def _gliding() -> list[Job]:
     ]
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_rows_of_discs_that_are_crushed_have_the_bits_of_python() -> None:
     """Between mallets and walls that close on them: every impact before the crush is named."""
     assert _unlike([(scene, "pic") for scene, _ in crushed_rows()]) == []
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("first", range(0, 200, 20))
 def test_two_thousand_scenes_have_the_bits_of_python(first: int) -> None:
     """Two thousand of them, two hundred of each kind."""
     assert _unlike(_random(range(first, first + 20))) == []
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_a_hundred_slowing_tables_and_extreme_sizes_have_the_bits_of_python() -> None:
     """Discs that a table slows, and scenes that are computed in other units."""
     assert _unlike([*_slowing(range(3, 103)), *_extreme(range(4, 104))]) == []
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("first", range(4, 404, 100))
 def test_hundreds_of_tables_have_the_bits_of_python(first: int) -> None:
     """Four hundred draws of tables, a quarter of them driven and falling."""
@@ -378,3 +369,12 @@ def test_blocks_are_unpacked_to_what_was_packed() -> None:
     assert "<" not in lines
     done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=lines)
     assert [bytes.fromhex(line) for line in done.stdout.splitlines()] == contents
+
+
+@pytest.mark.parametrize("change", ["length", "letter", "end"])
+def test_a_damaged_block_is_refused(change: str) -> None:
+    """A block whose length, content or end is not what was written is not unpacked, and ends in bounded time."""
+    block = page.packed_block(b"the content of a block" * 10)
+    letters = {"length": block[:2] + "}}}}" + block[6:], "letter": block[:30] + "@" + block[31:], "end": block[:40]}
+    done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=f"{block}\n{letters[change]}", check=False)
+    assert "RangeError: this page is damaged" in done.stderr

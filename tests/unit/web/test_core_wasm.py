@@ -14,7 +14,7 @@ def test_it_is_of_the_sources() -> None:
     assert core_wasm.sources_digest_of(core_wasm.CORE_WASM.read_bytes()) == core_wasm.sources_digest()
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_a_build_in_another_folder_has_the_same_bytes(tmp_path: Path) -> None:
     """The pinned compiler makes the committed file of the sources, wherever they are."""
     shutil.copytree(core_wasm.ROOT / "src/carom/core", tmp_path / "src/carom/core")

@@ -1,1 +1,1 @@
-"""The commands of `carom`, a module each: options and arguments in, a call, and what is printed."""
+"""The commands of `carom`, one module each. A command parses its options and arguments, calls a study, and prints."""

@@ -1,4 +1,4 @@
-"""`carom advise`: the largest step that is good enough for a scene."""
+"""`carom advise`: find the largest time step that is accurate enough for a scene."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ def advise(
 ) -> None:
     """Find the largest time step at which each engine misses no impact and meets an accuracy target.
 
-    Tests every step of a grid, from the whole run in one step down, at start positions spread over a step and at
-    unfavourable ones. Every tested step at or below the result passes; the next larger one fails.
+    All steps of a grid are tested, beginning with the whole run in one step. Each step is tested at start positions
+    that are spread over a step, and at unfavourable ones. Every tested step of the recommended size or smaller passes.
+    The next larger step fails.
 
     Examples: `carom advise my-scene.toml --out advice`, `carom advise paper/missed --direction-error 5deg
     --miss-probability 0.1`.
@@ -40,10 +41,10 @@ def advise(
 
     found = common.plain_scenes_named([scene])
     if len(found) != 1:
-        raise InputError(f"{scene!r} matches {len(found)} scenes; carom advise takes one")
+        raise InputError(f"{scene!r} matches {len(found)} scenes: name one")
     page = None
     with claimed(out, PURPOSE, "--out") if out is not None else nullcontext():
-        if out is not None:  # before minutes are spent
+        if out is not None:  # fail before the search, which takes minutes
             require_report_extra()
         with options.pool() as pool, common.progress_bar() as progress:
             advice = find(found[0], options, pool, progress=progress, command=command_line())

@@ -1,4 +1,4 @@
-"""`carom bench`: run time against error, from one command, resumable, here or on a cluster."""
+"""`carom bench`: measure error against run time."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ def bench(
         Path | None,
         typer.Option(
             "--baseline",
-            help="Compare with an earlier bench of this machine (its folder or bench.json). Exit code 1 if run time or "
-            "error of a point got worse.",
+            help="Compare with an earlier bench on this machine (its folder or bench.json). Exit code 1 if run time "
+            "or error of a point became worse.",
         ),
     ] = None,
     verbose: common.Verbose = False,
     grow: Annotated[
         bool,
-        typer.Option("--grow", help="Measure run time and memory against the number of discs instead; takes no scene."),
+        typer.Option("--grow", help="Measure run time and memory against the number of discs instead. Takes no scene."),
     ] = False,
     discs: Annotated[list[str] | None, shown_option(GrowthOptions, "sizes")] = None,
 ) -> None:
-    """Plot error against run time and find the cheapest engine for the accuracy you need.
+    """Plot error against run time, and find the cheapest engine for the accuracy you need.
 
-    Errors and run times are measured in separate passes; nothing else runs during timing. Each finished cell is
+    Errors and run times are measured in separate passes, and nothing else runs during timing. Each finished job is
     written to a journal, so --resume continues an interrupted bench.
 
     Examples: `carom bench my-scene.toml`, `carom bench paper -e pymunk -e mujoco --dt 1/60..1/10000:8 --out mine`,
@@ -63,10 +63,10 @@ def bench(
     from carom.studies.bench.timing_pass import timing_journal
 
     if not scenes:
-        raise InputError("no scene given: name a scene file or catalogue scenes, such as carom bench my-scene.toml")
+        raise InputError("no scene given: name a scene file or catalogue scenes, as in carom bench my-scene.toml")
     asked = common.plain_scenes_named(scenes)
     require_report_extra()
-    before = read_baseline(baseline, environment()) if baseline is not None else None  # before minutes are spent
+    before = read_baseline(baseline, environment()) if baseline is not None else None  # fail early
     scored, timed = out / "journal.jsonl", out / "timings.jsonl"
     with (
         common.studied(out, "bench", scored, timed) as progress,

@@ -1,4 +1,4 @@
-"""`carom certify`: run scenes in ball arithmetic and print the impacts with their proven digits only."""
+"""`carom certify`: compute impacts with proven digits by ball arithmetic."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from carom.execution.job import Progress
     from carom.model.scene import Scene
 
-#: Purpose of a folder of certified runs.
+#: Name of the study in its output folders.
 PURPOSE = "certified"
 
 
@@ -33,11 +33,11 @@ def certify(
     as_json: Annotated[bool, typer.Option("--json", help="Print all impacts with their error radii as JSON.")] = False,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Output folder for one JSON file per scene.")] = None,
 ) -> None:
-    """Compute impacts with proven digits only, by ball arithmetic.
+    """Compute impacts with proven digits, by ball arithmetic.
 
-    A run ends at the end of its scene, at a limit, or at an event whose outcome cannot be proven; that event is named.
-    Sliding, rolling and resting on straight walls are supported.
-    Needs python-flint: `pip install 'carom[certify]'`. Exit code 1: a scene was not certified to its end or limit.
+    A run ends at the end of its scene, at a limit, or at an event whose outcome can't be proven. The event is named.
+    Sliding, rolling and resting on straight walls are supported. Needs python-flint: `pip install 'carom[certify]'`.
+    Exit code 1: a scene was not certified to its end or limit.
 
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,
     `carom certify my-scene.toml --time-budget 10 --json`.

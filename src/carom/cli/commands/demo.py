@@ -1,4 +1,4 @@
-"""`carom demo`: show an engine that misses an impact, and a page to try the scene."""
+"""`carom demo`: show an engine that misses an impact, and open a page to try the scene."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from carom.cli.common import guarded, say
 def demo(
     page: Annotated[Path | None, typer.Argument(help="HTML file to write (default: a temporary file).")] = None,
 ) -> None:
-    """Show an engine missing an impact, and open a page to try the scene by hand."""
+    """Show an engine that misses an impact, and open an interactive page of the same scene."""
     from carom.studies.cross_check.demo import demo as shown
 
     found = shown(page)
     say(repr(found))
     if not found.opened:
-        say("No browser could be opened. Open the page yourself.")
+        say("No browser was found. Open the page yourself.")
     trace = found.replay.observed
     say(
         f"For the numbers, run: carom run {trace.scene.name} -e {trace.method} -p {trace.profile} "

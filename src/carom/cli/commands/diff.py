@@ -13,7 +13,7 @@ from carom.errors import InputError
 from carom.execution.options import FailOn
 from carom.studies.diff.options import DiffOptions
 
-#: Text among the first bytes of every comparison; a page has its policy before it.
+#: Text that every comparison contains within a number of first bytes.
 TITLE, MOST_HEAD = "Carom diff", 4096
 
 
@@ -57,10 +57,8 @@ def diff(
 
 
 def _require_own(option: str, path: Path) -> None:
-    """Refuse to overwrite a file that is not an earlier comparison, such as a scene or the results themselves."""
+    """Raise an error for an existing file that is not an earlier comparison, such as a scene."""
     from carom.support.checks import shown
 
     if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:
-        raise InputError(
-            f"{option}: {shown(str(path))} is not an earlier comparison and is not overwritten: name another file"
-        )
+        raise InputError(f"{option}: {shown(str(path))} exists and is not an earlier comparison: name another file")

@@ -70,14 +70,14 @@ def engines(
 
 
 def _scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
-    """Return the scene that is asked for, with these coefficients instead of its own where they are given."""
+    """Return the requested scene, with the given coefficients instead of its own."""
     from carom.errors import InputError
     from carom.execution.settings_code import example_scene
     from carom.model.scene import Scene
 
     found = [example_scene()] if name is None else plain_scenes_named([name])
     if len(found) != 1:
-        raise InputError(f"--scene must name one scene, but {name!r} matches {len(found)}")
+        raise InputError(f"--scene must name one scene, but {name!r} matches {len(found)} scenes")
     given = {
         **({} if restitution is None else {"restitution": restitution, "wall_restitution": restitution}),
         **({} if friction is None else {"friction": friction, "wall_friction": friction}),

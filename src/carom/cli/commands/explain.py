@@ -1,4 +1,4 @@
-"""`carom explain`: explain a word of a report."""
+"""`carom explain`: explain a word that reports use."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def explain(
         list[str] | None, typer.Argument(help="Verdict, grade or mark, such as missed (default: all).")
     ] = None,
 ) -> None:
-    """Explain what a verdict or grade of a report means."""
+    """Explain a verdict, grade or mark that reports use."""
     from carom.report.glossary import explained, glossary
 
     if not words:

@@ -15,7 +15,7 @@ from carom.studies.history.options import HistoryOptions
 if TYPE_CHECKING:
     from carom.studies.history.overlay import Kept
 
-#: Default scenes: short, with known answers, and of every kind.
+#: Default groups of scenes: short scenes of all kinds with known answers.
 SCENES = ("paper", "classics", "engines")
 
 
@@ -47,10 +47,10 @@ def history(
     retry: common.Retry = False,
     verbose: common.Verbose = False,
 ) -> None:
-    """Show what changed between releases of an engine, with the current adapter and scenes.
+    """List changes between releases of an engine, with the present adapter and scenes.
 
-    Each release is installed into its own folder, by pip from wheels or by npm without scripts; your installation is
-    not changed. Exit code 1 if the newest release is worse than the one before.
+    Each release is installed into its own folder, by pip from wheels or by npm without scripts. Your installation does
+    not change. Exit code 1 if the newest release is worse than the previous one.
 
     Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
     `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.

@@ -1,4 +1,4 @@
-"""`carom play`: an interactive page of exact collision times and frame-sampled detection."""
+"""`carom play`: open an interactive page that compares frame-sampled detection with exact collision times."""
 
 from __future__ import annotations
 
@@ -56,4 +56,4 @@ def play(
     say(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
     common.say_place("page", page)
     if opened and not open_page(page.resolve()):
-        say("No browser could be opened. Open the page yourself.")
+        say("No browser was found. Open the page yourself.")

@@ -18,7 +18,7 @@ def report(
     markdown: Annotated[
         Path | None, typer.Option("--markdown", help="Write the report to a new Markdown file; - prints only that.")
     ] = None,
-    detail: Annotated[bool, typer.Option("--verbose", "-v", help="Print every table, not only the answer.")] = False,
+    detail: Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, not only the summary.")] = False,
 ) -> None:
     """Rebuild the report from results.jsonl without running engines.
 

@@ -1,4 +1,4 @@
-"""`carom run`: run scenes through engines, score each against PIC, and print a verdict table."""
+"""`carom run`: run scenes on engines, compare each run with PIC, and print a table of grades."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def run(
     resume: common.Resume = False,
     retry: common.Retry = False,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print what would run and what is skipped, with the reason, and exit.")
+        bool, typer.Option("--explain", help="Print the planned runs and omissions with reasons, and exit.")
     ] = False,
     verbose: common.Verbose = False,
     fail_on: Annotated[
@@ -51,7 +51,7 @@ def run(
         typer.Option("--fail-on", show_default=False, help="Best grade that gives exit code 1 (default: inaccurate)."),
     ] = FailOn.INACCURATE,
 ) -> None:
-    """Print how accurate engines are: a table of verdicts against the exact solution (PIC).
+    """Print how accurately engines run scenes, compared with the exact solution (PIC).
 
     Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
     `carom run my-scene.toml --engine mujoco --dt 1/240 --out reports/mine`,
@@ -72,7 +72,7 @@ def run(
         folder: AbstractContextManager[None] = nullcontext()
     else:
         require_report_extra()
-        folder = claimed(out, PURPOSE, "--out")  # before engines are queried, which takes seconds
+        folder = claimed(out, PURPOSE, "--out")  # fail before engines are queried, which takes seconds
     with options.pool() as pool, folder:
         plan = build_plan(named, options, pool)
         if explain:
@@ -93,7 +93,7 @@ def run(
 def _carried_out(
     plan: Plan, pool: Pool, report: Path | None, fail_on: Grade | None, *, resume: bool, retry: bool, verbose: bool
 ) -> Results:
-    """Carry out a plan, write its report where one is asked for, and print the table."""
+    """Carry out a plan, write its report if requested, and print the table."""
     from carom.studies.cross_check.document import cross_check_document, report_of
     from carom.studies.cross_check.observed import observed_journal
     from carom.studies.cross_check.run import execute
@@ -112,13 +112,13 @@ def _carried_out(
         found = execute(plan, pool, notes=journal, progress=progress, command=command_line())
         made = report_of(found, fail_on)
         page = made.write(report)
-        journal.discard()  # the report holds it all
+        journal.discard()  # the report contains all of it
     common.print_document(made.document, full=verbose, report=page)
     return made.results
 
 
 def _say_settings(results: Results, scene: str) -> None:
-    """Print the command that prints the settings of the best run of an engine, as code to paste."""
+    """Print the command that shows the settings of an engine's best run as code."""
     from carom.engines.registry import engine_argument
     from carom.report import formatting
     from carom.studies.cross_check.grid import build_grid, rank_methods
@@ -143,7 +143,7 @@ def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> 
         return common.EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
         return common.EXIT_UNAVAILABLE
-    if all(row.score is None for row in results.rows):  # a cell that did not run does not conform
+    if all(row.score is None for row in results.rows):  # a cell that did not run is not a success
         return common.EXIT_UNAVAILABLE
     if fail_on is not None and any(violates(row, fail_on) for row in results.rows):
         return common.EXIT_VIOLATION

@@ -1,4 +1,4 @@
-"""`carom scenes`: list the catalogue, or print scenes as files."""
+"""`carom scenes`: list the catalogue, or write scenes as files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def scenes(
     whole: Annotated[bool, typer.Option("--all", help="List every scene of every group.")] = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a scene file.")] = False,
 ) -> None:
-    """List the groups of the catalogue, the scenes of a group, or print scenes as files.
+    """List the groups of the catalogue or the scenes of a group, or print scenes as files.
 
     Examples: `carom scenes`, `carom scenes classics`, `carom scenes classics/box`, `carom scenes paper --out mine`.
     """

@@ -1,4 +1,4 @@
-"""`carom serve`: an adapter as a program of the engine protocol."""
+"""`carom serve`: serve a Python adapter as a program that uses the engine protocol."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def serve(
     Examples: `carom serve pymunk --path old/pymunk-6.4.0 --manifest pymunk-6.4.0 > old.toml`, then
     `carom run classics -e pymunk -e ./old.toml`.
     """
-    # What an engine prints, from its import on, must not mix with the answers.
+    # Output of an engine must not mix with responses.
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", buffering=1)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     if path is not None:

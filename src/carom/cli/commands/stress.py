@@ -1,4 +1,4 @@
-"""`carom stress`: stress methods with scenes made to break numerics, and print the size at which each fails."""
+"""`carom stress`: find the size at which each engine fails, with scenes built to break numerics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`carom tune`: search for the settings of an engine with the least error."""
+"""`carom tune`: search for the settings of an engine with the smallest error."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def tune(
     retry: common.Retry = False,
     verbose: common.Verbose = False,
 ) -> None:
-    """Find the most accurate settings of an engine and print them as a profile.
+    """Find the most accurate settings of an engine, and print them as a profile.
 
-    The search minimises wrong scenes first, then scenes that are neither exact nor close, then the error, then the
-    cost.
+    The search first minimises the number of wrong scenes, then that of scenes that are neither exact nor close, then
+    the error, then run time.
 
     Examples: `carom tune pymunk`, `carom tune box2d classics paper --trials 300`, `carom tune pymunk --resume --trials
     300`.

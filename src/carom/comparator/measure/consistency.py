@@ -1,7 +1,7 @@
-"""Consistency of a run: whether its reported impacts and its own states agree.
+"""Consistency of a run: contradictions between its reported impacts and its own states.
 
-`docs/theory/scoring.md`, section 5, has the checks, and what sampling and gravity explain. They apply to every run,
-also beyond a horizon, and need no reference.
+`docs/theory/scoring.md`, section 5, lists the checks, and the deviations that sampling and gravity explain. They need
+no reference and apply to every run, even beyond a horizon.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from carom.model.trace import Trace, rim_speeds, velocities, wall_index
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Deviation:
-    """The largest deviation of one kind, and where it was seen.
+    """The largest deviation of one kind, and the disc and time at which it was found.
 
     Attributes:
         size: Over the scene's speed or length.
         disc: The disc.
-        since_s: The impact, or the start, from which it is counted, seconds.
+        since_s: Time of the impact, or of the start, that began the flight, seconds.
     """
 
     size: float = 0.0
@@ -37,29 +37,29 @@ class Deviation:
     since_s: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Consistency:
-    """Deviations of a run from what its own impacts and states imply; 0 where nothing can be checked.
+    """Deviations of a run from the consequences of its own impacts and states; 0 if nothing can be checked.
 
     Attributes:
-        velocity: Largest change of a velocity between impacts, or after the last, over the scene's speed.
-        spin: The same of a spin times its radius, over the scene's speed of rims; 0 if no disc spins.
-        position: Largest distance of a disc from where its own velocities lead, over the scene's length.
-        excess: The largest of these beyond what bodies close in a step at the impacts before and after it.
-        stamp_s: How far the stamp of an impact is outside the step that reported it, or outside the run, seconds.
-        across: Largest part of a change of velocity at an impact that is across the impact's normal, over the scene's
-            speed. If the change is not towards the normal, all of it counts.
+        velocity: Largest change of a velocity between impacts, or after the last one, over the scene's speed.
+        spin: Largest change of a spin times its radius between impacts, over the scene's rim speed; 0 if no disc spins.
+        position: Largest distance of a disc from the position that its own velocities imply, over the scene's length.
+        excess: The part of `position` that is not explained by the overlap gained in a step at the impacts before and
+            after it.
+        stamp_s: Largest distance of an impact's stamp from the step that reported it, or from the run, seconds.
+        across: Largest part of a velocity change at an impact that is across the impact's normal, over the scene's
+            speed. If the change points away from the normal, all of it counts.
         normal_rad: Angle between that normal and the change, radians.
         normal_length: Difference of a normal's length from 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
-            radius and the scene's speed of rims; 0 if no disc spins.
-        angular_excess: The largest of these beyond what bodies close in on each other in a step explains.
-        arm: At the impact of `angular`, what turned the disc over what friction would have turned it by at full radius;
-            NaN where nothing rubbed there.
-        strayed: Largest distance of `position`, over what rounding of the disc's own places is in proportion to.
-        strayed_excess: The same of `excess`.
-        unchecked: How many free flights could not be followed, for several contacts of a disc in one step.
+            radius and the scene's rim speed; 0 if no disc spins.
+        angular_excess: The part of `angular` that is not explained by the overlap gained in a step.
+        arm: The lever arm of friction at the impact of `angular`, over the disc's radius; NaN if there was no friction.
+        strayed: Largest distance of `position` over the scale of the rounding of that disc's own positions.
+        strayed_excess: The same for `excess`.
+        unchecked: Number of free flights that can't be followed because a disc had several contacts in one step.
     """
 
     velocity: Deviation
@@ -80,15 +80,15 @@ class Consistency:
 
 
 def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
-    """Measure how far a run's impacts and states contradict each other, up to a time, over its scales.
+    """Measure how far a run's impacts and states contradict each other, over the run's scales.
 
-    What happens later than `until_s` does not count: where a disc comes to rest, free flight has ended.
+    Only times up to `until_s` count, because free flight ends when a disc comes to rest.
     """
     disc, since_s, turned, spun, moved, allowed = np.concatenate(list(_flights(trace, until_s)), axis=1)
     reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
 
     def worst(sizes: Array) -> Deviation:
-        known = np.where(np.isnan(sizes), 0.0, sizes)  # flights that could not be followed are counted separately
+        known = np.where(np.isnan(sizes), 0.0, sizes)  # `unchecked` counts flights that can't be followed
         at = int(np.argmax(known))
         return Deviation(float(known[at]), int(disc[at]), float(since_s[at])) if known[at] > 0.0 else Deviation()
 
@@ -114,10 +114,10 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
 
 def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
-    """Yield the free flights of each disc, from impact to impact, and on to the end, shape ``(6, k)``.
+    """Yield the free flights of each disc, from impact to impact and from the last to the end, shape ``(6, k)``.
 
-    Rows are the disc, the begin, the deviations of its velocity, its rim's speed and its position at the end (NaN where
-    it could not be followed), and how far a contact at either end may have moved it.
+    Rows: the disc; the begin; the deviations of its velocity, rim speed and position at the end (NaN if the flight
+        can't be followed); and the distance by which a contact at either end may have moved the disc.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -133,7 +133,7 @@ def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
     start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
     rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
-        if disc.legs:  # its path turns without impacts
+        if disc.legs:  # a driven path turns without impacts
             continue
         rows = order[first_of[number] : first_of[number + 1]]
         own = rows % max(count, 1)
@@ -154,14 +154,14 @@ def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
         pull = math.hypot(gx, gy)
         if pull > 0.0:
             along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
-            # Velocities are those of step boundaries, so gravity acts from one boundary to another, and no longer than
-            # from the step that reported the one contact to the step that ended the next.
+            # Velocities belong to step boundaries, so gravity acts for whole steps: at most from the step that reported
+            # one contact to the step that ended the next.
             most = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begun[own]]))
             beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most), 0.0)
             turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
         else:
             turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
-            # A straight step deviates from the path of a slowed disc by up to half of the step's loss.
+            # A straight step deviates from the path of a slowed disc by up to half of the speed lost in it.
             distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept), 0.0)
         followed = np.isfinite(lasted) & (time[1:] <= until_s)
         deviations = (np.where(followed, of, math.nan) for of in (turned, spun, distance))
@@ -169,7 +169,7 @@ def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
 
 
 def _slowed(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the part of speeds left after some seconds, and the time that unslowed discs would take as far."""
+    """Return the part of each speed left after some seconds, and the time in which unslowed discs would move as far."""
     if not slowing:
         return np.ones_like(lasted), lasted
     flights = list(zip(lasted.tolist(), speed.tolist(), strict=True))
@@ -178,22 +178,22 @@ def _slowed(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array
 
 
 def _turning_times(trace: Trace) -> Array:
-    """Return effective times of impacts, NaN where not known; the reported times where the method has no others."""
+    """Return the effective times of impacts: NaN if unknown, reported times for a method without effective times."""
     times: Array = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
     return times
 
 
 def _turning_places(trace: Trace, turning: Array) -> Array:
-    """Return positions of the bodies of impacts when their paths turned, shape ``(2, m, 2)``; NaN where not known."""
+    """Return positions of the bodies of impacts when their paths turned, shape ``(2, m, 2)``; NaN if unknown."""
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
     waited, before = np.broadcast_to(turning - state["time_s"], (2, len(turning))), velocities(trace.impacts, "before")
     slowing = Slowing.of(trace.scene)
-    if slowing:  # the velocity at the turn is known: relative to it the flight is in the past
+    if slowing:  # only the velocity at the turn is known, so the flight is followed backwards
         speed = np.hypot(before[..., 0], before[..., 1])
         waited = np.array([-_slowed(slowing, -lasted, fast)[1] for lasted, fast in zip(waited, speed, strict=True)])
-        if slowing.table_m_s2:  # the origin of a disc that has stopped is not known
+        if slowing.table_m_s2:  # a disc that has stopped does not reveal where it came from
             waited = np.where(speed > 0.0, waited, math.nan)
     flown = before * waited[..., None]
     places: Array = np.stack([state["position_first"], state["position_second"]]) + flown
@@ -201,12 +201,12 @@ def _turning_places(trace: Trace, turning: Array) -> Array:
 
 
 def _off_path(place: Array, flown: Array) -> Array:
-    """Return the distance of each known position of a disc from that predicted by the last one, shape ``(k, 2)``.
+    """Return the distance of each known position of a disc from its prediction by the previous one, shape ``(k, 2)``.
 
     Args:
-        place: Where the disc was at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN where
-            that is not known.
-        flown: What it moved by between them by its own velocities, shape ``(k, 2)``; NaN where that is not known.
+        place: Positions of the disc at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN if
+            unknown.
+        flown: Displacements between these positions by the disc's own velocities, shape ``(k, 2)``; NaN if unknown.
     """
     unknown = np.asarray(np.isnan(flown).any(axis=1))
     gaps = np.concatenate([[0], np.cumsum(unknown)])
@@ -215,13 +215,13 @@ def _off_path(place: Array, flown: Array) -> Array:
     anchor = np.maximum.accumulate(np.where(known, np.arange(len(place)), 0))[:-1]
     here = np.arange(1, len(place))
     off: Array = place[here] - (place[anchor] + (path[here] - path[anchor]))
-    # A distance that has overflowed is infinite, not NaN.
+    # An overflowed distance counts as infinite, not NaN.
     off = np.where(known[here, None] & np.isnan(off), math.inf, off)
     return np.where((gaps[here] == gaps[anchor])[:, None], off, math.nan)
 
 
 def _stamps(trace: Trace) -> float:
-    """Return how far a stamp is outside the step that reported its contact, or outside the run, seconds."""
+    """Return the largest distance of a stamp from the step that reported its contact, or from the run, seconds."""
     stamp = trace.impacts["time_s"]
     outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
     if trace.state_before is not None:
@@ -231,7 +231,7 @@ def _stamps(trace: Trace) -> float:
 
 
 def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
-    """Return the largest change of velocity across the normal, over the speed, and the angle between the two.
+    """Return the largest velocity change across the normal, over the speed, and the angle between change and normal.
 
     A half-plane's normal is known. For a finite wall and for two discs, the normal is the direction of the change of
     relative velocity, except for two parts. Friction adds at most its coefficient times the normal part. Gravity adds
@@ -264,14 +264,14 @@ def _unit_normals(trace: Trace) -> Array:
 
 
 def _pulled(trace: Trace, normal: Array) -> Array:
-    """Return what gravity may add across normals while contacts last, metres a second."""
+    """Return the largest velocity that gravity may add across normals during contacts, metres a second."""
     return _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal) * _lasted(trace)
 
 
 def _momentum(trace: Trace) -> float:
     """Return the largest velocity change of two discs' centre of mass at an impact, metres a second.
 
-    What gravity adds to it while the contact lasts is no fault, and what nobody can tell apart is not asked for.
+    The part that gravity adds during the contact is allowed. Impacts that can't be separated are not checked.
     """
     impacts = trace.impacts
     mass = trace.scene.arrays.mass_kg
@@ -279,21 +279,21 @@ def _momentum(trace: Trace) -> float:
     asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_turning_times(trace))
     changes = velocities(impacts, "after") - velocities(impacts, "before")
     with np.errstate(invalid="ignore"):  # immovable discs are excluded
-        share = 1.0 / (1.0 + second / first)  # mass of the first over the mass of both
+        share = 1.0 / (1.0 + second / first)  # the first mass over the sum
         centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
     off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _lasted(trace)
     return largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)
 
 
 def _angular(trace: Trace) -> tuple[float, float, float]:
-    """Return the largest change of angular momentum about a contact, its part beyond sampling, and the arm.
+    """Return the largest change of angular momentum about a contact, its part beyond sampling, and the lever arm.
 
-    An impulse at the contact has no moment about it: friction changes a disc's velocity across the normal and
-    ``k R w`` (k is the inertia factor) by the same amount, and those of the second body by the opposite. The result is
-    in metres a second: over the mass and the radius. Bodies that are found in contact overlap by at most their approach
-    in a step. The arm may be shorter by that, but not longer. In a contact of several steps the normal turns, and with
-    it the direction. Sampling explains this much. Gravity's part across the normal during the contact is no fault.
-    Impacts that can't be separated are not checked, nor those on walls with rolling resistance, which changes it.
+    An impulse at the contact has no moment about it. So friction changes a disc's velocity across the normal and ``k R
+    w`` (k is the inertia factor) by the same amount, and those of the second body by the opposite amount. The result is
+    divided by mass and radius and is in metres a second. Sampling explains two effects. Bodies overlap when they are
+    found in contact, by at most their approach in a step; the arm may be shorter by that, but not longer. In a contact
+    of several steps the normal turns. The part that gravity adds across the normal is allowed. Impacts that can't be
+    separated are not checked, nor are walls with rolling resistance, which changes angular momentum.
     """
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
@@ -305,14 +305,14 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
     known, lasted = np.isfinite(_turning_times(trace)), _lasted(trace)
     if trace.scene.wall_rolling_resistance:
         known &= impacts["second"] >= 0
-    # One that acts in a single step turns within it, so that this is at most three steps.
+    # For a contact that acts in a single step, `lasted` is at most three steps.
     lasting = (impacts["second"] >= 0) & (lasted > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
     worst, most, arm = 0.0, 0.0, math.nan
     for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
         body = np.maximum(impacts[side], 0)
         inertia, radius = start.inertia[body], start.radius_m[body]
         taken = sign * np.sum(change[k] * tangent, axis=1)
-        with np.errstate(invalid="ignore"):  # discs that can't turn are excluded
+        with np.errstate(invalid="ignore"):  # discs that can't turn are excluded below
             turned = inertia * spun[k]
         asked = known & (impacts[side] >= 0) & start.movable[body] & np.isfinite(inertia)
         off = np.where(asked, np.maximum(np.abs(turned - taken) - pulled, 0.0), 0.0)
@@ -329,7 +329,7 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
 
 
 def _lasted(trace: Trace) -> Array:
-    """Return how long each contact may have lasted: twice from its first step's start to the turn, and a step."""
+    """Return the longest possible duration of each contact: twice the time from step start to turn, plus a step."""
     lasted = np.full(len(trace.impacts), trace.dt_s)
     if trace.state_before is not None:
         waited = _turning_times(trace) - trace.state_before["time_s"]

@@ -1,9 +1,9 @@
-"""Scores of contact: runs in which discs slide, roll and rest, compared with Coulomb's law in closed form.
+"""Scores of lasting contact: discs that slide, roll and rest, compared with the closed form of Coulomb's law.
 
-The observed states are compared with the reference's at the same instants. PIT has no contact and lets discs bounce at
-its frames; its errors are the cost of sampling. Three further errors do not count against a run. An integrator that
-moves a disc a step at one speed has a position error of ``dt / 2`` times the change of that speed. Its velocities
-differ by what gravity and friction change in a step, ``g dt (1 + f)``. An impact may be late by a step.
+Observed states are compared with the reference's at the same instants. PIT has no lasting contact and lets discs bounce
+at its frames; its errors are the cost of sampling. Three further errors are allowed. An integrator that moves a disc a
+whole step at one speed has a position error of ``dt / 2`` times the change of that speed. Its velocities differ by the
+change that gravity and friction cause in a step, ``g dt (1 + f)``. An impact may be late by a step.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 
 
 class ContactErrors(NamedTuple):
-    """The largest differences from the reference in contact: of places (m), of velocities and of rims (m/s)."""
+    """The largest differences from the reference in contact: of positions (m), velocities and rim speeds (m/s)."""
 
     place_m: float
     velocity_m_s: float
@@ -50,23 +50,23 @@ class ContactScore:
     """Errors and grade of a run in contact.
 
     Attributes:
-        begin_s: When contact begins, by the reference.
-        end_s: Up to when it is compared: the end, or an instant that has no unique answer.
+        begin_s: When contact begins in the reference.
+        end_s: End of the comparison: the end of the run, or an instant that has no unique answer.
         looks: Number of states that were compared.
         own: The run's errors.
-        pit: Those of PIT at the same step; None for a run without steps.
+        pit: Errors of PIT at the same step; None for a run without steps.
         allowed: Errors that sampling and an integrator's step explain.
-        beyond_m: The position error without ``dt / 2`` times the change of velocity since the first state, which is
-            the error of an integrator that moves a disc a step at one speed.
-        momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius: friction, whatever it
-            is, has no part in it. NaN where a disc meets others, or several walls.
-        rest_m_s: How fast discs still are on average at the end that rest there; NaN where none does.
-        frozen: Whether a disc stands still at the end that moves there.
-        kept: How discs are kept on their walls.
+        beyond_m: The position error except for ``dt / 2`` times the change of velocity since the first state. That part
+            is the error of an integrator that moves a disc a whole step at one speed.
+        momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius. Friction does not
+            change it. NaN if a disc meets other discs, or several walls.
+        rest_m_s: Mean speed at the end of discs that should rest; NaN if none should.
+        frozen: Whether a disc stands still at the end although it should move.
+        kept: How well discs are kept on their walls.
         late: How late bounces and slips end.
-        late_allowed: How late, or early, sampling lets them end. By hops that no step shows a method is early by
-            ``dt / (1 - e)`` at most; and looks are some steps apart.
-        grade: The grade of the stretch.
+        late_allowed: How late or early they may end by sampling. A method whose last hops are shorter than its step is
+            early by at most ``dt / (1 - e)``. Also, compared states may be several steps apart.
+        grade: The grade of the contact.
     """
 
     begin_s: float
@@ -91,7 +91,7 @@ class ContactScore:
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
-    """Score a run where the reference is in contact; None where it is not, or states were not kept."""
+    """Score a run while the reference is in contact; None if it never is, or if states were not kept."""
     reference, observed, scales = run.reference, run.observed, run.scales
     looks, begin_s = observed.looks, reference.contact_s
     if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
@@ -101,7 +101,7 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     until = looks.time_s <= end_s
     inside = looks.time_s[until] >= begin_s
     struck_s, dt_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s], observed.dt_s
-    for time_s in struck_s.tolist():  # whether a state is before or after one is a matter of rounding, or lateness
+    for time_s in struck_s.tolist():  # near an impact, rounding decides whether a state is before it
         inside &= np.abs(looks.time_s[until] - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
         return None
@@ -123,9 +123,9 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
         allowed = _allowed(reference.scene, truth, dt_s, pit, len(struck_s))
         late_allowed = _late_allowed(reference, pit_late, looks.time_s, dt_s)
-        # PIT never rests: it hops the higher the more its wall gives back.
+        # PIT never rests: its hops are higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
-        # No more than a hundredth of a step's way; what never moves is not rounded step by step.
+        # At most a hundredth of a step's displacement. A disc that never moves is not rounded at each step.
         way = dt_s * _longest(truth.velocity_m_s)
         place = min(place, THRESHOLDS.close * way if way else run.rounding * scales.reach_m)
     moves = rest_m_s > fast or quality.hop_m_s > fast
@@ -152,31 +152,32 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
 
 
 def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
-    """Return how late or early sampling lets bounces and slips end, in addition to PIT's own.
+    """Return how late or early sampling lets bounces and slips end, in addition to PIT's own lateness.
 
-    A hop that counts by a rounding lasts as many steps as it takes to rise and fall again; looks are some steps apart.
+    The smallest hop that counts lasts as many steps as it takes to rise and fall again. Compared states may be several
+    steps apart.
     """
     materials = reference.scene.arrays.materials
     own = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
-    # Where all is given back, no hops close on rest.
+    # With restitution 1, hops never end.
     lost = max((dt_s / (1.0 - e) for e in own if e < 1.0), default=0.0)
     apart_s = 2.0 * float(np.max(np.diff(looks_s, prepend=0.0))) + 2.0 * RESTING_STEPS * dt_s
     return Ends(apart_s + float(np.fmax(lost, abs(pit.bounces_s))), apart_s + float(np.fmax(lost, abs(pit.slips_s))))
 
 
 def _beyond_an_integrator(truth: States, seen: States, dt_s: float) -> float:
-    """Return the position error without half a step of an integrator's, for the sign that leaves less."""
+    """Return the position error without an integrator's half step, for the sign that leaves less."""
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
     off = seen.position_m - truth.position_m
     return min(_longest(off - sign * half) for sign in (1.0, -1.0))
 
 
 def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int) -> ContactErrors:
-    """Return the errors that sampling and an integrator's step explain, with some impacts in contact."""
+    """Return the errors that sampling and an integrator's step explain, for a given number of impacts in contact."""
     arrays = scene.arrays
     speed = _longest(truth.velocity_m_s)
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
-    # A coefficient above 1 ends a slip within the step, and then friction is no more than what it takes.
+    # With a coefficient above 1 a slip ends within the step, and then friction is no larger than needed.
     rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
     rims = (rubs + fall * min(1.0, scene.wall_rolling_resistance)) / float(np.min(arrays.inertia))
     place = (speed + fall) * dt_s * (1 + impacts)
@@ -184,11 +185,11 @@ def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impac
 
 
 def motion_at(trace: Trace, times_s: Array) -> States:
-    """Return the states of a trace at ascending times within it, by its impacts and modes."""
+    """Return the states of a trace at ascending times, from its impacts and contact modes."""
     count = len(trace.scene.discs)
     place, velocity = np.zeros((2, len(times_s), count, 2))
     for flight in free_flights(trace):
-        since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact, what it leads to
+        since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact: the flight after it
         for row in np.flatnonzero(since).tolist():
             passed = float(times_s[row]) - flight.begin_s
             place[row, flight.disc] = flight.at(float(times_s[row]))
@@ -235,12 +236,12 @@ def _errors(reference: Trace, truth: States, seen: States) -> ContactErrors:
 
 @lru_cache(maxsize=32)
 def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
-    """Return the states of PIT at some ascending times, which are its frames, after the check for overlap."""
+    """Return PIT's states at ascending times, which are its frames, after the check for overlap."""
     run = pit_run(scene, FrameClock(step_s=dt_s))
     places, velocities, spins = [], [], []
     for time_s in times_s:
         run.advance_frames(round(time_s / dt_s) + 1 - run.frames)
-        at_s = run.time_s  # of the frame that follows, a fall further
+        at_s = run.time_s  # of the next frame
         places.append(run.positions())
         velocities.append(run.velocities())
         spins.append(np.zeros(len(scene.discs)) if (turned := run.spins()) is None else turned)
@@ -252,7 +253,7 @@ def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> Sta
 
 
 def _at_the_end(truth: States, seen: States, slow: float) -> tuple[float, bool]:
-    """Return the mean final speed of discs that should rest, and whether one stands still that should move."""
+    """Return the mean final speed of discs that should rest, and whether a disc that should move stands still."""
     true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-LAST:], 2, 0)) for s in (truth, seen))
     rests = (true_speed == 0.0).all(axis=0)
     moves = (true_speed > 2.0 * slow).all(axis=0)
@@ -268,7 +269,7 @@ def _momentum_error(reference: Trace, seen: States) -> float:
     walls = scene.arrays.walls
     if len(scene.discs) > 1 or len(walls) > 1 or modes is None or not isinstance(walls[0], tuple):
         return math.nan
-    resists = scene.wall_rolling_resistance > 0.0  # and changes it
+    resists = scene.wall_rolling_resistance > 0.0  # rolling resistance changes angular momentum
     if resists or seen.spin_rad_s is None or math.isinf(k := float(scene.arrays.inertia[0])):
         return math.nan
     nx, ny = walls[0][2:]

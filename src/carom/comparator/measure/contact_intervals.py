@@ -1,4 +1,4 @@
-"""Intervals of contact between discs and walls: gap, overlap, hops, and how late bounces and slips end."""
+"""Intervals of contact between discs and walls: gaps, overlaps, hops, and the end of bounces and slips."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from carom.model.trace import Mode, Trace, wall_index
 
 Array = NDArray[np.float64]
 
-#: Number of final states over which the speed of a disc is averaged, because jitter alternates between states.
+#: Number of final states over which a disc's speed is averaged. Jitter alternates between states.
 LAST = 8
 
 
 class ContactInterval(NamedTuple):
-    """A disc in contact with one half-plane: the wall's body number and normal, and from when to when."""
+    """A disc in contact with a half-plane: the wall's body number, its normal, and the begin and end."""
 
     disc: int
     wall: int
@@ -29,13 +29,15 @@ class ContactInterval(NamedTuple):
 
 
 class ContactQuality(NamedTuple):
-    """How well a run keeps discs on their walls; NaN where none was observed there.
+    """How well a run keeps discs on their walls; NaN if no contact was observed.
 
     Attributes:
-        gap_m: How far off its wall a disc is on average at the end, of that which is farthest off: negative in overlap.
+        gap_m: Mean distance at the end between a disc and its wall, for the disc farthest from its wall; negative in
+            overlap.
         overlap_m: The deepest overlap in contact.
-        hop_m_s: How fast, at the end, a disc goes off and into its wall, root mean square.
-        take_offs: In which part of the states a disc leaves its wall faster than by half of what it falls in a step.
+        hop_m_s: Root mean square of the normal speed of a disc at the end.
+        take_offs: Fraction of the states in which a disc leaves its wall faster than half of the speed that it gains by
+            falling for a step.
     """
 
     gap_m: float
@@ -45,11 +47,11 @@ class ContactQuality(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """How late a run ends bounces and slips, seconds, negative if early; NaN where that is not known.
+    """How late a run ends bounces and slips, seconds; negative if early, NaN if unknown.
 
     Attributes:
-        bounces_s: To end its bounces: to no longer be faster, off or into a wall, than by what it falls in a few steps.
-        slips_s: To end its slips: to no longer slip faster than friction changes in a few steps.
+        bounces_s: Lateness of the last normal speed above the speed gained by falling for a few steps.
+        slips_s: Lateness of the last slip faster than the change that friction causes in a few steps.
     """
 
     bounces_s: float
@@ -57,7 +59,7 @@ class Ends(NamedTuple):
 
 
 def find_contact_intervals(reference: Trace) -> list[ContactInterval]:
-    """Return where discs of the reference are in contact with half-planes."""
+    """Return the intervals in which discs of the reference are in contact with half-planes."""
     walls, found = reference.scene.arrays.walls, list[ContactInterval]()
     if reference.modes is None:
         return found
@@ -75,7 +77,7 @@ def find_contact_intervals(reference: Trace) -> list[ContactInterval]:
 
 
 def measure_contact_quality(reference: Trace, truth: States, seen: States, dt_s: float) -> ContactQuality:
-    """Measure how well a run keeps discs on their walls, where the reference is in contact at the same instants."""
+    """Measure how well a run keeps discs on their walls at instants at which the reference is in contact."""
     slow = 0.5 * math.hypot(*reference.scene.gravity_m_s2) * dt_s
     gaps, depths, hops, left = [math.nan], [math.nan], [math.nan], [math.nan]
     for touch in find_contact_intervals(reference):
@@ -93,10 +95,10 @@ def measure_contact_quality(reference: Trace, truth: States, seen: States, dt_s:
 
 
 def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: float) -> Ends:
-    """Measure how late a run ends bounces and slips, by states at the same instants from the start on.
+    """Measure how late a run ends bounces and slips, from states of both runs at the same instants.
 
-    In both runs the last state counts that is faster than `RESTING_STEPS` steps change. So hops and slips that no step
-    shows count for neither.
+    In both runs, the last state counts that is faster than the speed gained in `RESTING_STEPS` steps. So hops and slips
+    too small for any step count in neither.
     """
     arrays, few = reference.scene.arrays, RESTING_STEPS * dt_s
     bounces, slips = [math.nan], [math.nan]
@@ -129,7 +131,7 @@ def _largest_known(values: list[float]) -> float:
 
 
 def _late(times_s: Array, truth: Array, seen: Array, fast: float) -> float:
-    """Return how much later the last fast state is in the observed run than in the reference."""
+    """Return the time by which the observed run's last fast state is later than the reference's."""
     last = [np.flatnonzero(speeds > fast) for speeds in (truth, seen)]
     at_s = [float(times_s[rows[-1]]) if len(rows) else 0.0 for rows in last]
     return at_s[1] - at_s[0]

@@ -31,25 +31,26 @@ AT_REST = 1e-12
 
 @dataclass(frozen=True)
 class ImpactError:
-    """Errors of one matched impact, observed minus reference.
+    """Errors of one matched impact: observed minus reference.
 
-    A velocity that is not known (see `unknown_velocities`) has no error.
+    A velocity that is not known has no error (see `unknown_velocities`).
 
     Attributes:
         reference: Index in the reference's impacts.
         observed: Index in the observed impacts.
         reported_time_s: Error of the time that the method reports, seconds.
-        effective_time_s: Error of the instant at which the path turned, seconds; NaN where that is not known.
-        along_normal: Velocity error along the reference's normal, the worse of the two bodies, over the scene's speed.
-        across_normal: The same across it.
-        velocity: Length of the velocity error, the worse of the two bodies, over the scene's speed.
-        spin: Error of the spin times the radius, the worse of the two bodies, over the scene's speed of rims; NaN where
-            nothing turns.
-        direction_rad: Angle between observed and reference velocity after, the worse of the two bodies; a body that
-            rests in either has none.
+        effective_time_s: Error of the instant at which the path turned, seconds; NaN if that instant is not known.
+        along_normal: Velocity error along the reference's normal, for the worse of the two bodies, over the scene's
+            speed.
+        across_normal: Velocity error across that normal, likewise.
+        velocity: Length of the velocity error, for the worse of the two bodies, over the scene's speed.
+        spin: Error of the spin times the radius, for the worse of the two bodies, over the scene's rim speed; NaN if no
+            disc spins.
+        direction_rad: Angle between observed and reference velocity after the impact, for the worse of the two bodies.
+            A body that rests in either trace is ignored.
         normal_rad: Angle between observed and reference normal.
-        restitution: Effective coefficient of restitution along the observed normal; NaN where nothing approached.
-        restitution_error: The same less the reference's, which is along the reference's normal.
+        restitution: Effective coefficient of restitution along the observed normal; NaN if the bodies did not approach.
+        restitution_error: `restitution` minus the reference's, which is along the reference's normal.
     """
 
     reference: int
@@ -67,32 +68,31 @@ class ImpactError:
 
     @property
     def time_s(self) -> float:
-        """Error of the effective time where it is known, else of the reported time."""
+        """Error of the effective time if it is known, otherwise of the reported time."""
         return self.reported_time_s if math.isnan(self.effective_time_s) else self.effective_time_s
 
 
 def _metric(name: str) -> float:
-    """Declare a metric with its name in tables; its unit is in the name of its field."""
+    """Declare a metric with its name in tables. The field's name contains the unit."""
     metric: float = field(metadata={"name": name})
     return metric
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Errors:
-    """The largest error of each kind of one trace against another; NaN where there is none.
+    """The largest error of each kind of one trace against another; NaN if there is none.
 
-    A metric is a field here, filled below and named in `docs/theory/scoring.md`: tables and JSON lines have all of
-    them. The first eight are the largest in magnitude of those of the impacts (see `ImpactError`), with their signs.
-    Final states are not measured beyond a horizon, nor where the two runs end at different times. Spins are not
-    measured where nothing turns.
+    Each field is a metric. It is named in `docs/theory/scoring.md` and appears in all tables and JSON lines. The first
+    eight are the largest errors of the impacts (see `ImpactError`) in magnitude, with their signs. Final states are not
+    measured beyond a horizon, or if the two runs end at different times. Spins are not measured if no disc spins.
 
     Attributes:
-        energy: Final kinetic energy, with its sign, over the energy at the start or, if that is larger, over the work
-            of driven bodies in the reference; 0 where there is neither.
-        momentum: Length of the error of the final momentum of the movable discs, over their mass and the speed.
-        final_position: Distance of a disc from its final position, over the scene's length.
-        final_velocity: Final velocity of a disc, over the scene's speed.
-        final_spin: Final spin of a disc times its radius, over the scene's speed of rims.
+        energy: Error of the final kinetic energy, with its sign, over the energy at the start or, if that is larger,
+            over the work of driven bodies in the reference; 0 if both are 0.
+        momentum: Length of the error of the movable discs' final momentum, over their mass and the scene's speed.
+        final_position: Largest error of a disc's final position, over the scene's length.
+        final_velocity: Largest error of a disc's final velocity, over the scene's speed.
+        final_spin: Largest error of a disc's final spin times its radius, over the scene's rim speed.
     """
 
     time_s: float = _metric("time error")
@@ -100,7 +100,7 @@ class Errors:
     velocity: float = _metric("velocity error")
     spin: float = _metric("spin error")
     along_normal: float = _metric("along the normal")
-    across_normal: float = _metric("across it")
+    across_normal: float = _metric("across the normal")
     restitution: float = _metric("restitution error")
     direction_rad: float = _metric("direction error")
     energy: float = _metric("energy error")
@@ -117,11 +117,11 @@ _OF_IMPACTS = ("time_s", "reported_time_s", "velocity", "spin", "along_normal", 
 class Measured:
     """Errors of a trace against a reference.
 
-    The error of a number that is itself NaN or infinite is infinite.
+    A number that is NaN or infinite has an infinite error.
 
     Attributes:
-        ends: Errors of each disc's final position (metres), velocity and rim (metres a second), shape ``(3, n)``; NaN
-            where they are not measured.
+        ends: Errors of each disc's final position (metres), velocity and rim speed (metres a second), shape ``(3, n)``;
+            NaN if they are not measured.
     """
 
     reference: Trace
@@ -137,14 +137,14 @@ class Measured:
 
 
 def measure(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Measured:
-    """Measure every error of an aligned trace; of final states, where the whole run was aligned."""
-    # Final states can be compared where both runs end at the same time, to rounding.
+    """Measure every error of an aligned trace. Final states are only measured if the whole run was aligned."""
+    # Final states are comparable only if both runs end at the same time, to rounding.
     end_difference_s = abs(observed.end_time_s - reference.end_time_s)
     ends_together = alignment.is_whole_run and not end_difference_s > THRESHOLDS.rounding * scales.time_s
     momentum, ends = math.nan, np.full((3, len(reference.scene.discs)), math.nan)
     if ends_together:
         momentum, ends = _momentum_error(reference, observed, scales), _end_errors(reference, observed)
-    # Elastic, smooth impacts conserve energy, even where the reference's final state is not reliable.
+    # If impacts conserve energy, it is known even if the reference's final state is not reliable.
     is_energy_known = ends_together or not reference.scene.needs & _NOT_CONSERVED
     errors = tuple(_impact_errors(reference, observed, alignment, scales))
     return Measured(
@@ -171,7 +171,7 @@ def larger_error(difference: Array) -> Array:
 
 
 def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
-    """Compute effective coefficients of restitution along the normal; NaN where bodies did not approach.
+    """Compute effective coefficients of restitution along the normal; NaN if the bodies did not approach.
 
     Args:
         before: Velocities of both bodies before, shape ``(2, m, 2)``.
@@ -184,7 +184,7 @@ def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
 
 
 def impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBodies], ContactFrictions]:
-    """Return the first and the second bodies of each impact just before it, and their friction.
+    """Return the first and the second body of each impact just before it, and their friction.
 
     Args:
         trace: The trace.
@@ -199,12 +199,12 @@ def impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBo
 
 
 def _infinite_if_nan(error: float) -> float:
-    """Return the error, or infinity where it is NaN: a number that is NaN is worse than any other."""
+    """Return the error, or infinity if it is NaN."""
     return math.inf if math.isnan(error) else error
 
 
 def _end_errors(reference: Trace, observed: Trace) -> Array:
-    """Return errors of each disc's final position, velocity and rim, shape ``(3, n)``; rims are NaN if none spins."""
+    """Return errors of each disc's final position, velocity and rim speed, shape ``(3, n)``; NaN if no disc spins."""
     place = np.hypot(*(observed.final_position_m - reference.final_position_m).T)
     velocity = np.hypot(*(observed.final_velocity_m_s - reference.final_velocity_m_s).T)
     rim = np.full(len(place), math.nan)
@@ -264,8 +264,8 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
     """Return which velocities after an impact are not known: shape ``(2, m)``, the first bodies first.
 
-    A disc may have several contacts in one step, and the method may not report the effect of each. Then the state at
-    the end of the step belongs to the last contact, and the velocities after the others are not known.
+    If a disc has several contacts in one step, the method may not report the effect of each. Then the state at the end
+    of the step belongs to the last contact, and the velocities after the other contacts are not known.
     """
     found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
     if trace.effective_time_s is None or trace.state_before is None:
@@ -283,7 +283,7 @@ def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
 def _spin_errors(
     reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp], known: NDArray[np.bool_]
 ) -> Array:
-    """Return the largest error of a rim's speed after each matched impact, shape ``(m,)``; NaN if no disc spins."""
+    """Return the largest rim-speed error after each matched impact, shape ``(m,)``; NaN if no disc spins."""
     if reference.spins is None or observed.spins is None:
         return np.full(len(r), math.nan)
     differences = np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r])

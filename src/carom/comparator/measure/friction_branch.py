@@ -1,9 +1,9 @@
-"""Wrong branches of friction: impacts that stick where they should slide, or slide where they should stick.
+"""Wrong branches of friction: impacts that stick instead of sliding, or slide instead of sticking.
 
-Each impact is checked with its own velocities before, its own normal and its own normal impulse. So neither the time at
-which it was found nor the size of that impulse matters. The law of friction has two candidate tangential impulses and
-takes the smaller one (`core/impact.h`). An impact whose tangential impulse is nearer to the other one took the wrong
-branch. Where both are equal, between stick and slide, neither is wrong.
+Each impact is checked with its own velocities before, its own normal and its own normal impulse. So errors of its time
+and of its normal impulse do not matter. The law of friction has two candidate tangential impulses and takes the smaller
+one (`core/impact.h`). An impact whose tangential impulse is nearer to the other candidate took the wrong branch. If
+both candidates are equal, neither branch is wrong.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class WrongBranches:
     """Impacts that took the wrong branch of friction, by index.
 
     Attributes:
-        slid: Those whose bodies slid past each other, where friction can hold them.
-        stuck: Those whose bodies held each other, where friction can't.
+        slid: Impacts in which the bodies slid although friction can hold them.
+        stuck: Impacts in which the bodies stuck although friction can't hold them.
     """
 
     slid: tuple[int, ...] = ()
@@ -33,9 +33,9 @@ class WrongBranches:
 
 
 def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
-    """Find the impacts that took the wrong branch of friction by more than rounding, over the scene's speed.
+    """Find the impacts that took the wrong branch of friction by more than `rounding` times the scene's speed.
 
-    Impacts of a disc that has several contacts in one step are excluded: their effects can't be separated.
+    If a disc has several contacts in one step, its impacts are excluded, because their effects can't be separated.
     """
     impacts = trace.impacts
     if not trace.scene.arrays.rubs or not len(impacts):
@@ -50,7 +50,7 @@ def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongB
     both = branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)
     holds = np.abs(both.sticking) < np.abs(both.sliding)
     other = np.where(holds, both.sliding, both.sticking)
-    # As changes of velocity, over the scene's speed.
+    # The limit as an impulse: a velocity change over the bodies' inverse masses.
     least = rounding * scales.rim_m_s / lightness
     wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least)
     known = ~wall if trace.scene.wall_rolling_resistance else np.ones(len(impacts), dtype=np.bool_)

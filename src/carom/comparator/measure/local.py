@@ -1,11 +1,11 @@
 """Local errors: each impact compared with the analytic answer from the method's own state before it.
 
 Chaos limits any comparison with the reference's trajectory. But the method's own state just before an impact is an
-exact input: two discs on straight lines, with closed forms for the instant, the normal and the velocities after. So
-each impact of a run, however long, can be scored on its own.
+exact input. From it, the instant, the normal and the velocities after have closed forms. So each impact of a run can be
+scored separately, however long the run is.
 
-PIT from the same state also has a closed form: it collides the pair at the first step boundary at or after contact,
-along the line of centres there. So the local error can be separated into sampling error and solver error.
+PIT from the same state also has a closed form: PIT collides the pair at the first step boundary at or after contact,
+along the line of centres at that boundary. So the local error can be separated into sampling error and solver error.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ Vector = tuple[float, float]
 
 @dataclass(frozen=True)
 class LocalErrors:
-    """One entry per observed impact; NaN where its own state before is not known.
+    """Local errors of all observed impacts, one entry each; NaN if the method's own state before is not known.
 
     Attributes:
-        time_s: Effective time, or the reported one where that is not known, minus the analytic one, seconds.
-        velocity: Length of the velocity error after, the worse of the two bodies, over the scene's speed.
+        time_s: Effective time (the reported time if that is unknown) minus the analytic time, seconds.
+        velocity: Length of the velocity error after, for the worse of the two bodies, over the scene's speed.
         restitution: Effective coefficient of restitution along the analytic normal, minus the scene's.
-        spin: Error of the spin after times the radius, the worse of the two bodies, over the scene's speed of rims; NaN
-            everywhere if no disc spins.
-        energy: Kinetic energy gained against the analytic answer, over that at the start of the scene.
-        sampling_velocity: What `velocity` would be for PIT from the same state at the same step; NaN where PIT would
-            find no impact, or there are no steps.
+        spin: Error of the spin after times the radius, for the worse of the two bodies, over the scene's rim speed; all
+            NaN if no disc spins.
+        energy: Kinetic energy minus that of the analytic answer, over the energy at the start of the scene.
+        sampling_velocity: Velocity error of PIT from the same state at the same step; NaN if PIT finds no impact, or
+            the run has no steps.
         solver_velocity: Velocity error against that PIT, over the scene's speed.
-        sampling_spin: As `sampling_velocity`, of the spin.
-        solver_spin: As `solver_velocity`, of the spin.
+        sampling_spin: Spin error of that PIT.
+        solver_spin: Spin error against that PIT.
         spurious: Impacts that do not happen from the method's own state.
     """
 
@@ -69,12 +69,12 @@ class LocalErrors:
         return int(np.isfinite(self.velocity).sum())
 
     def median(self, name: str) -> float:
-        """Return the median of the magnitudes of one of the errors, by name; NaN where there are none."""
+        """Return the median magnitude of the error with this field name; NaN if there is none."""
         known = self._known(name)
         return median(known) if len(known) else math.nan
 
     def worst(self, name: str) -> float:
-        """Return the largest magnitude of one of the errors, by name; NaN where there are none."""
+        """Return the largest magnitude of the error with this field name; NaN if there is none."""
         known = self._known(name)
         return float(np.max(known)) if len(known) else math.nan
 
@@ -84,7 +84,7 @@ class LocalErrors:
 
 
 def find_own_states(trace: Trace) -> NDArray[np.void]:
-    """Return the state before each impact: as recorded, or by free flight where the impacts determine the path."""
+    """Return the state before each impact: as recorded, or from free flight after earlier impacts."""
     if trace.state_before is not None:
         return trace.state_before
     states = np.zeros(len(trace.impacts), STATE_DTYPE)
@@ -98,7 +98,7 @@ def find_own_states(trace: Trace) -> NDArray[np.void]:
 
 
 class _Bodies:
-    """The two bodies of each impact in their own state before it, the first bodies first; a wall has no position."""
+    """The two bodies of each impact in their own state before it. A wall has no position."""
 
     def __init__(self, trace: Trace, state: NDArray[np.void]) -> None:
         start, second = trace.scene.arrays, trace.impacts["second"]
@@ -119,7 +119,7 @@ class _Bodies:
         return np.stack([body.velocity for body in after]), np.stack([body.rim for body in after])
 
     def energy(self, velocity: Array, rim: Array) -> Array:
-        """Return the kinetic energies of what moves, and turns, as fast as that, joules, shape ``(m,)``."""
+        """Return the kinetic energies of the bodies at given velocities and rim speeds, joules, shape ``(m,)``."""
         numbers = np.array([(body.mass, body.inertia) for body in self.bodies])
         mass, inertia = np.where(np.isinf(numbers), 0.0, numbers).swapaxes(0, 1)
         total: Array = np.sum(0.5 * mass * (np.sum(velocity**2, axis=-1) + inertia * rim**2), axis=0)
@@ -129,7 +129,7 @@ class _Bodies:
 def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     """Measure the error of each impact of a trace from the trace's own state before it.
 
-    Only straight paths are measured: none under gravity, with damping, or on a table.
+    Only straight paths are measured, so scenes with gravity, damping or a table are not.
     """
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     start, bodies = state["time_s"], _Bodies(trace, state)
@@ -138,13 +138,13 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)
     known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
     turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
-    for disc in turns:  # its path is not straight
+    for disc in turns:  # a driven path is not straight
         known &= (impacts["first"] != disc) & (impacts["second"] != disc)
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _time_to_contact(bodies, pairs)
     wait[walls], normal[walls] = _meetings_with_walls(trace, bodies, start, walls)
-    # Bodies that overlap already met in the past, but not before the impact that put them on these paths.
+    # Overlapping bodies met in the past, but not before the impact that put them on these paths.
     wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_last_turn_times(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
     at = np.flatnonzero(happens & ~bodies.wall)
@@ -177,7 +177,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
 
 
 def _belt_speeds(trace: Trace) -> Array:
-    """Return the additional surface speed of both bodies of each impact: that of a conveyor wall."""
+    """Return the surface speed that a conveyor wall adds, for both bodies of each impact."""
     start, second = trace.scene.arrays, trace.impacts["second"]
     speeds = np.zeros((2, len(second)))
     if start.belts_m_s is not None:
@@ -186,14 +186,14 @@ def _belt_speeds(trace: Trace) -> Array:
 
 
 def _turn_times(trace: Trace) -> Array:
-    """Return the effective time of each impact where it is known, else the reported one, seconds."""
+    """Return the effective time of each impact if it is known, otherwise the reported one, seconds."""
     times: Array = trace.impacts["time_s"]
     effective = times if trace.effective_time_s is None else trace.effective_time_s
     return np.where(np.isfinite(effective), effective, times)
 
 
 def _last_turn_times(trace: Trace) -> Array:
-    """Return the time of the last impact of either body before each impact, seconds; 0 where there is none."""
+    """Return the time of either body's last impact before each impact, seconds; 0 if there is none."""
     latest = np.zeros(len(trace.scene.discs))
     result = np.zeros(len(trace.impacts))
     for k, (time, *pair) in enumerate(
@@ -206,7 +206,7 @@ def _last_turn_times(trace: Trace) -> Array:
 
 
 def _time_to_contact(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
-    """Return seconds to contact on free paths: negative for bodies that overlap, infinite if they never meet."""
+    """Return the seconds to contact on free paths: negative for overlapping bodies, infinite if bodies never meet."""
     if not len(at):
         return np.zeros(0)
     (p1, p2), (v1, v2), (r1, r2) = bodies.position[:, at], bodies.velocity[:, at], bodies.radius[:, at]
@@ -262,16 +262,16 @@ def _meeting_with_wall(
 def _predict_pit(
     trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, expected: Array, rim: Array
 ) -> tuple[Array, Array]:
-    """Return velocities and rims after PIT's impact from the same states, at step boundaries counted from them."""
+    """Return velocities and rim speeds after PIT's impact from the same states, with steps counted from them."""
     dt_s = trace.dt_s
     result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
     if not dt_s:
         return result, rims
-    # A half-plane's normal, and the arm of its friction, are the same wherever the disc is found.
+    # On a half-plane, normal and lever arm do not depend on the position of the disc.
     result[:, bodies.wall], rims[:, bodies.wall] = expected[:, bodies.wall], rim[:, bodies.wall]
     d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
     with np.errstate(divide="ignore", invalid="ignore"):
-        # A contact at a step boundary to rounding is found at that boundary.
+        # A contact within rounding of a step boundary is found at that boundary.
         steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
     for k in np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
         number, arrays = wall_index(int(trace.impacts["second"][k])), trace.scene.arrays

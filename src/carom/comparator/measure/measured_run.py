@@ -1,4 +1,4 @@
-"""Third stage of a comparison: everything that verdicts and the grade are derived from."""
+"""Result of the third stage of a comparison: all errors from which verdicts and the grade are derived."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from carom.model.trace import Outcome
 
 @dataclass(frozen=True)
 class MeasuredRun(AlignedRun):
-    """Everything that verdicts and the grade are derived from.
+    """All errors from which verdicts and the grade are derived.
 
     Attributes:
         measured: Errors of the run against the reference.
@@ -38,17 +38,17 @@ class MeasuredRun(AlignedRun):
             `measure_impact_errors`.
         changes: Changes of velocity and spin at each impact of the reference, shape ``(2, m)``.
         not_told_apart: Indices of the run's impacts after which a velocity is not known; see `unknown_velocities`.
-        sampling: Errors of PIT at the same step against the reference; None where PIT was not given.
-        measured_against_pit: Errors of the run against that PIT; None where PIT was not given.
-        sampling_cost: Errors of PIT at worst over the phases of the step; None where PIT was not given.
+        sampling: Errors of PIT at the same step against the reference; None without PIT.
+        measured_against_pit: Errors of the run against that PIT; None without PIT.
+        sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
         local: Errors of each impact of the run against the analytic answer from the run's own state before it.
-        convention: The admissible outcome that the run took, where the reference has no unique one.
-        consistency: None where the run has a number that is NaN or infinite.
-        contact: Score in contact; None where there is none, or states were not kept.
+        convention: The admissible outcome that the run took if the reference is not unique; otherwise None.
+        consistency: Contradictions within the run; None if the run has a number that is NaN or infinite.
+        contact: Score of lasting contact; None without such contact, or if states were not kept.
         branches: The impacts that took the wrong branch of friction.
-        non_finite: The first number that is NaN or infinite, as a clause; empty where there is none.
-        local_truth: Each step against PIC from the run's own state; None where states were not checked.
-        reports: Comparison of reported impacts with states; None where states were not checked.
+        non_finite: Description of the first number that is NaN or infinite; empty if there is none.
+        local_truth: Score of each step against PIC from the run's own state; None if states were not checked.
+        reports: Comparison of reported impacts with states; None if states were not checked.
     """
 
     measured: Measured
@@ -68,7 +68,7 @@ class MeasuredRun(AlignedRun):
     reports: ReportComparison | None
 
     def is_rounding(self, error: ImpactError, measured: Measured) -> bool:
-        """Whether the errors of an impact's velocities and spins are within the rounding of what led to it."""
+        """Whether an impact's velocity and spin errors are within the rounding of all that led to it."""
         own, at, scales = measured.own, error.reference, self.scales
         return (
             error.velocity * scales.speed_m_s <= self.rounding * own.speed_m_s[at]
@@ -76,7 +76,7 @@ class MeasuredRun(AlignedRun):
         )
 
     def end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
-        """Return the rounding errors of final positions, velocities and rims, in the rows of `Measured.ends`.
+        """Return the rounding errors of final positions, velocities and rim speeds, in the rows of `Measured.ends`.
 
         The rounding of a position grows with each step in narrow floats. *Exact* allows at most a hundredth of a step's
         travel.
@@ -101,7 +101,7 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
         against_pit = measure(pit, observed, aligned.against_pit, scales)
         cost = measure_sampling_cost(aligned, pit, sampled, measured)
     non_finite, truth, until_s, possible = find_non_finite(observed), aligned.truth, aligned.compared.until_s, observed
-    if reference.outcome is Outcome.CRUSHED:  # after that no state is possible
+    if reference.outcome is Outcome.CRUSHED:  # a crushed disc has no possible state afterwards
         reported_s = observed.impacts["time_s"]
         turned_s = reported_s if observed.effective_time_s is None else observed.effective_time_s
         turned_s = np.where(reported_s > reference.end_time_s, math.nan, turned_s)

@@ -1,4 +1,4 @@
-"""Comparison of the impacts that a run reports with those that its states show."""
+"""Comparison of a run's reported impacts with the impacts that its states show."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace, body_name
 from carom.support.formatting import instant
 
-#: Largest distance in steps of a report from its window. Engines report a contact up to two steps before or after it
-#: acts, most at a step's boundary; half a step more makes the limit independent of rounding.
+#: Largest distance in steps between a report and its window. Engines report a contact up to two steps before or after
+#: it acts, mostly at a step boundary. Another half step makes the limit independent of rounding.
 _AWAY_STEPS = 2.5
 
 #: Two bodies, the lower number first.
@@ -25,13 +25,13 @@ _Bodies = tuple[int, int]
 
 @dataclass(frozen=True)
 class ReportComparison:
-    """Differences of the reports and the states of a run.
+    """Differences between the reports and the states of a run.
 
     Attributes:
-        unshown: Impacts that are reported and that no state shows.
-        unreported: Impacts that states show, each alone in its window, and that are not reported.
-        first_unshown: Time and bodies of the first, empty where there is none.
-        first_unreported: The same.
+        unshown: Number of reported impacts that no state shows.
+        unreported: Number of unreported impacts that states show, each as the only impact of its window.
+        first_unshown: Time and bodies of the first unshown impact; empty if there is none.
+        first_unreported: Time and bodies of the first unreported impact; empty if there is none.
     """
 
     unshown: int
@@ -41,16 +41,16 @@ class ReportComparison:
 
     @property
     def agree(self) -> bool:
-        """Whether the run reports what its states show."""
+        """Whether the run reports the impacts that its states show."""
         return not self.unshown and not self.unreported
 
 
 def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
     """Compare the reports of a trace with its states, up to a time.
 
-    A report is shown by a window with its pair in its step, or in the two around it. A window of one impact shows one
-    report, and must have one unless the impact is missed or the window open. Other windows, and steps in which the pair
-    rests and is pushed, show any number of reports and need none.
+    A window of steps shows the reports of its pair that are at most `_AWAY_STEPS` from it. A window of one impact shows
+    one report. It needs one, unless the impact is missed or the window is open. Other windows, and steps in which the
+    pair rests and is pushed, show any number of reports and need none.
     """
     windows = truth.windows[truth.meetings["window"]]
     alone = ~windows["entangled"] & (windows["due"] > 0)
@@ -74,8 +74,8 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
         own = [(float(earliest[row]), float(latest[row]), row) for row in rows.get(bodies, ())]
         crowded = [span for span in own if not alone[span[2]]]
         lonely = [span for span in own if alone[span[2]]]
-        # What no crowded window can show must find one of its own; what must be reported may be by any report. Where
-        # each can be matched by itself, both can at once (Mendelsohn and Dulmage, 1958).
+        # Reports outside of crowded windows need a window each, and windows may be matched by any report. If each of
+        # the two matchings exists, one that does both exists (Mendelsohn and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
         bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]
         left, _ = _match(bound, lonely)
@@ -94,7 +94,7 @@ def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: floa
 def _match(
     times: Sequence[float], spans: Sequence[tuple[float, float, int]]
 ) -> tuple[list[float], list[tuple[float, float, int]]]:
-    """Match each time with one span, the one that ends first, and return the unmatched times and spans."""
+    """Match each time with the span that ends first, and return the unmatched times and spans."""
     left, free = [], list(spans)
     for time_s in times:
         taken = min((span for span in free if span[0] <= time_s <= span[1]), key=lambda span: span[1], default=None)

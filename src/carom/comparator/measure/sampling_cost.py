@@ -1,8 +1,8 @@
 """The cost of sampling: the largest errors of PIT over the phases of a step.
 
 The phase at which an impact falls is chance: PIT may find it at once, or a step late, or not at all. So a run is
-compared with PIT at `THRESHOLDS.phases` phases of the same step, for each of which the scene is shifted along its own
-motion. It is also compared at the phases at which PIT is as late as the run itself.
+compared with PIT at `THRESHOLDS.phases` phases of the same step. For each phase, the scene is shifted along its own
+motion. The run is also compared with PIT at the phases at which PIT is as late as the run.
 """
 
 from __future__ import annotations
@@ -30,35 +30,34 @@ from carom.solvers.pit.solve import solve_pit
 
 Array = NDArray[np.float64]
 
-#: Number of cached costs of scenes and steps. Every engine is compared with the same ones: all scenes of the catalogue
-#: at three steps each. Costs at a run's own phases are rarely used again and have a smaller cache of their own.
+#: Number of cached costs, one per scene and step. It suffices for all scenes of the catalogue at three steps each.
+#: Costs at a run's own phases are rarely reused and have a smaller cache.
 KEPT = 1024
 OWN_KEPT = 256
 
 
 @dataclass(frozen=True)
 class SamplingCost:
-    """Errors of PIT at a step: at one phase of it, or the largest over its phases.
+    """Errors of PIT at a step: at one phase of the step, or the largest over several phases.
 
-    Arrays hold the error at each reliable impact of the reference, shape ``(2, m)``: of velocities after, over the
-    scene's speed, and of spins times radii, over its speed of rims; 0 if no disc spins.
+    Arrays have shape ``(2, m)``: the errors of velocities, over the scene's speed, and of spins times radii, over its
+    rim speed, after each reliable impact of the reference. The latter are 0 if no disc spins.
 
     Attributes:
         dt_s: The step, seconds.
-        errors: The errors; that of a missed impact is all that it changes. Over several phases it is the largest error
-            up to each impact, because errors propagate from impact to impact.
-        found: The largest over the phases at which that impact and all before it are found; 0 where no phase finds
-            them.
+        errors: The errors. A missed impact has an error of its whole change. Over several phases, this is the largest
+            error up to each impact, because errors propagate from impact to impact.
+        found: The largest errors over the phases at which the impact and all earlier ones are found; 0 if there is no
+            such phase.
         found_off_s: The largest error of the impact's time at these phases, seconds, shape ``(m,)``.
-        energy: Error of the final kinetic energy, over that at the start. Over several phases, this and the following
-            are the largest of the scene's own phase and those at which no impact is missed or spurious.
-        final_position: Largest distance of a disc from its final one, over the scene's length; 0 where not measured.
-        final_velocity: Largest error of a final velocity, over the scene's speed; 0 where not measured.
-        final_spin: Largest error of a final spin times its radius, over the scene's speed of rims; 0 where not
-            measured.
-        late_s: Largest error of a time, seconds, over all phases; infinite where an impact is missed or spurious.
+        energy: Error of the final kinetic energy, over that at the start. Over several phases, this error and the
+            following ones are the largest of the scene's own phase and of phases without a missed or spurious impact.
+        final_position: Largest error of a final position, over the scene's length; 0 if not measured.
+        final_velocity: Largest error of a final velocity, over the scene's speed; 0 if not measured.
+        final_spin: Largest error of a final spin times its radius, over the scene's rim speed; 0 if not measured.
+        late_s: Largest error of a time over all phases, seconds; infinite if an impact is missed or spurious.
         phases: Number of phases at which PIT was run.
-        close_phases: Number of these at which all of its impacts are close.
+        close_phases: Number of these phases at which all of PIT's impacts are close.
     """
 
     dt_s: float
@@ -75,7 +74,7 @@ class SamplingCost:
 
     @classmethod
     def of(cls, dt_s: float, errors: Array, measured: Measured) -> SamplingCost:
-        """Return the cost of one phase, from the errors of PIT at it."""
+        """Return the cost at one phase, from PIT's errors at that phase."""
         worst, alignment = measured.largest, measured.alignment
         ends = (worst.final_position, worst.final_velocity, worst.final_spin)
         whole = not (alignment.missed or alignment.spurious or alignment.undecided)
@@ -90,7 +89,7 @@ class SamplingCost:
 
     @classmethod
     def worst(cls, costs: Sequence[SamplingCost]) -> SamplingCost:
-        """Return the largest cost over some phases, the first of which is the scene's own."""
+        """Return the largest cost over several phases. The first must be the scene's own."""
         errors, found, off_s = (
             np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
             for name in ("errors", "found", "found_off_s")
@@ -98,7 +97,7 @@ class SamplingCost:
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
-        # At most a small part of a step, and of the cost up to each impact.
+        # Close: a small part of a step, and of the cost up to each impact.
         part, rounding = THRESHOLDS.close, THRESHOLDS.rounding
         close = sum(
             cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs
@@ -113,9 +112,9 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, o
     Args:
         aligned: The compared traces.
         pit: PIT's run.
-        measured: The errors of PIT's run: one phase.
-        own: The errors of the run that is compared with PIT. Where they are larger than at even phases, PIT is also run
-            at the phases of its own lateness.
+        measured: The errors of PIT's run, at the scene's own phase.
+        own: The errors of the run that is compared with PIT. If they are larger than PIT's at even phases, PIT is also
+            run at the phases of the run's lateness.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
     costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
@@ -125,7 +124,7 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, o
     cost = SamplingCost.worst(costs)
     if phases := _find_own_phases(own, cost, THRESHOLDS.ratio_known_of(aligned.observed.float_bits)):
         costs += _costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
-        # The number of close phases counts even phases only.
+        # `close_phases` counts even phases only.
         cost = replace(SamplingCost.worst(costs), phases=cost.phases, close_phases=cost.close_phases)
     return cost
 
@@ -133,7 +132,7 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, o
 def _find_own_phases(own: Measured, cost: SamplingCost, known: float) -> tuple[float, ...]:
     """Return the phases, 0 to 1, at which PIT is as late as a run whose errors exceed a cost.
 
-    They are a single phase where a run checks for overlap once per step.
+    If the run checks for overlap once per step, there is a single such phase.
     """
     phases = dict[float, None]()
     for error in own.errors:
@@ -142,17 +141,18 @@ def _find_own_phases(own: Measured, cost: SamplingCost, known: float) -> tuple[f
         is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[at]
         if is_worse and error.time_s > 0.0:
             steps = (float(own.reference.impacts["time_s"][at]) + error.time_s) / cost.dt_s
-            # A frame exactly a step late follows a frame that finds the impact at once; just before, it does not.
+            # A frame that finds an impact exactly a step late follows one that finds it at once, so take the phase just
+            # before.
             just_before = (steps - 0.1 * known) % 1.0
-            # Phases that differ only by rounding are the same.
+            # Merge phases that differ by rounding only.
             phases[round(just_before, 11)] = None
     return tuple(phases)[: THRESHOLDS.phases]
 
 
 def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> Array:
-    """Return the errors at the first impacts of a reference, shape ``(2, m)``: all that one changes where it is missed.
+    """Return the errors at the first impacts of a reference, shape ``(2, m)``.
 
-    They are 0 where an impact is undecided.
+    A missed impact counts as its whole change. The errors of undecided impacts are 0.
     """
     found, missed = np.zeros((2, impacts)), list(measured.alignment.missed)
     for error in measured.errors:
@@ -162,7 +162,7 @@ def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> A
 
 
 def measure_changes(reference: Trace, scales: Scales) -> Array:
-    """Return the change of velocity and spin at each impact of a reference, of the more changed body, ``(2, m)``."""
+    """Return the velocity and spin change at each impact of a reference, for the body that changes more, ``(2, m)``."""
     velocity = larger_error(velocities(reference.impacts, "after") - velocities(reference.impacts, "before"))
     spin = np.max(np.abs(rim_speeds(reference, "after") - rim_speeds(reference, "before")), axis=0)
     return np.stack([velocity / scales.speed_m_s, spin / scales.rim_m_s])
@@ -170,7 +170,7 @@ def measure_changes(reference: Trace, scales: Scales) -> Array:
 
 @lru_cache(maxsize=KEPT)
 def _costs_at_even_phases(scene: Scene, dt_s: float, reliable_impacts: int, cut: bool) -> tuple[SamplingCost, ...]:
-    """Return the cost at each even phase after the first, which is the scene's own."""
+    """Return the cost at each even phase except the first, which is the scene's own."""
     return _costs_at_phases.__wrapped__(scene, dt_s, reliable_impacts, cut, even_phases(THRESHOLDS.phases)[1:])
 
 
@@ -178,9 +178,9 @@ def _costs_at_even_phases(scene: Scene, dt_s: float, reliable_impacts: int, cut:
 def _costs_at_phases(
     scene: Scene, dt_s: float, reliable_impacts: int, cut: bool, phases: tuple[float, ...]
 ) -> tuple[SamplingCost, ...]:
-    """Return the cost at each of some phases, as far as the same impacts happen there.
+    """Return the cost at each given phase at which the same impacts happen.
 
-    With `cut`, the scene has more than `reliable_impacts` impacts, beyond a horizon, and final states are not known.
+    With `cut`, further impacts follow beyond a horizon, so final states are not known.
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales, costs = compute_scales(scene, reference), list[SamplingCost]()

@@ -1,9 +1,9 @@
-"""Simultaneous impacts that share a disc: the admissible outcomes, and the one that a trace took.
+"""Simultaneous impacts that share a disc: their admissible outcomes, and the one that a trace took.
 
-If several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique answer.
+If several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique result.
 Each order of impacts, one pair at a time until no contact approaches, leads to an admissible outcome. All impulses at
-once may give another: each contact that pushes separates at e times its approach, and none that does not push ends
-slower than that (D. Baraff, Analytical methods for dynamic simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
+once may lead to another one: each pushing contact separates at e times its approach speed, and each other contact at
+least as fast (D. Baraff, Analytical methods for dynamic simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
 """
 
 from __future__ import annotations
@@ -24,31 +24,31 @@ from carom.core.rough_impact import ContactFriction
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector, body_name, free_flights, rim_speeds, wall_body, wall_index
 
-#: Largest difference of two contacts of one instant in time (over the duration), place (over the scene's extent) and
-#: velocity (over the scene's speed): rounding, as everywhere else in the comparison.
+#: Largest difference by rounding of contacts at one instant: of times over the duration, of positions over the scene's
+#: extent, of velocities over the scene's speed.
 SAME = 1e-12
 
-#: Largest number of states that are followed: a list of thousands of outcomes would not help a reader.
+#: Largest number of states that are followed. Thousands of outcomes would not help a reader.
 MOST_STATES = 4096
 
 #: Largest number of impacts that are listed; an inelastic collapse has infinitely many.
-MOST_TOLD = 12
+MOST_LISTED = 12
 
-#: Largest number of contacts of which all subsets are tried as the ones that push.
+#: Largest number of contacts for which all subsets are tried as the pushing contacts.
 MOST_AT_ONCE = 8
 
-#: Velocity and speed of the rim, ``(x, y, R w)``, one row per disc.
+#: Velocity and rim speed, ``(x, y, R w)``, one row per disc.
 Motions = NDArray[np.float64]
 
 
 class TouchingBodies(NamedTuple):
-    """Two bodies that touch at the instant.
+    """Two bodies that touch at a shared instant.
 
     Attributes:
         first: A disc.
-        second: A disc, or a wall, which is negative.
+        second: A disc, or a wall as a negative number.
         normal: Unit vector from first to second.
-        wall_m_s: Velocity of the wall at the instant, metres a second; 0 of a disc, which the motions tell.
+        wall_m_s: Velocity of the wall at the instant, metres a second; 0 if the second body is a disc.
     """
 
     first: int
@@ -62,8 +62,8 @@ class AdmissibleOutcome:
     """One admissible outcome of a shared instant.
 
     Attributes:
-        how: The order of impacts that leads there, in words.
-        motion_m_s: Velocity and speed of the rim after, ``(x, y, R w)``, one row a disc of the group, shape ``(k, 3)``.
+        how: The order of impacts that leads to the outcome, in words.
+        motion_m_s: Velocity and rim speed after, ``(x, y, R w)``, one row per disc of the group, shape ``(k, 3)``.
     """
 
     how: str
@@ -77,8 +77,8 @@ class Group:
     Attributes:
         time_s: The instant.
         discs: Numbers of the discs, ascending.
-        contacts: What touches.
-        motion_m_s: Velocity and speed of the rim before, one row a disc, shape ``(k, 3)``.
+        contacts: The contacts.
+        motion_m_s: Velocity and rim speed before, one row per disc, shape ``(k, 3)``.
     """
 
     time_s: float
@@ -93,11 +93,11 @@ class ConventionMatch:
 
     Attributes:
         group: The shared instant.
-        outcomes: The admissible outcomes; empty where there are too many to list.
-        nearest: Index of the nearest outcome; None where there is none.
-        distance: Largest difference of a velocity from it, over the scene's speed, or of a rim's speed, over that of
-            rims, where that is more.
-        matches: Whether that is no more than rounding, or no more than PIT's at the same step.
+        outcomes: The admissible outcomes; empty if there are too many to list.
+        nearest: Index of the nearest outcome; None if none is listed.
+        distance: Largest difference from that outcome: of a velocity over the scene's speed, or of a rim speed over the
+            scene's rim speed.
+        matches: Whether this distance is at most rounding, or at most PIT's at the same step.
     """
 
     group: Group
@@ -108,21 +108,21 @@ class ConventionMatch:
 
 
 def first_group(reference: Trace) -> Group | None:
-    """Return the first shared instant of a reference, None where there is none."""
+    """Return the first shared instant of a reference; None if there is none."""
     if not reference.ambiguous:
         return None
     scene, impacts = reference.scene, reference.impacts
     index = reference.ambiguous[0]
     time_s = float(impacts["time_s"][index])
     begin = int(np.searchsorted(impacts["time_s"], time_s - SAME * scene.duration_s))
-    # Places at the instant, and velocities of the flights that lead there: those that nothing before ends.
+    # Positions at the instant, and the flights that last until the instant.
     at_s, every = float(impacts["time_s"][begin]), reversed(list(free_flights(reference)))
     flights = {flight.disc: flight for flight in every if flight.impact >= begin and flight.end_s >= at_s}
     position = np.array([flights[disc].at(time_s) for disc in range(len(scene.discs))])
     extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
     contacts = list(_touching(scene, position, time_s, SAME * extent))
     discs = {int(impacts["first"][index]), max(int(impacts["second"][index]), int(impacts["first"][index]))}
-    while True:  # bodies that are reached through movable discs are part of it
+    while True:  # add bodies that are reached through movable discs
         linked = {
             body
             for first, second, *_ in contacts
@@ -135,31 +135,31 @@ def first_group(reference: Trace) -> Group | None:
     own = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
-    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last one stays
+    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last write counts
     ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
     motion = [(*flight.velocity_at(time_s), r * flight.damping.kept(time_s - flight.begin_s)) for flight, r in ended]
     return Group(time_s, tuple(sorted(discs)), own, np.array(motion))
 
 
 def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
-    """Return every admissible outcome of a shared instant, without repetition; empty where there are too many.
+    """Return the distinct admissible outcomes of a shared instant; none if there are too many.
 
     Args:
         scene: The scene.
         group: The instant.
-        speed_m_s: The scene's speed, of which a part of `SAME` is rounding.
+        speed_m_s: The scene's speed, to which rounding is relative.
     """
     row = {disc: k for k, disc in enumerate(group.discs)}
     tolerance = SAME * speed_m_s
-    # Far wider than rounding and far narrower than any difference that could matter; and what closes more slowly than
-    # this has come to rest, as after infinitely many impacts.
+    # Far larger than rounding, far smaller than any difference that matters. Bodies that close more slowly have come to
+    # rest, as after infinitely many impacts.
     cell = 1e3 * tolerance
     found: list[AdmissibleOutcome] = []
     seen: set[bytes] = set()
     stack: list[tuple[Motions, tuple[str, ...]]] = [(group.motion_m_s.copy(), ())]
     while stack:
         motion, path = stack.pop()
-        key = (np.round(motion / cell) + 0.0).tobytes()  # both zeros are the same
+        key = (np.round(motion / cell) + 0.0).tobytes()  # -0.0 becomes 0.0
         if key in seen:
             continue
         seen.add(key)
@@ -167,9 +167,9 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
             return ()
         active = [c for c in group.contacts if _closing(c, motion, row) > cell]
         if not active:
-            told = ", then ".join(path[:MOST_TOLD]) or "no impact"
-            found.append(AdmissibleOutcome(told + ", and so on" * (len(path) > MOST_TOLD), motion))
-        for contact in reversed(active):  # last first, so that the stack gives the lower body numbers first
+            impacts_text = ", then ".join(path[:MOST_LISTED]) or "no impact"
+            found.append(AdmissibleOutcome(impacts_text + ", and so on" * (len(path) > MOST_LISTED), motion))
+        for contact in reversed(active):  # reversed, so that the stack returns low body numbers first
             struck = contact.second if contact.second >= 0 else body_name(contact.second)
             stack.append((_struck(scene, contact, motion, row), (*path, f"{contact.first} on {struck}")))
     at_once = _at_once(scene, group, row, tolerance)
@@ -179,7 +179,7 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
 
 
 def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
-    """Return the admissible outcome that a trace took at its first shared instant; None where all is unique."""
+    """Return the admissible outcome that a trace took at the first shared instant; None if all impacts are unique."""
     group = first_group(reference)
     if group is None:
         return None
@@ -187,7 +187,7 @@ def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, sca
     if not outcomes:
         return ConventionMatch(group, (), None, math.nan, matches=False)
     nearest, distance = _nearest(observed, group, outcomes, scales)
-    # Sampling turns normals, so the difference of PIT at the same step is allowed.
+    # Sampling changes normals, so the distance of PIT at the same step is allowed.
     allowed = 0.0 if sampling is None else _nearest(sampling, group, outcomes, scales)[1]
     return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= allowed + 1e3 * SAME)
 
@@ -203,14 +203,14 @@ def _nearest(trace: Trace, group: Group, outcomes: Sequence[AdmissibleOutcome], 
 
 
 def _motions_after(trace: Trace, group: Group) -> Motions:
-    """Return the motions of the group's discs after its impacts at this instant and within the next steps."""
+    """Return the motions of the group's discs after their impacts at the shared instant and in the next steps."""
     motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}
     slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
     for impact, rims in zip(trace.impacts, rim_speeds(trace, "after").T, strict=True):
         sides = {name: int(impact[name]) for name in ("first", "second") if impact[name] >= 0}
         if abs(float(impact["time_s"]) - group.time_s) <= slack and all(body in row for body in sides.values()):
-            for (name, body), rim in zip(sides.items(), rims, strict=False):  # a wall is the second body
+            for (name, body), rim in zip(sides.items(), rims, strict=False):  # a wall is always second
                 motion[row[body]] = (*impact[f"velocity_{name}_after"], rim)
     return motion
 
@@ -276,7 +276,7 @@ def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[in
         slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
     turned = rubbed = primitives.tangential_impulse(*law, slip, inverse_effective_mass, pressed)
-    if resists:  # of a wall: per unit of the disc's mass
+    if resists:  # on a wall, per unit of the disc's mass
         rim, weight = motion[row[first], 2], weights[first]
         friction, rolling, _ = primitives.frictional_impulses(
             *law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weight
@@ -289,9 +289,9 @@ def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[in
 
 
 def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
-    """Solve for all impulses at once by trying which contacts push; None without an answer, or for too many contacts.
+    """Solve for all impulses at once by trying each set of pushing contacts; None without a result.
 
-    With friction the answer of all impulses at once is not unique (Baraff 1989), and none is listed.
+    There is no result for more than `MOST_AT_ONCE` contacts, or with friction, where it is not unique (Baraff 1989).
     """
     if scene.arrays.rubs:
         return None
@@ -306,7 +306,7 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
     closing = np.array([_closing(c, group.motion_m_s, row) for c in contacts])
-    # Closing speeds after: -e times those before; where nothing closed, nothing may close.
+    # Closing speeds after are -e times those before. A contact that did not close may not close after.
     seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)
     restitution = scene.arrays.restitution_of(seconds)
     wanted = -restitution * np.maximum(closing, 0.0)

@@ -1,4 +1,4 @@
-"""Score of stepwise accuracy: windows, meetings and slips of a run in numbers, and the grade."""
+"""Score of stepwise accuracy: errors of the windows of a run in numbers, and a grade."""
 
 from __future__ import annotations
 
@@ -19,49 +19,52 @@ from carom.support.formatting import instant
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class LocalScore:
-    """Comparison of the steps of a run with PIC, each from the run's own state at its start, to the end of the run.
+    """Score of the steps of a run, each compared with PIC from the run's own state at its start.
 
-    Lateness, velocity, ratio and restitution are of windows of one impact: several at once have no unique answer.
+    Lateness, velocity, ratio and restitution refer to windows of one impact, because several impacts at once have no
+    unique result.
 
     Attributes:
         until_s: Time of the last state.
-        windows: Windows in which something was due.
-        due: Impacts of PIC in them.
-        missed: Pairs that passed through each other.
-        missed_by_pit: How many of these PIT misses, too, from the same state.
+        windows: Number of windows with a due impact.
+        due: Number of PIC's impacts in these windows.
+        missed: Number of pairs that passed through each other.
+        missed_by_pit: Number of these pairs that PIT also misses from the same state.
         missed_within: Number of the missed pairs within the horizon.
-        first_missed: The first of them, empty where there is none.
-        first_missed_s: When; NaN where there is none.
-        invented: Steps in which bodies turned with nothing near, by more than a hundredth of their speed.
-        first_invented: The first, empty where there is none.
-        early: Windows in which the paths turned before PIC's.
-        ahead: Turns outside of windows that answer a meeting by a margin of length, more than two steps ahead.
-        entangled: Windows of several pairs or impacts.
-        late_steps: Median and worst lateness, steps; NaN where there is none.
-        early_steps: Worst earliness, steps, as a positive number; 0 where none is early.
-        too_late: Windows that are later than checking once per step is.
+        first_missed: Description of the first missed pair; empty if there is none.
+        first_missed_s: Time of the first missed pair; NaN if there is none.
+        invented: Number of steps in which bodies turned by more than a hundredth of their speed with nothing near.
+        first_invented: Description of the first invented turn; empty if there is none.
+        early: Number of windows in which the paths turned earlier than PIC's.
+        ahead: Number of turns more than two steps before the meeting that caused them, because of an engine's contact
+            margin.
+        entangled: Number of windows with several pairs or impacts.
+        late_steps: Median and worst lateness, steps; NaN if there is none.
+        early_steps: Worst earliness, steps, as a positive number; 0 if no impact is early.
+        too_late: Number of windows that are later than checking once per step explains.
         velocity: Median and worst error of velocities after, over the greatest speed of the window's own bodies.
-        spin: Worst error of rims, over the greatest rim or speed of the window's own bodies; 0 where no disc spins.
-        ratio: Median and worst of the velocity's error, or the spin's, over what PIT pays at worst from the same state,
-            at the phases of the step and at the run's own lateness; infinite where PIT pays nothing.
-        worse_than_pit: Windows whose ratio is above 1.
-        judged: Windows of one impact that were compared.
-        restitution: Median and worst error of the effective restitution, without signs; NaN where there is none.
+        spin: Worst error of rim speeds, over the greatest speed or rim speed of the window's own bodies; 0 if no disc
+            spins.
+        ratio: Median and worst of the velocity or spin error over PIT's largest error from the same state, at the
+            phases of the step and at the run's own lateness; infinite if PIT has no error.
+        worse_than_pit: Number of windows whose ratio is above 1.
+        judged: Number of windows of one impact that were compared.
+        restitution: Median and worst absolute error of the effective restitution; NaN if there is none.
         energy: Energy gained or lost that PIT does not gain or lose from the same states, over the scene's energy.
-        slipped: Largest change of a velocity or a rim with nothing near, over the disc's own speed, of those that are
-            no inventions.
-        drifts: In how many steps of discs a place moved other than by its velocity.
-        drift: The farthest of these moves, over the scene's length.
-        resting_steps: In how many steps of discs one rested on something.
-        sunk_radii: The deepest that a resting pair sank, over its contact distance.
-        sinks: Whether one sank faster than by falling for a step at a time.
-        polygon: Whether falling discs move on polygons.
-        agrees: Whether all windows agree with PIC to rounding, entangled ones among them.
-        agrees_alone: Whether those of one impact do, and nothing slips, drifts or sinks.
+        slipped: Largest change of a velocity or rim speed with nothing near that is too small for an invented turn,
+            over the disc's own speed.
+        drifts: Number of steps of discs in which a position changed other than by the disc's velocity.
+        drift: The largest of these changes, over the scene's length.
+        resting_steps: Number of steps of discs that rested on something.
+        sunk_radii: The largest depth to which a resting pair sank, over its contact distance.
+        sinks: Whether a pair sank faster than by falling from rest in each step.
+        polygon: Whether falling discs move along polygons.
+        agrees: Whether all windows, including entangled ones, agree with PIC to rounding.
+        agrees_alone: Whether all windows of one impact do, and nothing slips, drifts or sinks.
         float_bits: Width of the floats that the method declares.
-        first_invented_s: When the first of the invented is; None where there is none.
+        first_invented_s: Time of the first invented turn; None if there is none.
     """
 
     until_s: float
@@ -101,7 +104,7 @@ class LocalScore:
 
     @property
     def missed_own(self) -> int:
-        """Missed impacts that sampling does not explain: all within the horizon, and beyond it those that PIT finds."""
+        """Number of missed impacts that sampling does not explain: beyond the horizon only those that PIT finds."""
         return max(self.missed_within, self.missed - self.missed_by_pit)
 
     @property
@@ -111,12 +114,12 @@ class LocalScore:
 
     @property
     def energy_rounding(self) -> float:
-        """Rounding error of energy, over the scene's: in narrow floats it adds up over the impacts of a run."""
+        """Rounding error of energy, over the scene's energy. In narrow floats it adds up over the impacts of a run."""
         return THRESHOLDS.energy + (_ENERGY_32 * self.due if self.float_bits < 64 else 0.0)
 
     @property
     def grade(self) -> Grade:
-        """EXACT, CLOSE, SAMPLED, INACCURATE or WRONG, by these numbers."""
+        """Grade from these numbers: EXACT, CLOSE, SAMPLED, INACCURATE or WRONG."""
         if self.missed_own or self.invented:
             return Grade.WRONG
         off_alone = self.drifts or self.slipped > self.rounding or self.sinks
@@ -132,13 +135,13 @@ class LocalScore:
         sampled = self.polygon or self.sunk_radii > self.rounding or self.missed
         if self.agrees and not sampled:
             return Grade.EXACT
-        # Without windows of one impact, closeness to PIC is not known.
+        # Without windows of one impact, closeness to PIC is unknown.
         far = self.ratio[1] > THRESHOLDS.close or self.late_steps[1] > THRESHOLDS.close
         near = self.judged > 0 and not far  # either may be NaN
         return Grade.CLOSE if near and not sampled else Grade.SAMPLED
 
 
-#: Rounding error of energy at an impact in 32-bit floats, over the scene's.
+#: Rounding error of energy at an impact in 32-bit floats, over the scene's energy.
 _ENERGY_32 = 1e-7
 
 
@@ -149,7 +152,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         truth: The comparison of the steps with PIC.
         scales: The scene's own length and energy.
         float_bits: Width of the floats that the method declares.
-        until_s: The horizon, seconds: beyond it a miss that PIT shares is sampling's.
+        until_s: The horizon, seconds. Beyond it, sampling explains a miss that PIT shares.
     """
     rounding = 10.0 * THRESHOLDS.rounding_of(float_bits)
     rows = truth.windows
@@ -169,7 +172,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     first_missed = "".join(f"at {instant(float(one['begin_s']))} between {pair_name(one)}" for one in missed[:1])
     invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
     restitution = scored["restitution"][single]
-    # Places round at the start and at the end, and a velocity's rounding moves them for the length of the window.
+    # Positions round at the start and at the end. A velocity's rounding moves them for the length of the window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
     within = (
         (velocity <= rounding) & (spin <= rounding) & (scored["place_m"] <= 10.0 * scored["place_known_m"] + lasts_m)
@@ -182,7 +185,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         due=int(rows["due"].sum()),
         missed=len(missed),
         missed_by_pit=int(missed["pit_missed"].sum()),
-        # An impact due at the horizon itself, to rounding, is beyond it.
+        # An impact at the horizon, to rounding, is beyond it.
         missed_within=int(np.sum(due_s < until_s * (1.0 - THRESHOLDS.rounding))),
         first_missed=first_missed,
         first_missed_s=float(due_s[0]) if len(missed) else math.nan,
@@ -215,12 +218,12 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     )
 
 
-#: Accuracy of lateness in steps, by whether floats have 64 bits; a hundredth is called close.
+#: Accuracy of lateness in steps, by whether floats have 64 bits. A hundredth of a step counts as close.
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 
 def _ratio(error: Array, price: Array, rounding: float) -> Array:
-    """Return errors over costs of sampling: 0 for rounding errors, infinite where sampling costs nothing."""
+    """Return errors over costs of sampling: 0 for rounding errors, infinite if sampling costs nothing."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(error <= rounding, 0.0, np.where(price <= rounding, math.inf, error / price))
 
@@ -232,7 +235,7 @@ def _median_and_worst(values: Array) -> tuple[float, float]:
 
 
 def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
-    """Return meetings in order of time, without those that continue one of the same pair."""
+    """Return meetings in order of time, without those that continue an earlier meeting of the same pair."""
     ended: dict[tuple[int, int], float] = {}
     kept = []
     order = np.argsort(meetings["begin_s"], kind="stable")
@@ -245,7 +248,7 @@ def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
 
 
 def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
-    """Return the number of invented turns (with nothing near), the first of them, and the largest of the rest."""
+    """Return the number of invented turns, the first of them, and the largest turn that is too small to count."""
     found: list[tuple[float, str]] = []
     slipped = 0.0
     turned = truth.windows[truth.windows["turned"]]

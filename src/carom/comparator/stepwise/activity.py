@@ -1,4 +1,4 @@
-"""Activity of pairs: which pairs meet, push or rest in which step, for all steps of a block at once."""
+"""Activity of pairs: the steps of a block in which each pair meets, pushes or rests."""
 
 from __future__ import annotations
 
@@ -20,13 +20,15 @@ from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 
 Flags = NDArray[np.bool_]
 
-#: Number of impacts at one instant after which the relevance of further ones is checked, which costs as much as a few.
+#: Number of impacts at one instant after which the code checks whether further ones matter. A check costs as much as a
+#: few impacts.
 _AT_ONCE = 64
 
-#: Number of steps whose near pairs are found together: boxes around so much of a path are little larger than a disc.
+#: Number of steps whose near pairs are found together. A box around the path in these steps is little larger than a
+#: disc.
 _TOGETHER = 16
 
-#: Largest number of distances that are computed together where few pairs make boxes useless.
+#: Largest number of distances that are computed together if there are too few pairs for boxes.
 _DISTANCES = 2**12
 
 
@@ -38,8 +40,8 @@ class Activity:
         due: The active pairs of each step, with the seconds from the step's start to the meeting; NaN for a pair that
             only pushes.
         follows: Steps and pairs that meet as a consequence of another meeting in the same step.
-        resting: In which steps which discs are held by what they rest on, shape ``(k, n)``.
-        overlapping: In which steps which discs begin in overlap, shape ``(k, n)``.
+        resting: Whether a body on which the disc rests holds it, for each step and disc, shape ``(k, n)``.
+        overlapping: Whether the disc begins the step in overlap, for each step and disc, shape ``(k, n)``.
     """
 
     resting: Flags
@@ -69,7 +71,7 @@ def find_activity(block: Block, rest: Rest) -> Activity:
 
 
 def _steps_together(block: Block) -> int:
-    """Return how many steps are handled together; fewer where pairs are solved one by one."""
+    """Return the number of steps that are handled together. It is smaller if pairs are solved one by one."""
     law = block.law
     bends = law.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in law.wall_drives)
     if bends or not all(isinstance(wall, tuple) for wall in law.walls):
@@ -112,11 +114,11 @@ def _enter_consequences(block: Block, found: Activity, step: int, together: Sequ
             active[pair] = time_s
             found.follows.add((step, pair))
             if _all_active(active, due, near):
-                break  # however often they strike each other yet
+                break  # further impacts between the same pairs add nothing
 
 
 def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]) -> bool:
-    """Whether all pairs that the due pairs can strike, directly or by others, are active already."""
+    """Whether all pairs that the due pairs can strike, directly or through other pairs, are already active."""
     bodies = [body for _, pair in due for body in pair if body in near]
     reached = set(bodies)
     while bodies:
@@ -132,10 +134,10 @@ def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], nea
 def _find_impacts(
     block: Block, step: int, due: list[tuple[float, Pair]], near: dict[int, list[Pair]], slow: float
 ) -> Iterator[tuple[float, Pair, float]]:
-    """Yield PIC's impacts in a step that some pairs begin: seconds from its start, the pair, and the closing speed.
+    """Yield PIC's impacts in a step from some due pairs on: seconds from the step's start, pair and closing speed.
 
-    Only the meetings of struck discs are predicted again, because other pairs meet only if they are due. Infinitely
-    many impacts at one instant (a collapse) end when all remaining ones must be slower than `slow`.
+    After an impact, only the meetings of the struck discs are predicted again, because other pairs meet only if they
+    are due. Infinitely many impacts at one instant (a collapse) end when all further ones must be slower than `slow`.
     """
     law, seconds, begun_s = block.law, float(block.step_s[step]), float(block.states.time_s[step])
     flown: dict[int, tuple[float, BodyStates]] = {}
@@ -158,7 +160,7 @@ def _find_impacts(
     while events and found < MOST_IMPACTS:
         time_s, pair, counts = heappop(events)
         if counts != (struck[pair[0]], struck[pair[1]]):
-            continue  # stale: one of them has been turned since
+            continue  # outdated, because one of the bodies has turned since
         state = at(time_s, pair)
         contact, falls_back = state.contact(pair), law.falls(pair[0]) != law.falls(pair[1])
         if falls_back and contact.closing <= 0.0:
@@ -180,7 +182,7 @@ def _find_impacts(
 
 
 def _fastest_closing(block: Block, flown: Mapping[int, tuple[float, BodyStates]]) -> float:
-    """Return an upper bound on the closing speed of some discs at one instant, as no impact adds energy."""
+    """Return an upper bound on the closing speed of some discs at one instant. No impact adds energy."""
     law, twice, lightest = block.law, 0.0, math.inf
     for body, (_, state) in flown.items():
         if law.movable(body):
@@ -193,7 +195,7 @@ def _fastest_closing(block: Block, flown: Mapping[int, tuple[float, BodyStates]]
 
 
 def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
-    """Remove pairs that only overlap and separate, where another meeting explains the change of velocity."""
+    """Remove pairs that only overlap and separate, if another meeting explains the change of velocity."""
     active, n = found.due[step], block.law.n
     met = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
     unexplained = set(np.flatnonzero(block.turned[step]).tolist()) - met

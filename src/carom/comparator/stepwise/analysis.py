@@ -1,4 +1,4 @@
-"""Analysis of a run in blocks of states, so that memory does not grow with the length of the run."""
+"""Stepwise analysis of a run in blocks of states, which limit the memory for long runs."""
 
 from __future__ import annotations
 
@@ -22,18 +22,19 @@ from carom.model.trace import wall_body
 
 Array = NDArray[np.float64]
 
-#: Rounding of a number in a step, in units in its last place: products, sums, the instant, and a shift of the origin.
+#: Rounding of a number in a step, in units in its last place. It covers products, sums, the instant, and a shift of the
+#: origin.
 ROUNDINGS = 16
 
-#: Rounding of velocities: a 64-bit engine may compute in other units and solve several contacts together. It is larger
-#: than that of its floats, but far below any error that is graded.
+#: Rounding of velocities. It is larger than the rounding of floats, because a 64-bit engine may compute in other units
+#: and solve several contacts together. It is far below any error that matters for a grade.
 ROUNDING_OF_VELOCITIES = 1e-11
 
 #: Largest count of numbers in the states of a block: about 40 MB with derived arrays.
 _NUMBERS = 2**19
 
-#: Comparisons of the last runs of this process by all that they depend on: profiles of an engine often take the same
-#: steps. A run that was analysed in several blocks is not among them.
+#: Cache of the last comparisons in this process, because profiles of an engine often take the same steps. Runs that
+#: were analysed in several blocks are not cached.
 _FINISHED: dict[object, LocalTruth] = {}
 _MOST_FINISHED = 16
 
@@ -45,7 +46,7 @@ def local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 
 
     Args:
         scene: The scene.
-        states: The states at every boundary, the first of them the scene's start.
+        states: The states at every step boundary, beginning with the scene's start.
         dt_s: The step, seconds.
         float_bits: Width of the floats that the method declares to compute in.
     """
@@ -58,7 +59,7 @@ class StepWatch:
     """Collects the states of a run as they arrive, and returns the comparison of all steps at the end.
 
     Args:
-        scene: The scene, which begins the run.
+        scene: The scene. It is the first state of the run.
         dt_s: The step, seconds.
         float_bits: Width of the floats that the method declares to compute in.
     """
@@ -67,15 +68,15 @@ class StepWatch:
         self._scene, self._dt_s, self._law = scene, dt_s, Law(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
-        # At most the rounding of the score, which needs no cost of sampling where velocities agree.
+        # At most the rounding of the score, which needs no cost of sampling if velocities agree.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         spins = arrays.spins[None] if self._law.turns else None
-        #: States not yet analysed, and those that open windows need, in arrays as they arrived.
+        #: States that are not yet analysed or that open windows need, in arrays as they arrived.
         self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._law)
-        #: Number of steps whose states are deleted, whose pairs are known, and whose free flight has been checked.
+        #: Numbers of steps: with deleted states, with known pairs, and with checked free flight.
         self._gone = self._taken = self._flown = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
@@ -88,8 +89,8 @@ class StepWatch:
         self._polygon = False
 
     def add(self, states: States) -> None:
-        """Add the states at the ends of steps, or of pieces of them, in order."""
-        if not (lasts := states.time_s > np.append(self._until_s, states.time_s)[:-1]).all():  # a piece of no length
+        """Add the states at the ends of steps, or of pieces of steps, in order."""
+        if not (lasts := states.time_s > np.append(self._until_s, states.time_s)[:-1]).all():  # drop empty pieces
             states = states.part(lasts)
         if not len(states):
             return
@@ -105,7 +106,7 @@ class StepWatch:
         return float(self._states[-1].time_s[-1])
 
     def finish(self) -> LocalTruth:
-        """Return the comparison of all steps, after the last state."""
+        """Return the comparison of all steps; call it after the last state."""
         if self._gone:
             return self._finish()
         states = States.joined(self._states)
@@ -142,7 +143,7 @@ class StepWatch:
         )
 
     def _body_number(self, j: int) -> int:
-        """Return the number that traces give the second of a pair."""
+        """Return the body number that traces use for the second body of a pair."""
         return j if j < self._law.n else wall_body(j - self._law.n)
 
     def _analyse_block(self, *, ends: bool) -> None:
@@ -156,7 +157,7 @@ class StepWatch:
             self._taken = self._gone + len(block)
             self._chains.pass_to(self._taken)
             finished = [chain.later(-self._gone) for chain in self._chains.take_settled(ends=ends)]
-            # A disc that is slow after a window, by cancellation, has the rounding of the speeds in the window.
+            # If a disc is slow after a window by cancellation, it still has the rounding of the speeds in the window.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
                 discs = list(chain.discs)
@@ -174,9 +175,9 @@ class StepWatch:
         self._states = [states.part(slice(done, None))]
 
     def _found_before_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
-        """Return whether PIT finds the pairs of a continuing chain from its first state; record it for a cut chain.
+        """Return whether PIT finds the pairs of a chain from the chain's first state; record it for a cut chain.
 
-        This is decided once, where the chain begins: later the bodies overlap, and PIT has found them already.
+        This is decided once, at the beginning of the chain. Later the bodies overlap, and PIT has already found them.
         """
         known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
         if not chain.continues:
@@ -199,13 +200,13 @@ class StepWatch:
     def _check_free_flight(
         self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array
     ) -> None:
-        """Check discs outside of windows, where they fly free or rest; speeds are rounded relative to `scale`."""
+        """Check the free flight and rest of discs outside of windows. The rounding of speeds is relative to `scale`."""
         free = ~activity.resting
         for chain in chains:
             free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
         free[: flown.start] = free[flown.stop :] = False
         h = block.step_s[:, None]
-        # Paths bend by gravity or slowing.
+        # Gravity or slowing bends paths.
         bends = np.hypot(*block.pull.T) + self._law.slowing.bends(block.own_speed)
         turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
@@ -225,7 +226,7 @@ class StepWatch:
                 turned[step, disc] = False
                 self._ahead += 1
         beyond = np.where(moved, block.moved_by - allowed, 0.0)
-        # The largest slip of each disc is kept, of velocity, spin and place, by the column that it is in.
+        # Keep each disc's largest slip of velocity, spin and position, by column.
         columns = (block.turned_by, block.spun_by, beyond, block.own_speed, rounding)
         for column, sizes in ((2, np.where(turned, relative, 0.0)), (3, np.where(turned, spinning, 0.0)), (4, beyond)):
             for disc in np.flatnonzero(sizes.any(axis=0)).tolist():

@@ -18,35 +18,35 @@ from carom.model.step_windows import States
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: An engine may answer a meeting by a margin of length, however many fine steps ahead (Box2D `default`: 1 cm before a
-#: wall, a tenth of the smallest discs of the catalogue). A turn is such an answer where the disc closes on something no
-#: further away than this part of the contact distance, and parts from it after; else it turned with nothing near.
+#: An engine with a contact margin may turn a disc many fine steps before a meeting (Box2D `default`: 1 cm before a
+#: wall, a tenth of the smallest discs of the catalogue). A turn counts as such if the disc closes on a body within this
+#: fraction of the contact distance, and then separates. Otherwise the disc turned with nothing near.
 _AHEAD_GAP = 0.25
 
-#: The two instants of a step are right to half a unit in the last place each, and so is their difference.
+#: Rounding of a step's length: each of its two instants is right to half a unit in the last place.
 _CLOCK = 2.0**-51
 
 
 @dataclass(frozen=True)
 class Block:
-    """Some steps of a run as arrays, with what rounding allows.
+    """Some steps of a run as arrays, with their rounding errors.
 
     Attributes:
         scene: The scene.
-        law: What it says of its bodies.
+        law: The scene's bodies as plain floats.
         states: The states, one more than there are steps.
-        dt_s: The run's step, seconds; a piece of a located run is shorter.
+        dt_s: The run's step, seconds. A piece of a located run is shorter.
         step_s: Length of each step, shape ``(k,)``.
         pull: Gravity's acceleration of each disc, shape ``(n, 2)``.
-        unit: What a velocity may be off by from rounding in a step, over its own size.
-        place_unit: The same of a place.
-        agreement: What two velocities may differ by that agree, over their size.
+        unit: Rounding error of a velocity in a step, relative to its size.
+        place_unit: Rounding error of a position in a step, relative to its size.
+        agreement: Largest difference of two velocities that agree, relative to their size.
         own_speed: Greatest speed of each disc at either end of each step, shape ``(k, n)``.
-        place_rounding: What rounding makes of each disc's place in each step, metres, shape ``(k, n)``.
-        turned: In which steps which discs' velocities or spins changed by more than rounding, shape ``(k, n)``.
-        turned_by: By how much velocities did, metres a second, shape ``(k, n)``.
-        spun_by: By how much rims did, metres a second.
-        moved_by: How far places came out from the free path, metres.
+        place_rounding: Rounding error of each disc's position in each step, metres, shape ``(k, n)``.
+        turned: Whether a velocity or spin changed by more than rounding, for each step and disc, shape ``(k, n)``.
+        turned_by: Change of each velocity, metres a second, shape ``(k, n)``.
+        spun_by: Change of each rim speed, metres a second, shape ``(k, n)``.
+        moved_by: Distance of each position from the free path, metres, shape ``(k, n)``.
     """
 
     scene: Scene
@@ -69,7 +69,7 @@ class Block:
     def of(
         cls, scene: Scene, law: Law, states: States, dt_s: float, unit: float, place_unit: float, agreement: float
     ) -> Block:
-        """Return a block of steps; `unit`, `place_unit` and `agreement` as above."""
+        """Return a block of steps. The arguments are attributes of the class."""
         h = np.diff(states.time_s)[:, None]
         p, v = states.position_m, states.velocity_m_s
         speed = np.hypot(*np.moveaxis(v, 2, 0))
@@ -82,7 +82,7 @@ class Block:
         moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - flown - 0.5 * fallen * h[..., None], 2, 0))
         rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
         spun_by = np.abs(rims[1:] - rims[:-1] * kept)
-        # What is driven turns by itself, as it is to.
+        # Driven bodies are meant to turn.
         driven = list(scene.arrays.driven_discs)
         turned_by[:, driven] = moved_by[:, driven] = 0.0
         own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + law.slowing.table_m_s2) * h
@@ -113,7 +113,7 @@ class Block:
         return len(self.step_s)
 
     def state(self, step: int, discs: tuple[int, ...] | list[int]) -> BodyStates:
-        """Return the state of some discs at the start of a step; the last state is that of one step more."""
+        """Return the state of some discs at the start of a step. The number of steps is the index of the last state."""
         p, v, spins = self.states.position_m[step], self.states.velocity_m_s[step], self.states.spin_rad_s
         return BodyStates(
             self.law,
@@ -124,12 +124,12 @@ class Block:
         )
 
     def answers_ahead(self, step: int, disc: int) -> bool:
-        """Whether a disc that turns in a step closes on something near before, and parts from it after."""
+        """Whether a disc closes on a near body before a step and separates from it after the step."""
         everyone = [disc, *(other for other in range(self.law.n) if other != disc)]
         before, after = self.state(step, everyone), self.state(step + 1, everyone)
         for pair in self.law.pairs_of(everyone):
             if pair[0] != disc:
-                break  # pairs of the first disc come first
+                break  # the pairs of `disc` come first
             contact = before.contact(pair)
             near = contact.closing > 0.0 and contact.gap <= _AHEAD_GAP * self.law.reach(pair)
             if near and after.contact(pair).closing <= 0.0:
@@ -137,14 +137,15 @@ class Block:
         return False
 
     def is_possible(self, step: int, pairs: Collection[Pair]) -> bool:
-        """Whether at the start of a step no disc is between two opposite bodies that are nearer than its diameter.
+        """Whether every disc has room at the start of a step between each two opposite bodies.
 
-        Only driven bodies come so near. From such a state infinitely many impacts come at one instant, each at a
-        greater speed, and none of them makes room. Bodies are opposite as far as the places of discs are known.
+        Only driven bodies leave a disc less room than its diameter. From such a state, infinitely many ever faster
+        impacts come at one instant, and none of them makes room. Bodies are opposite as far as the positions of discs
+        are known.
 
         Args:
-            step: Which of them.
-            pairs: Pairs of bodies; of a disc all that may leave it no room.
+            step: The step.
+            pairs: Pairs of bodies, including all bodies that may leave a disc no room.
         """
         law = self.law
         if not law.driven:

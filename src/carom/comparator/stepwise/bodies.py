@@ -1,7 +1,7 @@
-"""States of a few bodies in plain floats, which can be advanced from anywhere in a run.
+"""States of a few bodies in plain floats, which can be advanced from any state of a run.
 
-The solvers begin with discs that are apart. A window begins wherever the run is, in overlap too, where what overlaps
-and closes meets at once. The times of impact and the law are those of the core.
+The solvers start with discs that do not overlap. A window starts with any state of the run. In overlap, bodies that
+close meet at once. Times of impact and impact laws are those of the core.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Separation(NamedTuple):
 
 
 class BodyStates:
-    """Position, velocity and spin of some discs, by number, at a time since the run's start."""
+    """Position, velocity and spin of some discs by number, and the time since the run's start."""
 
     __slots__ = ("law", "met", "spin", "time_s", "velocity", "xy")
 
@@ -38,7 +38,7 @@ class BodyStates:
         time_s: float,
     ) -> None:
         self.law, self.xy, self.velocity, self.spin, self.time_s = law, xy, velocity, spin, time_s
-        #: Number of the feature of each finite wall that was found to be met next.
+        #: Number of the feature of each finite wall that the disc meets next.
         self.met: dict[Pair, int] = {}
 
     def copy(self) -> BodyStates:
@@ -52,13 +52,13 @@ class BodyStates:
         self.spin |= other.spin
 
     def only(self, bodies: Iterable[int]) -> BodyStates:
-        """Return the state of the discs among some bodies."""
+        """Return the state of those bodies that are discs."""
         discs = [body for body in bodies if body < self.law.n]
         xy, velocity = ({disc: of[disc] for disc in discs} for of in (self.xy, self.velocity))
         return BodyStates(self.law, xy, velocity, {disc: self.spin[disc] for disc in discs}, self.time_s)
 
     def of_body(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return the position and velocity of a body: of a wall how far it has moved."""
+        """Return the position and velocity of a body. The position of a wall is its displacement since the start."""
         if body < self.law.n:
             return self.xy[body], self.velocity[body]
         wall, time_s = body - self.law.n, self.time_s
@@ -72,9 +72,9 @@ class BodyStates:
         return Mover.at(place, self.velocity[disc], self.law.radius[disc], self.law.wall_velocity(wall, self.time_s))
 
     def fly(self, seconds: float, resting: Pair | None = None) -> None:
-        """Move all discs along their free paths; what rests on a wall is not pulled into it."""
+        """Move all discs along their free paths. Gravity does not pull the resting pair together."""
         law, half = self.law, 0.5 * seconds * seconds
-        # There is no gravity where something slows discs down, so that only one of them bends a path in time.
+        # A scene has either gravity or slowing, so only one of them bends a path.
         for disc, (x, y) in self.xy.items():
             if law.disc_drives and (drive := law.disc_drives.get(disc)) is not None and len(drive.legs) > 1:
                 self._drive_on(disc, drive, seconds)
@@ -95,7 +95,7 @@ class BodyStates:
         self.time_s += seconds
 
     def later(self, seconds: float, resting: Pair | None = None) -> BodyStates:
-        """Return the state some seconds later, as `fly` moves it."""
+        """Return the state some seconds later, moved by `fly`."""
         state = self.copy()
         state.fly(seconds, resting)
         return state
@@ -121,7 +121,7 @@ class BodyStates:
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         distance = math.hypot(dx, dy)
         ux, uy = self.velocity[j][0] - vx, self.velocity[j][1] - vy
-        if distance == 0.0:  # of centres that coincide no line is given; from there on they part
+        if distance == 0.0:  # coinciding centres define no normal; the discs only separate
             distance, speed = 0.0, math.hypot(ux, uy)
             normal = (ux / speed, uy / speed) if speed > 0.0 else (1.0, 0.0)
         else:
@@ -130,7 +130,7 @@ class BodyStates:
         return Separation(distance - law.radius[i] - law.radius[j], normal, closing)
 
     def overlaps(self, pair: Pair) -> bool:
-        """Whether the bodies of a pair overlap, or touch: found at the very instant, rounding may leave a gap."""
+        """Whether the bodies of a pair overlap or touch. At the instant of contact, rounding may leave a gap."""
         (i, j), law = pair, self.law
         x, y = self.xy[i]
         reach = law.radius[i] * TOUCH
@@ -143,7 +143,7 @@ class BodyStates:
         return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
 
     def wait(self, pair: Pair, last: int = NO_FEATURE) -> float:
-        """Return the seconds until the bodies of a pair meet, infinity for never; 0 where they overlap and close.
+        """Return the seconds until the bodies of a pair meet; infinity for never, 0 if they overlap and close.
 
         `last` is the feature of a finite wall that the disc has just met.
         """
@@ -154,7 +154,7 @@ class BodyStates:
         return wait if not later or self.time_s + wait < later[0].begin_s else self.wait_later(pair)
 
     def wait_later(self, pair: Pair) -> float:
-        """Return the seconds until they meet on a leg that a driven one of them has yet to begin."""
+        """Return the seconds until the bodies of a pair meet on a later leg of a driven body."""
         for leg in self.law.later_legs(pair, self.time_s):
             there = self.later(leg.begin_s - self.time_s)
             wait = there.undamped_wait(pair, NO_FEATURE)
@@ -164,19 +164,19 @@ class BodyStates:
         return math.inf
 
     def wait_again(self, pair: Pair) -> float:
-        """Return the seconds until two that have just met meet once more before a third turns one of them.
+        """Return the seconds until two bodies that have just met meet again if no third body turns one of them.
 
-        That may be on a leg of a driven one; and on a table, which slows each down in a direction of its own.
+        This may happen on a later leg of a driven body, or on a table, which slows each body in its own direction.
         """
         if not self.law.slowing.table_m_s2:
             return self.wait_later(pair)
         return self._wait_on_table(pair, NO_FEATURE, max(0.0, -self.contact(pair).closing))
 
     def _wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
-        """Return what `wait` does, from one stop to the next; `leaving` is how fast two part that have just met."""
+        """Compute `wait` on a table, from one stop to the next. `leaving` is the separation speed after a meeting."""
         (i, j), law, there, passed = pair, self.law, self.only(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
-        # Both stop before. A hundredth is far more than either side is rounded by: whatever is nearer is solved for.
+        # Both bodies stop before they meet. The margin of a hundredth is far above rounding.
         if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * law.slowing.table_m_s2):
             return math.inf
         while True:
@@ -201,7 +201,7 @@ class BodyStates:
             passed, leaving, last = passed + stops, None, NO_FEATURE
 
     def undamped_wait(self, pair: Pair, last: int) -> float:
-        """Return what `wait` does, without damping, and as if a driven body of the pair went on as it does now."""
+        """Compute `wait` without damping, as if a driven body of the pair kept its present velocity."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], law.radius[i]
         if j >= law.n:
@@ -215,7 +215,7 @@ class BodyStates:
                 return primitives.wall_time(x, y, vx, vy, radius, wall)
             return primitives.wall_fall_time(x, y, vx, vy, radius, wall, *law.gravity)
         (ox, oy), (ux, uy) = self.xy[j], self.velocity[j]
-        if law.falls(i) == law.falls(j):  # gravity moves both alike
+        if law.falls(i) == law.falls(j):  # gravity moves both equally
             return primitives.pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, law.radius[j])
         if law.falls(i):
             return primitives.disc_fall_time(x, y, vx - ux, vy - uy, radius, ox, oy, law.radius[j], *law.gravity)
@@ -243,7 +243,7 @@ class BodyStates:
         return wait
 
     def strike(self, pair: Pair, feature: int = NO_FEATURE) -> None:
-        """Give the bodies of a pair, where they are, their velocities after an impact; `feature` as of `contact`."""
+        """Apply an impact of the bodies of a pair at their present positions. `feature` is as in `contact`."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         w_i = law.inverse_mass[i]
@@ -289,7 +289,7 @@ class BodyStates:
         self.velocity[j] = (ux - w_j * px, uy - w_j * py)
 
     def energy(self) -> float:
-        """Return the kinetic energy of the discs that move, that of turning with it, joules."""
+        """Return the kinetic energy of the movable discs, including rotation, joules."""
         law, energy = self.law, 0.0
         for disc, (vx, vy) in self.velocity.items():
             if law.movable(disc):
@@ -298,6 +298,6 @@ class BodyStates:
         return energy
 
     def fastest(self) -> tuple[float, float]:
-        """Return the greatest speed of a disc, and the greatest of a disc or of a rim, metres a second."""
+        """Return the greatest speed of any disc, and the greatest speed of any disc or rim, metres a second."""
         speed = max(math.hypot(*velocity) for velocity in self.velocity.values())
         return speed, max(speed, *(abs(self.law.radius[disc] * spin) for disc, spin in self.spin.items()))

@@ -1,9 +1,9 @@
-"""Windows: chains of steps in which pairs meet or push, built step by step and cut where they grow long.
+"""Windows: chains of steps in which pairs meet or push, built step by step and cut when they grow too long.
 
-A node is a pair that is active in a step. Nodes are joined if they share a movable disc in one step, or are one pair in
-successive steps; and chains that hold one disc at one time are one chain. So each disc is in one window at a time. What
-would be longer than `LONGEST` steps is cut where it would become so: the chains end there, and what is still active
-begins a chain of its own. So a chain is settled `LONGEST` steps later, however long a crowd stays entangled.
+A node is a pair that is active in a step. Two nodes are joined if they share a movable disc in one step, or are the
+same pair in successive steps. Chains that share a disc at one time are one chain, so each disc is in one window at a
+time. A chain that would be longer than `LONGEST` steps is cut: it ends there, and the pairs that are still active begin
+a new chain. So a chain is settled at most `LONGEST` steps later, however long a crowd stays entangled.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from dataclasses import dataclass, field, replace
 
 from carom.comparator.stepwise.law import Law, Pair
 
-#: Steps after which a chain is cut at a boundary: what comes after is judged from the run's own state there. A contact
-#: of more steps is answered later than any sampling is; in crowds soft contacts chain up without end.
+#: Largest number of steps of a chain. Later steps form a new chain, which starts from the run's own state there. A
+#: contact that lasts longer is later than sampling explains. In crowds, soft contacts form chains without end.
 LONGEST = 8
 
 
 @dataclass(frozen=True, eq=False)
 class StepChain:
-    """Steps `begin` to `end` (exclusive), its discs, and in which steps each of its pairs is active.
+    """A chain: steps `begin` to `end` (exclusive), its discs, and the steps in which each of its pairs is active.
 
-    One that `continues` began before, and was cut where it begins. One that `goes_on` was cut where it ends, and takes
-    in nothing more.
+    A chain that `continues` is the rest of a chain that was cut at `begin`. A chain that `goes_on` was cut at `end` and
+    takes in no more steps.
     """
 
     begin: int
@@ -35,13 +35,13 @@ class StepChain:
     goes_on: bool = False
 
     def later(self, steps: int) -> StepChain:
-        """Return it this many steps later, as another numbering has it."""
+        """Return the chain with its step numbers increased by `steps`."""
         pairs = {pair: tuple(step + steps for step in active) for pair, active in self.pairs.items()}
         return replace(self, begin=self.begin + steps, end=self.end + steps, pairs=pairs)
 
 
 class Groups:
-    """Disjoint sets of anything that can be a key."""
+    """Disjoint sets of hashable items (union-find)."""
 
     def __init__(self) -> None:
         self._parent: dict[Hashable, Hashable] = {}
@@ -54,15 +54,15 @@ class Groups:
         return item
 
     def join(self, one: Hashable, other: Hashable) -> None:
-        """Make two sets one."""
+        """Join the sets of two items."""
         self._parent[self.find(one)] = self.find(other)
 
 
 class Chains:
-    """Takes the active pairs of each step in order, and hands out chains that nothing can change any more.
+    """Builds chains from the active pairs of each step, and returns chains that can't change any more.
 
     Args:
-        law: Which bodies move.
+        law: The scene's bodies.
     """
 
     def __init__(self, law: Law) -> None:
@@ -81,11 +81,11 @@ class Chains:
         return list(self._held)
 
     def pass_to(self, step: int) -> None:
-        """Pass over the steps up to one, which is not among them: in those that were not added no pair is active."""
+        """Continue at a step. No pair is active in the steps before it that were not added."""
         self._next = step
 
     def add(self, step: int, active: Iterable[Pair]) -> None:
-        """Take in the active pairs of a step after those before."""
+        """Add the active pairs of the next step."""
         self.pass_to(step + 1)
         pairs = list(active)
         self._settled += [chain for chain in self._held if chain.end < self.settled_to]
@@ -114,13 +114,13 @@ class Chains:
         ]
 
     def take_settled(self, *, ends: bool = False) -> list[StepChain]:
-        """Return chains in the order in which they end: those that are settled, or all of them where the run ends."""
+        """Remove the settled chains, or all chains if the run ends, and return them in the order of their ends."""
         done = self._settled + [chain for chain in self._held if ends or chain.end <= self.settled_to]
         self._held, self._settled = [chain for chain in self._held if chain not in done], []
         return sorted(done, key=lambda chain: (chain.end, chain.begin, chain.discs))
 
     def _grouped(self, step: int, pairs: list[Pair], last: Mapping[Pair, StepChain]) -> list[_Group]:
-        """Return which pairs and chains become one chain in a step, if each chain in `last` goes on."""
+        """Return the groups of pairs and chains that become one chain in a step if each chain in `last` continues."""
         movable, groups = self._law.movable, Groups()
         for pair in pairs:
             for body in filter(movable, pair):
@@ -139,7 +139,7 @@ class Chains:
                 if (group := found.get(groups.find(chain))) is not None:
                     group.chains.add(chain)
             settled = True
-            # Discs of a chain are its own for as long as it lasts.
+            # A disc belongs to one chain at a time.
             for group in found.values():
                 begin, discs = group.begin, group.discs(movable)
                 held: list[Hashable] = [disc for disc in discs if groups.find(disc) != groups.find(group.pairs[0])]
@@ -158,7 +158,7 @@ class Chains:
 
 @dataclass
 class _Group:
-    """Pairs that are active in a step, and the chains that they make one."""
+    """Active pairs of a step, and the chains that they join into one."""
 
     step: int
     pairs: list[Pair] = field(default_factory=list)
@@ -166,20 +166,20 @@ class _Group:
 
     @property
     def begin(self) -> int:
-        """First step of the chain that they make."""
+        """First step of the joined chain."""
         return min((chain.begin for chain in self.chains), default=self.step)
 
     def discs(self, movable: Callable[[int], bool]) -> set[int]:
-        """Return the movable discs of the chain that they make."""
+        """Return the movable discs of the joined chain."""
         discs = {body for pair in self.pairs for body in pair}.union(*(chain.discs for chain in self.chains))
         return set(filter(movable, discs))
 
     def is_too_long(self, cut: set[StepChain]) -> bool:
-        """Whether the chain that they make has too many steps, or would take in one that has been cut."""
+        """Whether the joined chain has too many steps, or includes a chain that was cut."""
         return self.step + 1 - self.begin > LONGEST or any(chain.goes_on or chain in cut for chain in self.chains)
 
     def joined(self, law: Law, *, continues: bool) -> StepChain:
-        """Return the one chain, which continues one that was cut if it is said to, or if its first chain does."""
+        """Return the joined chain. It continues a cut chain if `continues` is set or its first chain does so."""
         pairs: dict[Pair, tuple[int, ...]] = defaultdict(tuple)
         for chain in self.chains:
             for pair, steps in chain.pairs.items():

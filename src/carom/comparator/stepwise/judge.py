@@ -1,7 +1,7 @@
-"""Comparison of one window with PIC from the run's own state at its start, and the cost of sampling from there.
+"""Comparison of one window with PIC and with the cost of sampling, from the run's own state at the window's start.
 
-A run may be late and not have reached all of PIC's impacts. So it is compared with PIC stopped after j impacts and then
-in free flight, for each j after which the other impacts are still ahead in the run's own state. The nearest counts.
+A late run may not have reached all of PIC's impacts. So it is compared with PIC stopped after j impacts and then in
+free flight, for each j after which the other impacts are still ahead in the run's own state. The nearest one counts.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from carom.comparator.thresholds import THRESHOLDS
 
 Array = NDArray[np.float64]
 
-#: Two bodies passed through each other if their relative velocity changed by at most this part of the closing speed.
-#: A larger change is an impact with an error of velocity.
+#: Two bodies passed through each other if their relative velocity changed by at most this fraction of the closing
+#: speed. After a larger change, they had an impact with a velocity error.
 PASSED = 0.01
 
 
@@ -36,9 +36,9 @@ class Comparison:
     """Result of the comparison of a window; see `carom.model.step_windows.WINDOW_DTYPE` for its numbers.
 
     Attributes:
-        due_s: When pairs were first due, seconds; pairs that only push are not among them.
+        due_s: Time at which each pair was first due, seconds. Pairs that only push are not included.
         passed: Pairs that passed through each other.
-        pit_passed: Those of them that PIT misses, too, from the same state.
+        pit_passed: The passed pairs that PIT also misses from the same state.
     """
 
     due: int = 0
@@ -75,15 +75,15 @@ def judge(
     ends: bool,
     speed_before: float = 0.0,
 ) -> Comparison:
-    """Compare a window with PIC, and with PIT, from its own state.
+    """Compare a window with PIC and PIT from the run's own state at the window's start.
 
     Args:
         block: The steps.
         chain: The steps and bodies of the window.
-        activity: The activity of the pairs in them.
-        found_by_pit: Whether PIT found the pairs of a cut chain from the state at its very beginning.
+        activity: The activity of the pairs in the steps.
+        found_by_pit: Whether PIT found the pairs of a cut chain from the state at the chain's beginning.
         ends: Whether the run ends with the block.
-        speed_before: Greatest earlier speed of the discs of a chain that continues, metres a second.
+        speed_before: Greatest earlier speed of the discs of a continuing chain, metres a second.
     """
     if not block.is_possible(chain.begin, block.law.pairs_of(chain.discs)):
         return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
@@ -93,7 +93,7 @@ def judge(
         return _judge_nothing_due(window, judged)
     found = window.nearest(window.now, window.truth, window.lasts, window.resting)
     judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
-    # Pairs of a cut chain that overlap at the cut were due before.
+    # Pairs that overlap where a chain was cut were due earlier.
     known = sum(met.time_s == 0.0 for met in window.truth[: found.impacts]) if chain.continues else 0
     judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
     judged.entangled = _is_entangled(window, found)
@@ -115,7 +115,7 @@ def judge(
     if not judged.open:
         _measure_lateness(window, judged, found, agrees=agrees)
         judged.price_velocity = judged.price_spin = 0.0
-        if not (agrees or judged.entangled or judged.missed):  # else the cost of sampling is not needed
+        if not (agrees or judged.entangled or judged.missed):  # otherwise the cost of sampling is not needed
             _measure_sampling_cost(window, judged, found)
     also = {pair for pair in missed if not found_by_pit.get(pair, True)}
     also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
@@ -128,14 +128,14 @@ def judge(
 
 
 def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
-    """Judge a window in which PIC has no impact: bodies turned without a cause, or a resting body was held."""
+    """Judge a window without an impact of PIC: bodies turned without a cause, or a resting body was held."""
     velocity, spin, place = window.difference(window.now, window.free)
     law, chain = window.law, window.chain
-    # A body that rests, or begins to, is held by the velocity of its fall in the window's steps.
+    # A resting body is held if its velocity changed by at most its fall in the window's steps.
     steps = chain.end - chain.begin + 0.5
     held = law.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * law.pull * window.block.dt_s
     if chain.continues:
-        # In a lasting contact that was cut, velocities changed before the cut too, so only the energy counts.
+        # In a lasting contact that was cut, velocities also changed before the cut, so only the energy counts.
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
         kept = law.pull == 0.0 and not law.driven and not law.slowing.table_m_s2
@@ -151,19 +151,22 @@ def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
 def _is_entangled(window: Window, found: Difference) -> bool:
     if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1) or window.meets_at_rest:
         return True
-    # A pair that begins in overlap was found late before, or was pushed by a third body.
+    # A pair that begins in overlap was found late, or a third body pushed it.
     starts = [window.start.contact(pair) for pair in window.chain.pairs]
     return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
 
 
 def _energy_gained(window: Window, found: Difference, *, entangled: bool) -> float:
-    """Return the energy gained against PIC; for an entangled window against free flight, and lost if all is elastic."""
+    """Return the energy gained against PIC; for an entangled window, against free flight.
+
+    An entangled window can only lose energy that counts if all its impacts are elastic.
+    """
     if window.law.pull > 0.0:
         return 0.0
     now = window.now.energy()
     if not entangled:
         return now - found.truth.energy()
-    if window.law.driven or window.law.slowing.table_m_s2:  # a table takes other energy along another path
+    if window.law.driven or window.law.slowing.table_m_s2:  # on a table, another path loses another energy
         return 0.0
     gained = now - window.free.energy()
     law = window.law
@@ -172,14 +175,14 @@ def _energy_gained(window: Window, found: Difference, *, entangled: bool) -> flo
 
 
 def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
-    """Whether the bodies of a pair passed through each other: due in a step, and then moving as before."""
+    """Whether the bodies of a pair passed through each other: they were due, and then moved as before."""
     block, law, activity = window.block, window.law, window.activity
     steps = window.chain.pairs[pair]
     own = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
     if not own:
         return False
     last = own[-1]
-    while last + 1 in steps:  # pushed still, while they part: answered late, and not missed
+    while last + 1 in steps:  # pairs still push while they separate: late, but not missed
         last += 1
     i, j = pair
     discs = (i, j) if j < law.n else (i,)
@@ -190,16 +193,16 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     was, now = relative(one.later(lasted), pair), relative(other, pair)
     size = math.hypot(*was)
     if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
-        return False  # that slow it may as well rest
+        return False  # so slow that it may rest
     if before.closing <= PASSED * speed_before:
-        return False  # what an answer leaves is an error of velocity
+        return False  # the rest of an impact is a velocity error
     closed = before.closing * law.slowing.damping.kept(lasted)
     unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
     repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * closed
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
-    # What a soft contact still turns is no further through a wall than its push lets it.
+    # A disc that is still being pushed is not yet through a wall.
     pushed = bool(block.turned[last, i])
     deep = j >= law.n and not pushed and after.gap < -min(law.radius[i], 1.5 * before.closing * block.dt_s)
     through = before.normal[0] * after.normal[0] + before.normal[1] * after.normal[1] < 0.0
@@ -207,7 +210,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
 
 
 def _is_idle(window: Window, pair: Pair, size: float) -> bool:
-    """Whether a body of a pair did not turn at all in the window, although it has an impact in PIC."""
+    """Whether a body of a pair kept its velocity in the window, although PIC has an impact that changes it."""
     block, chain, law = window.block, window.chain, window.law
     idle = [body for body in pair if law.movable(body) and not block.turned[chain.begin : chain.end, body].any()]
     meets = any(
@@ -220,7 +223,7 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
 
 
 def _awaits_next_frame(window: Window, pair: Pair) -> bool:
-    """Whether a pair was due in the run's last step, and would be found by one more frame."""
+    """Whether a pair was due in the run's last step, so that one more frame would find it."""
     own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
     return own == [window.chain.end - 1] and _closes(window, pair)
 
@@ -239,11 +242,11 @@ def _closes(window: Window, pair: Pair) -> bool:
 
 
 def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
-    """Measure the lateness in steps, and the restitution, for a window of one impact."""
+    """Measure the lateness in steps and the restitution, for a window of one impact."""
     first, law, dt_s = window.truth[0], window.law, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     judged.late_known = window.touching / closing / dt_s
-    # A step looks at its end; a path that is a polygon gets there later by half of what a step bends it by.
+    # A step checks at its end. A polygon reaches the contact later than a bent path, by half of the bend in a step.
     bends = law.pull + law.slowing.bends(window.speed)
     judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
     if agrees:
@@ -254,21 +257,21 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
         return
     contact = law.contact_of(first.pair)
     was, now = relative(window.free, first.pair), relative(window.now, first.pair)
-    if law.slowing.table_m_s2:  # which leaves no part of all velocities: they are those at the turn
+    if law.slowing.table_m_s2:  # a table has no common factor of velocities, so compare at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
         was = relative(window.start.later(turned_s), first.pair)
         now = relative(window.now.later(turned_s - window.lasts), first.pair)
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
     if contact.friction == 0.0 and size > window.still:
-        normal = (change[0] / size, change[1] / size)  # the run's own
+        normal = (change[0] / size, change[1] / size)  # the run's own normal
         closed = was[0] * normal[0] + was[1] * normal[1]
-        if closed != 0.0:  # it is 0 for a disc that turned before a driven wall met it
+        if closed != 0.0:  # 0 for a disc that turned before a driven wall met it
             judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - law.restitution(first.pair)
 
 
 def _turn_s(window: Window, pair: Pair) -> float:
-    """Return the seconds from the window's start to where the free paths before and after are nearest."""
+    """Return the seconds from the window's start until the free paths before and after are nearest."""
     lasts = window.lasts
 
     def apart(state: BodyStates) -> tuple[float, float]:
@@ -282,7 +285,7 @@ def _turn_s(window: Window, pair: Pair) -> float:
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
-    # Counted from the end: there the two paths are apart by what the run is off, and part at the slope. With damping
+    # Counted from the window's end: the distance of the two paths there, over their relative velocity. With damping,
     # both are straight in undamped time.
     there, here = apart(window.free), apart(window.now)
     ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
@@ -290,7 +293,7 @@ def _turn_s(window: Window, pair: Pair) -> float:
 
 
 def _turn_on_table_s(window: Window, pair: Pair) -> float:
-    """Return the same as `_turn_s` on a table, where both paths bend."""
+    """Compute `_turn_s` on a table, where both paths bend."""
 
     def apart(time_s: float) -> tuple[Array, Array]:
         (p, u), (q, v) = (
@@ -309,7 +312,7 @@ def _between(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
 
 
 def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference) -> None:
-    """Measure PIT's largest errors from the same state, over the phases of the step and at the run's own lateness."""
+    """Measure PIT's largest errors from the same state over the phases of the step and the run's own lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
     looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
@@ -317,31 +320,33 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
         looks.append(truth[0].time_s + judged.late_steps * dt_s)
     until_s = truth[need - 1].time_s + 2.0 * dt_s
     until_there = [met for met in truth if met.time_s <= until_s]
-    # Errors refer to the window's end, as those of the run do. Damping leaves the same part of all, a table does not.
-    slowing, told_s = window.law.slowing, until_s
+    # Errors refer to the window's end, like the run's errors. Damping multiplies all velocities by the same factor; a
+    # table does not.
+    slowing, measured_s = window.law.slowing, until_s
     kept = slowing.damping.kept(window.lasts - until_s)
     if slowing.table_m_s2:
-        told_s = window.lasts
+        measured_s = window.lasts
     flown: dict[int, BodyStates] = {}
     costs: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in looks:
         met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
         begun, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
-        end = begun.later(told_s - since_s)
-        off = window.nearest(end, until_there, told_s, None, flown)
+        end = begun.later(measured_s - since_s)
+        off = window.nearest(end, until_there, measured_s, None, flown)
         cost = (off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2)
         costs[len(met) >= min(need, len(until_there))].append(cost)
-    columns = zip(*(costs[True] or costs[False]), strict=True)  # phases that find the impacts, if any does
+    columns = zip(*(costs[True] or costs[False]), strict=True)  # only phases that find the impacts, if there are any
     judged.price_velocity, judged.price_spin, judged.energy_price_j = map(max, columns)
 
 
 def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
-    """Return which of some pairs PIT misses from the state at a window's start, at the run's own boundaries."""
+    """Return the pairs that PIT misses from the state at a window's start, with frames at the run's step boundaries."""
     if not pairs:
         return set()
     dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])
     steps = round(begin_s / dt_s)
-    # At a boundary it looks at once; within a step, where pieces of located runs begin, at the end of that step.
+    # PIT checks at once at a boundary. A piece of a located run begins within a step; then PIT checks at that step's
+    # end.
     at_boundary = abs(begin_s - steps * dt_s) <= 2.0**-50 * begin_s
     first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
     seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s

@@ -1,4 +1,4 @@
-"""What a scene says of its bodies, as plain floats: masses, walls, drives, and how they meet."""
+"""A scene's bodies as plain floats: masses, walls, driven motion, and the properties of their contacts."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from carom.model.disc_arrays import HalfPlane
 from carom.model.prescribed_motion import Course
 from carom.model.scene import Scene
 
-#: Two bodies: numbers of discs, and ``n + k`` for wall k, so that the first is always a disc.
+#: Two bodies: the number of a disc, or ``n + k`` for wall k. The first body is always a disc.
 Pair = tuple[int, int]
 
-#: A contact found at its very instant is one, though its gap has the rounding of the places.
+#: Factor on contact distances. At the instant of contact, rounding of positions may leave a gap.
 TOUCH = 1.0 + 2.0**-40
 
-#: Instead of the number of a feature.
+#: Value for no feature.
 NO_FEATURE = -1
 
 
 class FiniteWall:
-    """A chain or a circle, and its features in the order in which they are met at the same time.
+    """A chain or a circle, with its features. If a disc meets several features at once, the first in order counts.
 
     Attributes:
         outline: The wall.
-        features: The times at which discs meet its features, and the normals there.
+        features: Computes the times at which discs meet its features, and the normals there.
     """
 
     def __init__(self, outline: Outline) -> None:
@@ -41,7 +41,7 @@ class FiniteWall:
 
 
 class Law:
-    """What a scene says of its bodies, as plain floats."""
+    """The bodies of a scene as plain floats."""
 
     def __init__(self, scene: Scene) -> None:
         arrays = scene.arrays
@@ -58,18 +58,18 @@ class Law:
         self.disc_drives = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self.belts = arrays.belts_m_s
         self.fastest_wall = max((drive.fastest for drive in self.wall_drives), default=0.0)
-        #: Whether driven bodies give discs energy. If so, a gain of energy alone is no fault.
+        #: Whether the scene has driven bodies. They give discs energy, so a gain of energy alone is no fault.
         self.driven = arrays.driven
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.slowing = Slowing.of(scene)
-        # Needed for every body in every step of every window, and the same in all of them.
+        # Cached, because every step of every window uses it.
         self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
         self._stand = [drive.stands for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
         self.slows = bool(self.slowing)
         self.pulls = [scene.gravity_m_s2 if self.falls(disc) else (0.0, 0.0) for disc in range(self.n)]
-        #: Speed to which velocities on a table also round, metres a second: a slow disc was fast before.
+        #: Rounding scale of velocities on a table, metres a second: a slow disc was faster earlier.
         self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
         self.rolling_resistance = scene.wall_rolling_resistance
         self.disc_restitution = scene.restitution
@@ -81,11 +81,11 @@ class Law:
         self.turns = bool(arrays.turns)
 
     def movable(self, body: int) -> bool:
-        """Whether a body is a disc that an impact moves."""
+        """Whether a body is a disc that impacts can move."""
         return self._moves[body]
 
     def is_driven(self, body: int) -> bool:
-        """Whether a body moves as the scene says, whatever meets it."""
+        """Whether the scene prescribes the motion of a body."""
         return body in self.disc_drives if body < self.n else not self._stand[body - self.n]
 
     def falls(self, body: int) -> bool:
@@ -93,7 +93,7 @@ class Law:
         return self.pull > 0.0 and self.movable(body)
 
     def slowed(self, body: int, velocity: tuple[float, float]) -> tuple[float, float]:
-        """Return the acceleration of a disc of some velocity on a table; that of one at rest is 0."""
+        """Return the acceleration of a disc on a table for a velocity; 0 at rest."""
         speed = math.hypot(*velocity)
         if not (speed and self.movable(body)):
             return 0.0, 0.0
@@ -109,10 +109,10 @@ class Law:
         return self.wall_contacts[pair[1] - self.n] if pair[1] >= self.n else self.disc_contact
 
     def side_of(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
-        """Return how far a point is from a wall, by its number among walls, and the unit normal from there to it.
+        """Return the distance of a point from wall number `wall`, and the unit normal from the point to the wall.
 
-        Of a point on the line of a finite wall there is no normal: (0, 0) is returned, along which nothing closes, as
-        PIT has it. A driven wall is where it is at a time since the run's start.
+        On the line of a finite wall there is no normal. Then (0, 0) is returned, along which nothing closes, as in PIT.
+        `time_s` gives the position of a driven wall.
         """
         shape = self.walls[wall]
         x, y = self.seen_from(wall, x, y, time_s)
@@ -126,18 +126,18 @@ class Law:
         return distance - shape.outline.half_width, nx, ny
 
     def seen_from(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
-        """Return a point relative to a wall, as if the wall were at its start."""
+        """Return a point relative to a wall's displacement since the start."""
         if self._stand[wall]:
             return x, y
         wx, wy = self.wall_drives[wall].leg_at(time_s * TOUCH).moved_at(time_s)
         return x - wx, y - wy
 
     def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
-        """Return the velocity of a wall at a time of the run. A leg that begins within rounding has begun."""
+        """Return the velocity of a wall at a time. A leg that begins within rounding of it has begun."""
         return self.wall_drives[wall].velocity_at(time_s * TOUCH)
 
     def later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
-        """Return the legs that a driven body of a pair has yet to begin, where its velocity changes."""
+        """Return the legs that a driven body of a pair begins later."""
         if not self._has_legs:
             return ()
         drives = [self.disc_drives.get(body) for body in pair if body < self.n]
@@ -146,11 +146,11 @@ class Law:
         return () if drive is None else drive.legs_from(time_s * TOUCH)[1:]
 
     def reach(self, pair: Pair) -> float:
-        """Return the distance of contact: of a wall from the centre, of a disc from the other centre."""
+        """Return the contact distance of a pair: from centre to centre, or from centre to wall."""
         return self.radius[pair[0]] + (self.radius[pair[1]] if pair[1] < self.n else 0.0)
 
     def pairs_of(self, bodies: Sequence[int]) -> list[Pair]:
-        """Return all pairs of some discs, and of these and the walls, of which one moves."""
+        """Return all pairs of some discs with each other and with walls, unless both bodies are immovable."""
         walls = range(self.n, self.n + len(self.walls))
         return [
             (i, j)

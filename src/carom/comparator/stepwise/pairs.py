@@ -1,4 +1,4 @@
-"""Near pairs: pairs near enough to meet, push or rest in some steps, with their gaps and speeds."""
+"""Near pairs: pairs of bodies that may meet, push or rest in some steps, with their gaps and speeds."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from carom.model.prescribed_motion import Drive
 Array = NDArray[np.float64]
 Bodies = NDArray[np.intp]
 
-#: An engine may answer a meeting this many steps ahead (speculative margins), or still push after it (soft contacts).
+#: An engine may react to a meeting this many steps ahead (speculative margins), or still push after it (soft contacts).
 MARGIN_STEPS = 2.0
 
-#: It rests at a distance of up to this part of the contact distance: margins of engines are below a hundredth.
+#: A pair may rest at a gap of up to this fraction of the contact distance. Margins of engines are below a hundredth.
 RESTING_GAP = 0.02
 
 
 @dataclass(frozen=True)
 class NearPairs:
-    """Pairs of one kind over some steps: arrays of shape ``(steps + 1, pairs)``, or with one step less.
+    """Pairs of one kind over some steps. Arrays have one row per state, or one per step, and one column per pair.
 
     Attributes:
         begin: Number of the first step.
         first: Lower body of each pair, a disc.
         second: Higher body of each pair, a disc or a wall.
-        gap: Distance of the rims at each state.
-        closing: Speed at which they close at each state.
-        wait: Seconds from each step's start to the meeting, infinity for none.
-        pulled: Gravity's part in their relative motion, metres a second squared, shape ``(pairs,)``.
-        touching: What rounding makes of a gap, metres.
-        still: What rounding makes of a speed, metres a second.
+        gap: Distance between the rims at each state.
+        closing: Closing speed at each state.
+        wait: Seconds from each step's start to the meeting; infinity for none.
+        pulled: Relative acceleration by gravity, metres a second squared, shape ``(pairs,)``.
+        touching: Rounding error of a gap, metres.
+        still: Rounding error of a speed, metres a second.
     """
 
     begin: int
@@ -58,14 +58,14 @@ class NearPairs:
         return list(zip(self.first.tolist(), self.second.tolist(), strict=True))
 
     def discs(self, count: int) -> tuple[Bodies, Bodies]:
-        """Return the discs of each pair in a scene of `count` discs; with a wall both are the same."""
+        """Return the discs of each pair in a scene of `count` discs. For a pair with a wall, both are the same disc."""
         return self.first, np.where(self.second < count, self.second, self.first)
 
 
 def near_in(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
-    """Return, of each movable body, the pairs near enough at the start of a step to meet in it.
+    """Return for each movable body the pairs that are near enough at the start of a step to meet in it.
 
-    However one of them is struck: a third body may hand its speed on within the step.
+    A third body may strike one of them and pass on its speed within the step.
     """
     law, h = block.law, float(block.step_s[step])
     own = block.own_speed[step] + law.fastest_wall
@@ -124,7 +124,7 @@ def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
 
 
 def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of_it: list[int]) -> Iterator[NearPairs]:
-    """Yield the discs and walls of one path that are near in some steps, as seen from these."""
+    """Yield the near pairs of discs and walls in some steps, for walls that move on the same path."""
     arrays, law = block.scene.arrays, block.law
     centre, reach = _reach(block, begin, end, drive)
     p, v = _seen(block, begin, end, drive)
@@ -149,7 +149,7 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
             straight = law.slowing.damping.all_damped(np.where(s < 0.0, g / -s, np.inf))
             root = s * s - 2.0 * pull * g
             high = np.sqrt(np.maximum(root, 0.0))
-            # The root at which the gap closes, without cancellation.
+            # The root at which the gap closes, computed without cancellation.
             bent = np.where(s < 0.0, 2.0 * g / (-s + high), (s + high) / -pull)
             bent = np.where((root < 0.0) | ((pull > 0.0) & (s >= 0.0)), np.inf, bent)
             wait = np.where(pull == 0.0, straight, bent)
@@ -162,7 +162,7 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
 def _found_one_by_one(
     block: Block, begin: int, end: int, centre: Array, reach: Array, numbers: list[int]
 ) -> Iterator[NearPairs]:
-    """Yield the discs and walls, of these numbers, that are near in some steps, one by one."""
+    """Yield the near pairs of discs and of the given walls in some steps, one by one."""
     arrays, law = block.scene.arrays, block.law
     for k in numbers:
         wall = arrays.walls[k]
@@ -189,7 +189,7 @@ def _found_one_by_one(
 
 
 def _seen(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
-    """Positions and velocities of discs in some steps, as seen from what has moved on a path since the start."""
+    """Return positions and velocities of discs in some steps, relative to a wall that moves on a path."""
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
     if drive.stands:
         return p, v
@@ -199,12 +199,12 @@ def _seen(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Arra
 
 
 def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
-    """Centres and reaches of discs so that what may meet or push in these steps overlaps, seen from what moves."""
+    """Return a circle around each disc's relative path. Circles of pairs that may meet or push overlap."""
     p, _ = _seen(block, begin, end, drive)
     own_speed = block.own_speed[begin:end] + drive.fastest
     low, high = np.min(p, axis=0), np.max(p, axis=0)
     longest = float(np.max(block.step_s[begin:end]))
-    # A third body may hand its speed on within the step.
+    # A third body may pass on its speed within the step.
     fastest = float(np.max(own_speed)) + block.law.pull * longest
     ahead = 2.0 * fastest * longest
     own = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)
@@ -214,7 +214,7 @@ def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[A
 
 
 def _meet_on_bent_paths(block: Block, near: NearPairs, columns: Sequence[int]) -> None:
-    """Put in the waits of pairs that are near enough: of discs that fall onto immovable ones, and of all on a table."""
+    """Compute the waits of near pairs with bent paths: discs falling onto immovable ones, and all on a table."""
     steps = slice(near.begin, near.begin + len(near.wait))
     for column in columns:
         i, j = near.pairs[column]

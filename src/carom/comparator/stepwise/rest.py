@@ -1,4 +1,4 @@
-"""Resting pairs: pairs that gravity presses together, by step, and how deep they sink over a run."""
+"""Resting pairs: the steps in which gravity presses a pair together, and the depth to which it sinks over a run."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from carom.comparator.stepwise.pairs import RESTING_GAP, NearPairs
 
 Flags = NDArray[np.bool_]
 
-#: A pair that gravity presses together rests while it closes or parts by no more than its fall in this many steps.
-#: Engines that correct velocities show the fall of at most one step, engines that correct positions that of at most two
-#: and a half (Box2D and MuJoCo `default`, 8 starts each).
+#: A pair that gravity presses together rests while its relative speed is at most the speed gained by falling for this
+#: many steps. That is one step in engines that correct velocities, and at most two and a half in engines that correct
+#: positions (Box2D and MuJoCo `default`, 8 starts each).
 RESTING_STEPS = 2.5
 
 
 class _Rested(NamedTuple):
-    """State of a resting pair: the first gap or 0, the end time, and the depth beyond falling."""
+    """State of a resting pair: its first gap (or 0), the end time, and the depth that falling does not explain."""
 
     top_m: float
     until_s: float
@@ -31,12 +31,12 @@ class _Rested(NamedTuple):
 
 @dataclass
 class Rest:
-    """Depth of resting pairs so far, and the times in which pushes hold them.
+    """Depth of resting pairs so far, and the times in which they rest.
 
     Attributes:
         sunk_radii: Largest depth over the contact distance; 0 if no pair sank.
         sinks_s: Time at which a pair first sank deeper than falls from rest in each step explain; NaN for none.
-        held_s: Intervals in which a pair rests and one of its bodies is turned in each step, by pair.
+        held_s: Time intervals in which a pair rests and one of its bodies turns in each step, by pair.
     """
 
     sunk_radii: float = 0.0
@@ -45,10 +45,10 @@ class Rest:
     _rested: dict[Pair, _Rested] = field(default_factory=dict)
 
     def add(self, block: Block, relative: NearPairs, resting: Flags) -> None:
-        """Add steps in order of time; steps that were added before are ignored."""
+        """Add steps in order of time. Steps that were already added are ignored."""
         times = block.states.time_s
         allowed = 0.5 * block.law.pull * block.dt_s**2
-        # Where it hops, it may be found as deep as it falls in a step at the speed that counts as rest.
+        # A hopping pair may be as deep as it moves in a step at the largest speed that counts as rest.
         hop_m = RESTING_STEPS * 2.0 * allowed
         for row, column in np.argwhere(resting).tolist():
             pair, step = relative.pairs[column], relative.begin + row
@@ -63,7 +63,7 @@ class Rest:
                 held.append((joined_s, end_s))
             if known is None or known.until_s < begin_s:
                 known = _Rested(min(before_m, 0.0), begin_s, 0.0)
-            # Depth beyond falls from rest in each step adds up; a pair that is held or rises reduces it.
+            # The unexplained depth adds up. It decreases if the pair is held or rises.
             faster_m = max(known.faster_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
             self._rested[pair] = _Rested(known.top_m, end_s, faster_m)
             self.sunk_radii = max(self.sunk_radii, (known.top_m - gap_m) / block.law.reach(pair))

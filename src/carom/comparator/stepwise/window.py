@@ -1,4 +1,4 @@
-"""Window of a run before it is judged: its states, PIC's run from the first, and differences of other states."""
+"""A window of a run before judgement: its states, PIC's run from its first state, and differences of states."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.pairs import MARGIN_STEPS
 from carom.comparator.stepwise.window_runs import Met, exact_run
 
-#: PIC ends a window's run where a disc comes to rest: where it closes by what it falls in this part of a step.
+#: In a window, a disc comes to rest in PIC if it closes at no more than the speed gained by falling for this fraction
+#: of a step.
 _RESTING = 1e-3
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of a state from PIC's after some of its impacts: velocities, rims, positions, and PIC's state."""
+    """Difference of a state from PIC's after some impacts: in velocities, rim speeds and positions; and PIC's state."""
 
     velocity: float
     spin: float
@@ -30,7 +31,7 @@ class Difference:
 
 
 class Window:
-    """A window with the derived states that its judgement needs."""
+    """A window with the derived states that a judgement needs."""
 
     def __init__(self, block: Block, chain: StepChain, activity: Activity) -> None:
         self.block, self.chain, self.law, self.activity = block, chain, block.law, activity
@@ -38,15 +39,15 @@ class Window:
         times = block.states.time_s
         self.lasts = float(times[chain.end] - times[chain.begin])
         discs, steps = list(chain.discs), slice(chain.begin, chain.end)
-        #: What rounding makes of places, of two discs together.
+        #: Rounding error of the distance of two discs.
         self.touching = 2.0 * float(block.place_rounding[steps][:, discs].max())
         fastest = max(float(block.own_speed[steps][:, discs].max()), 1e-300)
         seconds = self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
-        # An impact may double a speed, and a chain of them is short.
+        # An impact may double a speed, and a chain of impacts is short.
         reach = 4.0 * (fastest + self.law.fastest_wall) * seconds + self.law.pull * seconds**2
         self.pairs = [pair for pair in self.law.pairs_of(discs) if self.start.contact(pair).gap <= reach]
         is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
-        # A root at the window's end may be found a rounding later than the run found it.
+        # By rounding, PIC may find an impact at the window's end slightly later than the run.
         beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
         self.truth, self.resting = exact_run(
             self.start, self.pairs, self.lasts + beyond, _RESTING * self.law.pull * block.dt_s
@@ -58,7 +59,7 @@ class Window:
         self.still = block.unit * self.speed
 
     def difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
-        """Return how far two states differ at most: in velocities, in speeds of rims and in positions."""
+        """Return the largest differences of two states in velocities, rim speeds and positions."""
         return (
             max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
             max(abs(state.spin[disc] - truth.spin[disc]) * self.law.radius[disc] for disc in state.xy),
@@ -73,7 +74,7 @@ class Window:
         resting: Pair | None,
         flown: dict[int, BodyStates] | None = None,
     ) -> Difference:
-        """Return the difference of a state from PIC's, after as many impacts as the state has reached.
+        """Return the difference of a state from PIC's after the number of impacts that the state has reached.
 
         `flown` caches PIC's states by number of impacts, for several calls with the same other arguments.
         """
@@ -81,23 +82,23 @@ class Window:
         flown = {} if flown is None else flown
         for count in range(len(truth), -1, -1):
             if count < len(truth) and not self.lies_ahead(state, truth[count]):
-                break  # and so it does not with fewer
+                break  # nor with fewer impacts
             if count not in flown:
                 begun, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
                 flown[count] = begun.later(seconds - since_s, resting if count == len(truth) else None)
             velocity, spin, place = self.difference(state, flown[count])
             if best is None or velocity + spin < best.velocity + best.spin - self.still:
                 best = Difference(velocity, spin, place, count, flown[count])
-        assert best is not None  # noqa: S101 - all of PIC's impacts are always admitted
+        assert best is not None  # noqa: S101 - the count of all impacts is always tried
         return best
 
     @property
     def meets_at_rest(self) -> bool:
-        """Whether a resting disc meets another one; PIC's run from a single state ends where a disc rests."""
+        """Whether a resting disc meets another one. PIC's run from a single state ends when a disc rests."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def lies_ahead(self, state: BodyStates, met: Met) -> bool:
-        """Whether a pair has yet to meet in a state: apart and closing, on the side on which PIC has them meet."""
+        """Whether a pair will still meet in a state: apart and closing, on the side on which PIC lets them meet."""
         contact = state.contact(met.pair)
         along = contact.normal[0] * met.contact.normal[0] + contact.normal[1] * met.contact.normal[1]
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0

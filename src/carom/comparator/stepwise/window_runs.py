@@ -1,4 +1,4 @@
-"""Runs of PIC and PIT from any state of a few bodies, within a window."""
+"""Runs of PIC and PIT from any state of a few bodies, for the time of a window."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST_IMPACTS = 2000
 
 @dataclass(frozen=True, slots=True)
 class Met:
-    """One impact of a run within a window: seconds since its start, the pair, how they met, the state just after."""
+    """One impact in a window: seconds since the window's start, pair, contact, and the state just after."""
 
     time_s: float
     pair: Pair
@@ -26,11 +26,11 @@ class Met:
 def exact_run(
     start: BodyStates, pairs: Sequence[Pair], seconds: float, resting_speed: float
 ) -> tuple[list[Met], Pair | None]:
-    """Return PIC's impacts from a state, and the pair that came to rest (None where none did).
+    """Return PIC's impacts from a state, and the pair that came to rest (or None).
 
-    Two that have just met do not meet again before a third turns one of them, unless gravity brings one back to what
-    can't move, or the wall bends round. What closes on what can't move no faster than `resting_speed`, metres a second,
-    where gravity brings it back, rests there, which ends the run.
+    Two bodies that have just met do not meet again before a third body turns one of them. Exceptions are a disc that
+    gravity brings back to an immovable body, and a curved wall. A disc that gravity brings back rests if it closes at
+    `resting_speed` (metres a second) or less. This ends the run.
     """
     state, now_s, met = start.copy(), 0.0, list[Met]()
     waits = {pair: state.wait(pair) for pair in pairs}
@@ -60,7 +60,7 @@ def exact_run(
 
 
 def sampled_run(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
-    """Return PIT's impacts from a state, with looks `first_s` after it and every step from there."""
+    """Return PIT's impacts from a state, with the first frame `first_s` later and then one per step."""
     state, now_s, met = start.copy(), 0.0, list[Met]()
     looks = math.floor((seconds - first_s) / dt_s * TOUCH) + 1 if first_s <= seconds else 0
     for look in range(looks):

@@ -10,30 +10,30 @@ from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding, Verdict
 from carom.support.formatting import instant, number, seconds, steps
 
-#: If the arm of friction differs from the radius by less than this part, four digits would show 1. Then the difference
-#: is shown instead.
+#: If the lever arm of friction differs from the radius by less than this fraction, four digits would show 1. Then the
+#: difference is shown instead.
 _NEAR_THE_RIM = 5e-4
 
 
 def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
-    """Report places and angular momenta that do not follow from a run's own impacts."""
+    """Report positions and angular momenta that do not follow from a run's own impacts."""
     own = run.consistency
     if own is None:
         return
     if own.strayed > run.place_rounding:
         reason = f"by up to {number(own.position.size, 3)} of the largest radius, {_format_since(own.position)}"
         if own.strayed_excess > run.place_rounding:
-            reason += f"; {number(own.excess.size, 3)} more than bodies close in a step"
+            reason += f"; {number(own.excess.size, 3)} more than the overlap gained in a step explains"
         yield Finding(Verdict.DRIFTS, reason)
     if own.angular > run.rounding:
-        reason = f"by up to {number(own.angular, 3)} of the scene's speed of rims"
+        reason = f"by up to {number(own.angular, 3)} of the scene's rim speed"
         if math.isfinite(own.arm):
             at, off = f"{number(own.arm, 4)} times its radius", own.arm - 1.0
             if abs(off) < _NEAR_THE_RIM:
                 at = f"{number(abs(off), 3)} of its radius {'outside' if off > 0.0 else 'inside'} its rim"
-            reason += f"; friction turns a disc as if at {at}"
+            reason += f"; friction turns a disc as if it acted at {at}"
         if own.angular_excess > run.rounding:
-            reason += f"; {number(own.angular_excess, 3)} more than bodies close in a step"
+            reason += f"; {number(own.angular_excess, 3)} more than the overlap gained in a step explains"
         yield Finding(Verdict.ANGULAR, reason)
 
 
@@ -42,20 +42,22 @@ def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
     own, rounding = run.consistency, run.rounding
     if own is None:
         return
-    speed, rims, degrees = "of the scene's speed", "of the scene's speed of rims", math.degrees(own.normal_rad)
+    speed, rims, degrees = "of the scene's speed", "of the scene's rim speed", math.degrees(own.normal_rad)
     for verdict, size, reason in (
         (Verdict.TURNS, own.velocity.size, f"{speed}, {_format_since(own.velocity)}"),
         (Verdict.SPINS, own.spin.size, f"{rims}, {_format_since(own.spin)}"),
-        (Verdict.MOMENTUM, own.momentum, f"{speed}, for the centre of mass of the two discs"),
+        (Verdict.MOMENTUM, own.momentum, f"{speed}, in the velocity of the two discs' centre of mass"),
     ):
         if not size <= rounding:
             yield Finding(verdict, f"by up to {number(size, 3)} {reason}")
     if not own.stamp_s <= rounding * run.scales.time_s:
         yield Finding(Verdict.WRONG_STAMP, f"by up to {format_seconds_and_steps(own.stamp_s, run)}")
     if not own.across <= rounding:
-        yield Finding(Verdict.WRONG_NORMAL, f"by up to {number(degrees, 3)} degrees from what the velocities change by")
+        yield Finding(
+            Verdict.WRONG_NORMAL, f"by up to {number(degrees, 3)} degrees from the direction of the velocity change"
+        )
     if not own.normal_length <= rounding:
-        yield Finding(Verdict.WRONG_NORMAL, f"their length is up to {number(own.normal_length, 3)} off 1")
+        yield Finding(Verdict.WRONG_NORMAL, f"their length differs from 1 by up to {number(own.normal_length, 3)}")
 
 
 def _format_since(slip: Deviation) -> str:

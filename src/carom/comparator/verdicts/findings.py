@@ -1,4 +1,4 @@
-"""Verdicts derived from measured errors, each with its numbers as a reason."""
+"""Verdicts derived from measured errors. Each has a reason with numbers."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from carom.comparator.verdicts.steps import (
 from carom.model.trace import Outcome, pair_name
 from carom.support.formatting import instant, metres, number, seconds
 
-#: How a disc ends that neither rests nor slides or rolls, by the outcome of the reference.
+#: What a disc does in the end if it neither rests nor slides nor rolls, by outcome of the reference.
 _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
 
 
 def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedRun:
-    """Derive all verdicts on a run; `grade_before_tie` is the grade up to the first instant without a unique answer."""
+    """Derive all verdicts on a run. `grade_before_tie` is its grade up to the first instant without a unique answer."""
     judged = JudgedRun.of(
         run,
         grade_before_tie=grade_before_tie,
@@ -42,10 +42,10 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
     )
     found = [Finding(Verdict.NOT_FINITE, run.non_finite)] if run.non_finite else []
     found += _report_convention(judged)
-    # Where every step is PIC's, errors of impacts come only from velocities that are not known.
+    # If every step agrees with PIC, errors of impacts only come from unknown velocities.
     if not judged.has_exact_steps:
         found += _report_ending(judged)
-        # After two trajectories diverge, their impacts match only by chance.
+        # After two trajectories diverge, matches of their impacts are accidental.
         trajectory_rules = (
             (report_divergence, report_misreports)
             if judged.has_diverged_before_miss
@@ -60,7 +60,7 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
     if found:
         found += _report_unknown_velocities(judged)
         if judged.measured.errors and judged.pit is None:
-            found.append(Finding(Verdict.UNCOMPARED, "whether sampling explains the errors is not known"))
+            found.append(Finding(Verdict.UNCOMPARED, "so it is unknown whether sampling explains the errors"))
     found += _report_nothing_compared(judged)
     found += () if found else _report_nothing_wrong(judged)
     found += _report_rest(judged)
@@ -70,9 +70,7 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
 def _report_nothing_compared(judged: JudgedRun) -> Iterator[Finding]:
     if judged.has_nothing_compared and judged.contact is None:
         times = judged.reference.impacts["time_s"]
-        first = (
-            f"the first impact, at {instant(times[0])}, is beyond it" if len(times) else "there is none in the scene"
-        )
+        first = f"the first impact, at {instant(times[0])}, is beyond it" if len(times) else "the scene has no impact"
         yield Finding(Verdict.NOTHING_COMPARED, f"{instant(judged.compared.until_s)}; {first}")
 
 
@@ -88,20 +86,20 @@ def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
     until = "" if compared.is_whole_run else f" up to {instant(compared.until_s)}"
     reason = f"{len(judged.measured.errors)} of {compared.impacts} impacts found{until}{floats}{unknown}"
     if not (compared.is_whole_run or judged.reference.outcome is Outcome.CRUSHED or local is None):
-        reason += "; to the end every step agrees with PIC from its own state"
+        reason += "; every step to the end agrees with PIC from its own state"
     if contact is not None:
-        reason += f"; from {instant(contact.begin_s)} on {contact.looks} states are as Coulomb's law says"
+        reason += f"; {contact.looks} states from {instant(contact.begin_s)} on follow Coulomb's law"
     yield Finding(Verdict.CONFORMS, reason)
 
 
 def _report_rest(judged: JudgedRun) -> Iterator[Finding]:
     reference = judged.reference
     if reference.contact_s < math.inf:
-        beyond = "its states were not looked at" if judged.local_truth is None else "steps are compared to the end"
+        beyond = "its states were not checked" if judged.local_truth is None else "steps are compared to the end"
         if reference.outcome is Outcome.CRUSHED:
             beyond = "nothing is compared"
         ending = _OTHER_ENDINGS.get(reference.outcome, "")
-        yield Finding(Verdict.RESTED, f"at {instant(reference.contact_s)}{ending}; from there {beyond}")
+        yield Finding(Verdict.RESTED, f"at {instant(reference.contact_s)}{ending}; after that {beyond}")
 
 
 def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
@@ -109,8 +107,8 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
     if match is None:
         return
     reason = (
-        f"{len(reference.ambiguous)} of {len(reference.impacts)} impacts share a disc with another at the very same "
-        f"instant, the first at {instant(match.group.time_s)}"
+        f"{len(reference.ambiguous)} of {len(reference.impacts)} impacts share a disc with another impact at the "
+        f"same instant, the first at {instant(match.group.time_s)}"
     )
     count = len(match.outcomes)
     if match.nearest is None:
@@ -118,11 +116,13 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
     else:
         which = f"admissible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
         matched = f"{which}, to {number(match.distance)} of the speed"
-        missed = f"none of {count} admissible outcomes: {number(match.distance, 3)} of the speed from {which}"
+        missed = (
+            f"none of {count} admissible outcomes; it differs by {number(match.distance, 3)} of the speed from {which}"
+        )
         reason += f"; matches {matched if match.matches else missed}"
     if (before := judged.grade_before_tie) is not None:
         grade_name = "undecided" if before is Grade.UNGRADED else before.name.lower().replace("_", ", ")
-        reason += f"; up to there the run is {grade_name}"
+        reason += f"; until then the run is {grade_name}"
     yield Finding(Verdict.CONVENTION, reason)
 
 
@@ -163,13 +163,14 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
     edits = f"{judged.edits} or more" if judged.edits == MOST_EDITS else str(judged.edits)
     yield Finding(
         Verdict.WRONG_ORDER,
-        f"{len(judged.inverted)} inverted, edit distance {edits}; first that of {pair_name(impacts[a])} before "
-        f"that of {pair_name(impacts[b])}, {seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} apart",
+        f"{len(judged.inverted)} inverted, edit distance {edits}; the impact of {pair_name(impacts[a])} must come "
+        f"before that of {pair_name(impacts[b])}, {seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} "
+        "apart",
     )
 
 
 def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
-    # Two swapped impacts have each other's times, which is reported as an order.
+    # Two swapped impacts have each other's times; the order is reported instead.
     swapped = {index for pair in judged.inverted for index in pair}
     errors = [error.time_s for error in judged.measured.errors if error.reference not in swapped]
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
@@ -186,14 +187,14 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
         reason = f"by up to {number(worst.velocity, 3)} of the scene's speed"
         if own[worst.reference] < 0.5 * scales.speed_m_s:
             part = worst.velocity * scales.speed_m_s / own[worst.reference]
-            reason += f", {number(part, 3)} of the greatest that led to it"
+            reason += f", or {number(part, 3)} of the greatest speed among its causes"
         if worst.normal_rad > judged.rounding:
-            reason += f", where the normal is turned by {number(math.degrees(worst.normal_rad), 3)} degrees"
+            reason += f", at an impact whose normal is wrong by {number(math.degrees(worst.normal_rad), 3)} degrees"
         yield Finding(Verdict.WRONG_VELOCITY, reason)
     turned, energy = judged.measured.largest.direction_rad, judged.measured.largest.energy
     if turned > THRESHOLDS.direction_rad:
         yield Finding(Verdict.WRONG_DIRECTION, f"by up to {number(math.degrees(turned), 3)} degrees")
-    falls = any(judged.reference.scene.gravity_m_s2)  # then a higher disc is slower without a loss of energy
+    falls = any(judged.reference.scene.gravity_m_s2)  # with gravity, kinetic energy is not conserved
     if abs(energy) > THRESHOLDS.energy and not falls:
         verdict = Verdict.ENERGY_GAINED if energy > 0 else Verdict.ENERGY_LOST
         yield Finding(verdict, f"{number(abs(energy), 3)} of the energy at the start")
@@ -204,7 +205,7 @@ def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
     impacts = judged.observed.impacts
     if unknown := judged.not_told_apart:
         first = _format_first(unknown, impacts)
-        reason = f"{len(unknown)} of {len(impacts)} impacts, {first}: the last one in the step is judged"
+        reason = f"{len(unknown)} of {len(impacts)} impacts, {first}: only the last one in the step is judged"
         yield Finding(Verdict.NOT_TOLD_APART, reason)
 
 
@@ -214,7 +215,7 @@ def _report_spins(judged: JudgedRun) -> Iterator[Finding]:
     off = [e.spin for e in judged.measured.errors if e.spin * scales.rim_m_s > judged.rounding * own[e.reference]]
     if off:
         worst = max(off)
-        yield Finding(Verdict.WRONG_SPIN, f"by up to {number(worst, 3)} of the scene's speed of rims")
+        yield Finding(Verdict.WRONG_SPIN, f"by up to {number(worst, 3)} of the scene's rim speed")
     for verdict, wrong in ((Verdict.SLID, judged.branches.slid), (Verdict.STUCK, judged.branches.stuck)):
         if wrong:
             yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_format_first(wrong, impacts)}")
@@ -229,7 +230,7 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
     rules = (
         (Verdict.MISPLACED, worst.final_position, "the largest radius"),
         (Verdict.WRONG_END, worst.final_velocity, "the scene's speed"),
-        (Verdict.WRONG_LAST_SPIN, worst.final_spin, "the scene's speed of rims"),
+        (Verdict.WRONG_LAST_SPIN, worst.final_spin, "the scene's rim speed"),
     )
     for row, (verdict, error, scale) in zip(beyond, rules, strict=True):
         if np.any(row):
@@ -237,27 +238,32 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _format_contact(score: ContactScore) -> str:
-    """Return how far a run is off in contact, as the reason of a verdict."""
+    """Describe the errors of a run in contact, as the reason of a verdict."""
 
     def describe(errors: ContactErrors) -> str:
-        rim = f" and {number(errors.rim_m_s, 3)} m/s of the rim" if errors.rim_m_s else ""
+        rim = f" and {number(errors.rim_m_s, 3)} m/s at the rim" if errors.rim_m_s else ""
         return f"{metres(errors.place_m)}, {number(errors.velocity_m_s, 3)} m/s{rim}"
 
     pit = f"; PIT by {describe(score.pit)}" if score.pit is not None else ""
-    wrong = "; stands still where it moves" if score.frozen else ""
+    wrong = "; a disc stands still that should move" if score.frozen else ""
     if score.beyond_m < 0.5 * score.own.place_m:
-        wrong += f"; all but {metres(score.beyond_m)} is half a step of an integrator's, v dt / 2"
+        wrong += f"; an integrator's half step, v dt / 2, explains all but {metres(score.beyond_m)}"
     place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])
     if abs(score.kept.gap_m) > place:
-        wrong += f"; held {metres(abs(score.kept.gap_m))} {'off' if score.kept.gap_m > 0.0 else 'inside'} its wall"
+        wrong += (
+            f"; a disc is held {metres(abs(score.kept.gap_m))} {'off' if score.kept.gap_m > 0.0 else 'inside'} its wall"
+        )
     if score.rest_m_s > speed:
-        wrong += f"; still at {number(score.rest_m_s, 3)} m/s on average where it rests"
+        wrong += f"; discs that should rest move at {number(score.rest_m_s, 3)} m/s on average"
     if score.kept.hop_m_s > speed:
         part = f", taking off in {number(100.0 * score.kept.take_offs)} % of the states" if score.kept.take_offs else ""
-        wrong += f"; hops at {number(score.kept.hop_m_s, 3)} m/s in contact{part}"
+        wrong += f"; a disc hops at {number(score.kept.hop_m_s, 3)} m/s in contact{part}"
     for what, late_s, most_s in zip(("bounces", "slips"), score.late, score.late_allowed, strict=True):
         if abs(late_s) > most_s:
-            wrong += f"; its {what} end {seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
+            wrong += f"; {what} end {seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
     if score.momentum_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
-        wrong += f"; angular momentum about the wall, which no friction changes, by {number(score.momentum_m_s, 3)} m/s"
+        wrong += (
+            "; angular momentum about the wall, which friction can't change, is off by "
+            f"{number(score.momentum_m_s, 3)} m/s"
+        )
     return f"from {instant(score.begin_s)} on by up to {describe(score.own)}{wrong}{pit}"

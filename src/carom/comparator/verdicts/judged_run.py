@@ -1,4 +1,4 @@
-"""Judged run: its verdicts, and the facts that verdicts and the grade both depend on."""
+"""Run with its verdicts, and the facts on which both verdicts and the grade depend."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from carom.comparator.verdict import Finding
 
 @dataclass(frozen=True)
 class JudgedRun(MeasuredRun):
-    """Verdicts on a run.
+    """A run with its verdicts.
 
     Attributes:
-        grade_before_tie: The grade up to the first instant that has no unique answer; None where there is no such
-            instant, or nothing before it.
-        drifts: Places and angular momenta that do not follow from the run's own impacts; sampling may explain them.
-        contradictions: Contradictions of the run's own states, velocities, stamps and normals, which nothing explains.
+        grade_before_tie: The grade up to the first instant that has no unique answer; None without such an instant, or
+            without an impact before it.
+        drifts: Positions and angular momenta that do not follow from the run's own impacts; sampling may explain them.
+        contradictions: Contradictions of the run's own states, velocities, stamps and normals, which sampling can't
+            explain.
         findings: All verdicts, each with its reason.
     """
 
@@ -33,8 +34,7 @@ class JudgedRun(MeasuredRun):
     def has_exact_steps(self) -> bool:
         """Whether every step and the final state agree with PIC to rounding.
 
-        Velocities between several impacts of a disc in one step may be unknown; then only the state after the step
-        counts.
+        If velocities between several impacts of a disc in one step are unknown, only the state after the step counts.
         """
         local = self.local_truth
         if local is None or local.grade is not Grade.EXACT or self.convention is not None:
@@ -50,7 +50,7 @@ class JudgedRun(MeasuredRun):
             return False
         if self.compared.is_whole_run:
             return bool(np.all(self.measured.ends[:2] <= self.end_rounding(self.measured, exactly=True)[:2]))
-        # Up to a horizon the last impact of each disc is compared instead, because errors propagate.
+        # Before a horizon, each disc's last impact replaces its final state, because errors propagate.
         latest: dict[int, float] = {}
         for error in self.measured.errors:
             row = self.reference.impacts[error.reference]
@@ -59,9 +59,9 @@ class JudgedRun(MeasuredRun):
 
     @cached_property
     def has_diverged_before_miss(self) -> bool:
-        """Whether the trajectory left the reference's before any step missed or invented an impact.
+        """Whether the trajectory diverged from the reference's before any step missed or invented an impact.
 
-        False where wrong reports explain all differences, or where the scene has no unique answer.
+        It is false if wrong reports explain all differences, or if the scene has no unique answer.
         """
         local, reports, parted_s = self.local_truth, self.reports, self.parted_s
         if local is None or reports is None or parted_s is None or self.non_finite or self.convention is not None:
@@ -77,7 +77,7 @@ class JudgedRun(MeasuredRun):
 
     @property
     def has_diverged(self) -> bool:
-        """Whether the trajectory has left the reference's, although no step and no report is wrong by itself."""
+        """Whether the trajectory has diverged from the reference's although no step or report is wrong by itself."""
         local, reports = self.local_truth, self.reports
         if local is None or local.missed_own or local.invented or (reports is not None and not reports.agree):
             return False

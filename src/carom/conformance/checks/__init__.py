@@ -1,1 +1,1 @@
-"""The checks: functions of a subject that return None, raise a `Violation`, or raise why they do not apply."""
+"""The checks of the suite. A check returns None, or raises a `Violation` or the reason why it does not apply."""

@@ -1,9 +1,9 @@
-"""Hit or miss, times and velocities of scenes whose every impact is known, no worse than declared.
+"""Checks of accuracy: impacts, times and velocities of scenes with known answers.
 
-The cost of checking once per step is measured: PIT runs the same scene at the same step. An adapter's errors may be as
-large as PIT's plus those that its profile's `Accuracy` declares. A profile with cut steps checks where bodies begin to
-touch, so only rounding and its declaration are allowed. A promised margin allows the errors that
-`carom.conformance.contact_margin` finds for each impact, instead of those of sampling.
+PIT runs the same scene at the same step, which gives the cost of checking once per step. An adapter's errors may be as
+large as PIT's plus the errors that its profile's `Accuracy` declares. A profile with cut steps checks where bodies
+begin to touch, so only rounding and its declaration are allowed. A promised margin allows the errors that
+`carom.conformance.contact_margin` computes for each impact, instead of those of sampling.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from carom.support.formatting import instant, number, seconds, steps
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
-    """Every impact that PIT finds at this step is found, and none is invented, except those of a promised margin."""
+    """The engine finds every impact that PIT finds at this step, and invents none beyond a promised margin."""
     setup, trace, score, pit = subject.score(profile, name)
     margin = subject.margin(profile, name)
     others = [pit] if margin is None else [pit, margin]
@@ -37,24 +37,24 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
     if missed:
         impact = known[missed[0]]
         raise Violation(
-            f"{len(missed)} of {len(known)} impacts missed",
+            f"{len(missed)} of {len(known)} impacts are missed",
             expected=f"{_at(impact.first, impact.second, impact.time_s)}, as PIT finds at this step",
             found=f"{len(trace.impacts)} impacts: {_listed(trace)}",
             setup=setup,
         )
     if len(score.spurious) > max(len(other.spurious) for other in others):
-        what, one = f"{len(score.spurious)} impacts invented", _row_at(trace.impacts[score.spurious[0]])
-        raise Violation(what, expected=f"{len(known)} impacts", found=f"one of {one}", setup=setup)
+        what, one = f"{len(score.spurious)} impacts are invented", _row_at(trace.impacts[score.spurious[0]])
+        raise Violation(what, expected=f"{len(known)} impacts", found=f"an impact of {one}", setup=setup)
 
 
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
-    """The path turns no earlier than PIT's, and no later than a step, or PIT's, or what is promised for each impact.
+    """A path turns no earlier than PIT's, and no later than PIT's, a step, or the promise for each impact.
 
-    A promised margin makes an impact as early, or as late after others, as thicker bodies would.
+    With a promised margin, an impact may be as early, or as late after others, as with thicker bodies.
     """
     setup, _, score, pit = subject.score(profile, name)
     promise_s = subject.adapter.profiles[profile].accuracy.late_steps * setup.dt_s
-    # The phase of an impact in its step is chance, so sampling may be late by up to a whole step.
+    # The phase of an impact is chance, so sampling may be late by up to a whole step.
     times = [error.time_s for error in pit.errors if math.isfinite(error.time_s)]
     sampled_s = max([setup.dt_s, *times])
     early_s = max([0.0, *(-time_s for time_s in times)])
@@ -70,7 +70,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         require(
             min(-early_s, shifted_s) - rounding_s <= error.time_s <= late_s + rounding_s,
             f"the impact of {_bodies(impact.first, impact.second)} comes at the wrong time",
-            f"{number(impact.time_s, 9)} s, and up to {seconds(late_s)} later ({steps(late_s, setup.dt_s)})"
+            f"{number(impact.time_s, 9)} s, or up to {seconds(late_s)} later ({steps(late_s, setup.dt_s)})"
             + (f" or {seconds(-shifted_s)} earlier" if shifted_s < 0 else ""),
             f"{number(impact.time_s + error.time_s, 9)} s ({steps(error.time_s, setup.dt_s)} off)",
             setup,
@@ -78,7 +78,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 class _Allowed(NamedTuple):
-    """Allowed errors of velocities, or of spins, over the scene's speed, by their causes."""
+    """Allowed errors of velocities or spins, over the scene's speed, by cause."""
 
     sampled: float
     promise: float
@@ -91,7 +91,7 @@ class _Allowed(NamedTuple):
 
 
 def _allowed(subject: Subject, profile: str, name: str, kind: str) -> _Allowed:
-    """Return the allowed errors of a kind, after each impact and at the end."""
+    """Return the allowed errors of a kind after each impact and at the end."""
     described, margin = subject.adapter.profiles[profile], subject.margin(profile, name)
     *_, pit = subject.score(profile, name)
     promise, final = described.accuracy.velocity, f"final_{kind}"
@@ -107,7 +107,7 @@ def _allowed(subject: Subject, profile: str, name: str, kind: str) -> _Allowed:
 
 
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
-    """Velocities after impacts, and at the end, are no worse than PIT's at this step and what is promised on top."""
+    """Errors of velocities, after impacts and at the end, are at most PIT's at this step plus the promise."""
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.speed_m_s
     allowed = _allowed(subject, profile, name, "velocity")
@@ -117,7 +117,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
         told = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
         wanted, got = [getattr(impact, field) for field in told], [row[field].tolist() for field in told]
         sampled, promised, margin = (number(part, 3) for part in (allowed.sampled, allowed.promise, turned))
-        why = f"PIT {sampled}, promised {promised}, margin {margin} of {speed:g}"
+        why = f"PIT {sampled}, promise {promised}, margin {margin}, all over {speed:g} m/s"
         require(
             error.velocity <= most,
             f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong velocities",
@@ -126,7 +126,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
             setup,
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
-        return  # after a missed impact the path differs
+        return  # paths differ after a missed impact
     off = score.total.final_velocity
     require(
         off <= allowed.end,
@@ -138,38 +138,38 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def spins_are_right(subject: Subject, profile: str, name: str) -> None:
-    """Spins after impacts, and at the end, are no worse than PIT's at this step and what is promised on top."""
+    """Errors of spins, after impacts and at the end, are at most PIT's at this step plus the promise."""
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.rim_m_s
     allowed = _allowed(subject, profile, name, "spin")
-    why = f"PIT {number(allowed.sampled, 3)}, promised {number(allowed.promise, 3)}"
+    why = f"PIT {number(allowed.sampled, 3)}, promise {number(allowed.promise, 3)}"
     for error in sorted(_compared(score, pit), key=lambda error: -error.spin):
         most, impact = allowed.of(error.reference), known.impacts[error.reference]
         told = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
         got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
         require(
-            error.spin <= most,  # NaN fails this too
+            error.spin <= most,  # false for NaN
             f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong spins",
-            f"{numbers(told)} rad/s, rims to {number(most * speed, 3)} m/s ({why})",
-            f"{numbers(got)} rad/s, rims off by {number(error.spin * speed, 3)} m/s",
+            f"{numbers(told)} rad/s, rim speeds to {number(most * speed, 3)} m/s ({why})",
+            f"{numbers(got)} rad/s, rim speeds off by {number(error.spin * speed, 3)} m/s",
             setup,
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return
     found = [] if trace.final_spin_rad_s is None else trace.final_spin_rad_s.tolist()
-    wanted = f"{numbers(known.final_spin_rad_s or ())} rad/s, rims to {number(allowed.end * speed, 3)} m/s"
+    wanted = f"{numbers(known.final_spin_rad_s or ())} rad/s, rim speeds to {number(allowed.end * speed, 3)} m/s"
     right = score.total.final_spin <= allowed.end
     require(right, "discs end with wrong spins", wanted, f"{numbers(found)} rad/s", setup)
 
 
 def _compared(score: Score, pit: Score) -> list[ImpactError]:
-    """Impacts with an error of PIT, because without it the cost of sampling is unknown."""
+    """Return the impacts with a known error of PIT, which is the cost of sampling."""
     common = {error.reference for error in pit.errors}
     return [error for error in score.errors if error.reference in common]
 
 
 def _finite(score: Score | None, field: str) -> list[ImpactError]:
-    """Impacts whose error in a field is known; none without a score."""
+    """Return the impacts with a known error in a field; none without a score."""
     return [error for error in score.errors if math.isfinite(getattr(error, field))] if score else []
 
 

@@ -1,4 +1,4 @@
-"""Checks of capabilities: an adapter supports what it declares, and refuses what it does not."""
+"""Checks of capabilities: an adapter supports what it declares, and refuses everything else."""
 
 from __future__ import annotations
 
@@ -40,21 +40,21 @@ from carom.model.scene import Scene
 from carom.support.formatting import number
 from carom.support.limits import LARGEST
 
-#: Largest coordinates and speeds for an engine without a declared limit. They are three orders of magnitude beyond any
-#: scene of the catalogue, and their rounding is negligible in float64.
+#: Largest tested coordinates and speeds for an engine without a declared limit. They are three orders of magnitude
+#: above any catalogue scene, and their rounding is negligible in float64.
 FAR_M = 1e5
 FAST_M_S = 1e5
 
-#: Smallest sizes, as far below any scene of the catalogue.
+#: Smallest tested size, three orders of magnitude below any catalogue scene.
 SMALL_M = 1e-5
 SLOW_M_S = 1e-4
 
-#: Phases of the step in which the fast disc is sent; without continuous detection most of them miss.
+#: Number of phases of the fast disc. Without continuous detection, most of them miss.
 PHASES = 8
 
 
 def restitution_as_declared(subject: Subject, share: float, wall_share: float) -> None:
-    """Within the declared range discs and walls each get their own coefficient, in every combination declared."""
+    """Discs and walls bounce with their own restitution, in every combination within the declared range."""
     can = subject.capabilities()
     low, high = can.restitution
     e, wall_e = low + share * (high - low), low + wall_share * (high - low)
@@ -63,13 +63,13 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
     setup = supported(subject, bounce_and_pair(e, wall_e, wall=can.walls))
-    # The momentum 1 * 1 - 2 * 2 = -3 of 3 kg is conserved, and the closing speed of 3 m/s is multiplied by e.
+    # The total momentum 1 * 1 - 2 * 2 = -3 is conserved, and the closing speed of 3 m/s is multiplied by e.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
 
 
 def immovable_stays(subject: Subject, order: str) -> None:
-    """A disc comes back from an immovable one with its velocity reversed, whichever is written first."""
+    """A disc bounces off an immovable one with its velocity reversed, in either order of the two."""
     setup = supported(subject, post(first=order == "first"))
     expected = [(-3.0, 0.0), (0.0, 0.0)]
     end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
@@ -79,7 +79,7 @@ def immovable_stays(subject: Subject, order: str) -> None:
 
 
 def posts_stand_still(subject: Subject) -> None:
-    """In a scene of overlapping immovable discs alone nothing happens."""
+    """Overlapping immovable discs stay at rest without contacts."""
     setup = supported(subject, posts())
     end = subject.watch(setup).seen[-1]
     moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
@@ -95,30 +95,30 @@ def falls_as_declared(subject: Subject) -> None:
 
 
 def slows_as_declared(subject: Subject) -> None:
-    """A damped disc that meets nothing slows down, and spins down, to within one step's error of exp(-c t)."""
+    """Velocity and spin of a free damped disc decrease as exp(-c t), to within the error of one step."""
     setup = supported(subject, slowing(spins=subject.capabilities().spin))
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
     step = scene.damping_per_s * setup.dt_s
-    # Integrators of the first order replace exp(-c dt) by 1 - c dt or 1 / (1 + c dt), one below it and one above.
+    # First-order integrators replace exp(-c dt) by 1 - c dt or 1 / (1 + c dt), which are a lower and an upper bound.
     least, most = (1.0 - step) ** steps, (1.0 + step) ** -steps
     found = [(end.velocity_m_s[0] @ disc.velocity_m_s) / math.hypot(*disc.velocity_m_s) ** 2]
     if disc.spin_rad_s:
         found.append(math.nan if end.spin_rad_s is None else end.spin_rad_s[0] / disc.spin_rad_s)
     slowed = all(least - subject.rounding <= kept <= most + subject.rounding for kept in found)
-    expected = f"{number(least, 6)} to {number(most, 6)} of its velocity" + " and of its spin" * bool(disc.spin_rad_s)
-    require(slowed, "a disc is not damped by the scene's rate", expected, numbers(found), setup)
+    expected = f"{number(least, 6)} to {number(most, 6)} times its velocity" + " and its spin" * bool(disc.spin_rad_s)
+    require(slowed, "a disc is not damped at the scene's rate", expected, numbers(found), setup)
 
 
 def rolls_as_declared(subject: Subject) -> None:
-    """A disc that rolls on a floor with rolling resistance slows down by c g/(1 + k), to within one step of it."""
+    """A disc that rolls with rolling resistance decelerates by c g/(1 + k), to within the error of one step."""
     setup = supported(subject, rolling())
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     rate = scene.wall_rolling_resistance * math.hypot(*scene.gravity_m_s2) / (1.0 + scene.discs[0].inertia_factor)
     expected, found = 1.0 - rate * scene.duration_s, float(end.velocity_m_s[0, 0])
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     right = abs(found - expected) <= rate * setup.dt_s + subject.rounding + promise
-    wrong = "a disc that rolls is not slowed down by c g/(1 + k)"
+    wrong = "a rolling disc does not decelerate by c g/(1 + k)"
     require(
         right,
         wrong,
@@ -129,85 +129,85 @@ def rolls_as_declared(subject: Subject) -> None:
 
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
-    """A disc on a table slows down against its motion by the table's deceleration, to within one step of it."""
+    """A disc on a table slows by the table's deceleration, to within the error of one step."""
     setup = supported(subject, sliding_on_a_table())
     scene, (u, v) = setup.scene, subject.watch(setup).seen[-1].velocity_m_s[0].tolist()
     left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
     expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
     allowed = scene.table_deceleration_m_s2 * setup.dt_s + subject.rounding
-    wrong = "a disc on a table is not slowed down against its motion"
+    wrong = "a disc on a table does not slow by the table's deceleration"
     told = f"{numbers(expected)} m/s to {number(allowed)}"
     require(math.dist((u, v), expected) <= allowed, wrong, told, f"{numbers((u, v))} m/s", setup)
 
 
 def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = DT_S) -> None:
-    """Check the impact of a disc on an equal one at rest."""
+    """Check the impact of a disc on an equal disc at rest, which takes over its velocity."""
     speed = scene.discs[0].velocity_m_s[0]
     end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], where)
 
 
 def fast_as_declared(subject: Subject) -> None:
-    """At the greatest declared speed a disc passes its velocity on as at any other; steps shrink with the scene."""
+    """At the greatest declared speed, a disc passes its velocity on to an equal one, with equally scaled steps."""
     speed = min(subject.capabilities().max_speed_m_s, FAST_M_S)
     _hands_over(subject, approach(speed_m_s=speed), f"at {speed:g} m/s", DT_S * 3.0 / speed)
 
 
 def far_as_declared(subject: Subject) -> None:
-    """At the greatest declared coordinate a disc passes its velocity on as anywhere else."""
+    """At the greatest declared coordinate, a disc passes its velocity on to an equal one."""
     can = subject.capabilities()
-    # Beyond this a coordinate is rounded by more than a thousandth of the disc's radius, whatever the engine.
+    # Beyond this, rounding of coordinates exceeds a thousandth of the disc's radius in every engine.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
     coordinate = min(can.max_coordinate_m, FAR_M, finest)
     _hands_over(subject, approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin")
 
 
 def moves_as_declared(subject: Subject) -> None:
-    """A disc that moves as far in one step as declared ends where its velocity takes it."""
+    """A disc that moves by the greatest declared distance per step ends at the right position."""
     can = subject.capabilities()
     speed = min(can.max_move_m / DT_S, can.max_speed_m_s, FAST_M_S)
     setup = Setup(alone(speed_m_s=speed))
-    end = end_with_velocities(subject, setup, [(speed, 0.0)], f"at {speed * DT_S:g} m a step")
+    end = end_with_velocities(subject, setup, [(speed, 0.0)], f"at {speed * DT_S:g} m per step")
     wanted, found = speed * setup.scene.duration_s, float(end.position_m[0][0])
-    what = f"a disc does not get as far as its {speed * DT_S:g} m a step take it"
+    what = f"a disc that moves {speed * DT_S:g} m per step ends at a wrong position"
     there = abs(found - wanted) <= subject.rounding * wanted
     require(there, what, f"{number(wanted, 10)} m", f"{number(found, 10)} m", setup)
 
 
 def small_as_declared(subject: Subject) -> None:
-    """At the least declared radius a disc passes its velocity on as at any other."""
+    """At the smallest declared radius, a disc passes its velocity on to an equal one."""
     radius = subject.capabilities().min_radius_m or SMALL_M
-    # Lengths shrink by 2 r, times and speeds by its root, as in a scaled scene under gravity.
+    # Lengths are scaled by 2 r, times and speeds by its root, as for a scene under gravity.
     root = math.sqrt(2 * radius)
     scene = approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
     _hands_over(subject, scene, f"radius {radius:g} m", DT_S * root)
 
 
 def large_as_declared(subject: Subject) -> None:
-    """At the greatest declared radius a disc passes its velocity on as at any other."""
+    """At the greatest declared radius, a disc passes its velocity on to an equal one."""
     can = subject.capabilities()
     radius = min(can.max_radius_m, FAR_M, can.max_coordinate_m / 4)
     _hands_over(subject, approach(radius_m=radius), f"radius {radius:g} m")
 
 
 def slow_as_declared(subject: Subject) -> None:
-    """A disc at twice the speed up to which contacts are declared inelastic passes its velocity on."""
+    """At twice the declared threshold of inelastic contacts, a disc passes its velocity on to an equal one."""
     speed = 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S
     _hands_over(subject, approach(speed_m_s=speed), f"at {speed:g} m/s", DT_S * 3.0 / speed)
 
 
 def detects_continuously(subject: Subject) -> None:
-    """A disc that would pass through another in one step hits it at every phase."""
+    """A disc that would pass through another one in a step hits it at every phase."""
     declared(subject, "continuous_detection")
     for k in range(PHASES):
         setup = Setup(bullet(k / PHASES), dt_s=1 / 60)
         struck = float(subject.watch(setup).seen[-1].velocity_m_s[1][0])
-        what = "a fast disc passes through another, and continuous detection is declared"
-        expected = "an impact that drives disc 1 forward, 50 m/s by conservation of momentum and energy"
+        what = "a fast disc passes through another, although continuous detection is declared"
+        expected = "an impact that accelerates disc 1, to 50 m/s by conservation of momentum and energy"
         require(struck > 0, what, expected, f"{number(struck, 6)} m/s", setup)
 
 
 def _twice(limit: float, what: str) -> Scene | None:
-    """Return a disc beyond an upper limit; None beyond 1e150, whose square is infinite."""
+    """Return a disc at twice an upper limit; None above 1e150, whose square is infinite."""
     return None if 2 * limit > 1e150 else alone(**{what: 2 * limit})
 
 
@@ -221,7 +221,7 @@ def _beyond_move(can: Capabilities) -> Scene | None:
 
 
 def _spinning_beyond(can: Capabilities, limit: float, other: float) -> Scene | None:
-    """Return a disc whose spin exceeds one of two limits and not the other, so that the message names the first."""
+    """Return a disc whose spin exceeds only one of two limits, so that the message names this one."""
     return spinning(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
 
 
@@ -238,14 +238,14 @@ def _bouncing(restitution: float) -> Scene:
 
 
 def _uncombined(can: Capabilities) -> Scene | None:
-    """Return a wall with a coefficient that the declared rule excludes together with that of the discs."""
+    """Return a wall whose coefficient the declared combination rule excludes for the discs' coefficient."""
     low, high = can.restitution
     least, greatest = COMBINE_RULES[can.restitution_combine](pair := (low + high) / 2, high)
     beyond = next((wall for wall in (low, high) if not least <= wall <= greatest), None)
     return None if beyond is None or not can.walls else bounce_and_pair(pair, beyond, wall=True)
 
 
-#: Possible undeclared capabilities: the field, and a scene that needs it (None if none does).
+#: Possible undeclared capabilities: the field, and a scene that needs the capability (or None).
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda can: None if can.walls else walled_box()),
     "segments": ("segments", lambda can: None if can.segments else either_side(can.restitution[1])),
@@ -314,18 +314,18 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
 
 
 def refuses(subject: Subject, what: str) -> None:
-    """`prepare` refuses a scene with undeclared needs by an AdapterError."""
+    """`prepare` raises an AdapterError for a scene that needs an undeclared capability."""
     field, needing_more = REFUSALS[what]
     value, scene = getattr(subject.capabilities(), field), needing_more(subject.capabilities())
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
     if scene is None:
-        raise NotApplicable(f"{declared} is declared: there is nothing to refuse")
-    setup, beyond = Setup(scene), f"a scene beyond what is declared ({what})"
-    expected = f"prepare() to raise an AdapterError, since the adapter declares {declared}"
+        raise NotApplicable(f"{declared} is declared, so there is nothing to refuse")
+    setup, beyond = Setup(scene), f"a scene beyond the declaration ({what})"
+    expected = f"prepare() to raise an AdapterError, because the adapter declares {declared}"
     answer = subject.try_to_watch(setup)
     if not isinstance(answer, Raised):
         ends = " ".join(numbers(velocity) for velocity in answer.seen[-1].velocity_m_s.tolist()[:3])
-        found = f"a run to the end of the scene, with the velocities {ends} m/s"
+        found = f"a run to the end of the scene, with velocities {ends} m/s"
         raise Violation(f"{beyond} is run", expected=expected, found=found, setup=setup)
     clear = answer.where == "prepare" and answer.deliberate
-    require(clear, f"{beyond} is no clear error", expected, answer, setup)
+    require(clear, f"{beyond} does not raise a clear error", expected, answer, setup)

@@ -1,4 +1,4 @@
-"""Shared by checks: exits of checks that do not apply, comparison of velocities, and text of vectors."""
+"""Shared functions of checks: reasons why checks do not apply, comparison of velocities, and text of vectors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from carom.support.formatting import number
 
 
 def declared(subject: Subject, field: str) -> Capabilities:
-    """Return what an adapter can do, with `field` among it.
+    """Return an adapter's capabilities, if they include `field`.
 
     Raises:
         NotApplicable: The capability is declared to be False.
@@ -28,7 +28,7 @@ def supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
     """Return the setup of a check's scene.
 
     Raises:
-        NotApplicable: A declared capability excludes the scene; it is the reason.
+        NotApplicable: A declared capability excludes the scene.
     """
     setup = Setup(scene, profile)
     if reason := subject.unsupported(setup):
@@ -39,7 +39,7 @@ def supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
 def end_with_velocities(
     subject: Subject, setup: Setup, expected: Sequence[tuple[float, float]], what: str
 ) -> Observation:
-    """Run head-on impacts, exact at any step, compare the final velocities with the known ones, and return the end.
+    """Run head-on impacts, which are exact at any step, check the final velocities, and return the final state.
 
     Raises:
         Violation: An error exceeds rounding and the profile's promise.
@@ -50,11 +50,11 @@ def end_with_velocities(
     for i, (wanted, found) in enumerate(zip(expected, end.velocity_m_s.tolist(), strict=True)):
         error = math.dist(wanted, found)
         off = f"{numbers(found)} m/s, off by {number(error, 3)}"
-        wrong = f"{what}: disc {i} leaves with a wrong velocity"
+        wrong = f"{what}: disc {i} ends with a wrong velocity"
         require(error <= allowed, wrong, f"{numbers(wanted)} m/s to {number(allowed)}", off, setup)
     return end
 
 
 def numbers(vector: Sequence[float]) -> str:
-    """Return a vector as (x, y), as short as possible."""
+    """Format a vector as (x, y), as short as possible."""
     return f"({', '.join(f'{number(x, 10)}' for x in vector)})"

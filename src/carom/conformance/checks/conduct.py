@@ -1,4 +1,4 @@
-"""Checks of conduct: repeatable, independent of observations, silent, without leftovers or leaks."""
+"""Checks of conduct: runs are repeatable and independent of observations, and the engine prints and leaks nothing."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Observation
 from carom.support.formatting import number
 
-#: An idle pymunk space, the smallest world, takes 10 kB, so 180 unreleased ones leak 1.8 MB.
+#: Number of worlds in a leak check. The smallest world, an idle pymunk space, takes 10 kB, so 180 unreleased ones leak
+#: 1.8 MB.
 WORLDS = 190
 LEAK_BYTES = 1_800_000
-#: A leak grows in every round; memory that grows once or is collected late does not. Node comes to rest within five.
+#: Number of rounds of a leak check. A leak grows in every round, unlike memory that grows once or is collected late.
+#: Node's memory is stable after five rounds.
 ROUNDS = 10
 
 
 def repeats_to_the_bit(subject: Subject, profile: str) -> None:
-    """If determinism is declared, a repeated run is bit-identical, also after worlds with other settings."""
+    """If determinism is declared, a repeated run is bit-identical, even after worlds with other settings."""
     declared(subject, "deterministic")
     setup = Setup(crowd(), profile)
     first = subject.seen(setup).seen
@@ -32,58 +34,58 @@ def repeats_to_the_bit(subject: Subject, profile: str) -> None:
         if other != profile:
             subject.watch(Setup(crowd(), other))
     again = subject.watch(setup).seen
-    _require_same(setup, first, again, "two runs of one scene differ, and determinism is declared")
+    _require_same(setup, first, again, "two runs of one scene differ, although determinism is declared")
 
 
 def looking_changes_nothing(subject: Subject, profile: str) -> None:
-    """Observing twice after each step yields the same run as observing once."""
+    """Observing twice after each step gives the same run as observing once."""
     declared(subject, "deterministic")
     setup = Setup(crowd(), profile)
     once, twice = subject.seen(setup).seen, subject.watch(setup, looks=2).seen
-    _require_same(setup, once, twice, "a second observe() alters the run")
+    _require_same(setup, once, twice, "a second observe() changes the run")
 
 
 def steps_singly_or_together(subject: Subject, profile: str) -> None:
-    """All steps in one call, as in timing, end with the same bits as single observed steps."""
+    """All steps in one call, as in timing, end with the same bits as single steps with observations."""
     declared(subject, "deterministic")
     setup = Setup(crowd(), profile)
     watched, at_once = subject.seen(setup).seen[-1], subject.watch(setup, looks=0).seen[-1]
     for field in ("position_m", "velocity_m_s"):
         wanted, found = getattr(watched, field), getattr(at_once, field)
-        what = "advance(n) does not end where n times advance(1) and observe() end"
+        what = "advance(n) ends in another state than n times advance(1) and observe()"
         same = wanted.tobytes() == found.tobytes()
         require(same, what, f"{field} {wanted.tolist()}", found.tolist(), setup)
 
 
 def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
-    """A step that is tried and undone, and queries of contacts, do not change the run."""
+    """Steps that are tried and undone, and queries of contacts, do not change the run."""
     declared(subject, "deterministic")
     setup = Setup(approach(), profile)
     runs = []
     for disturbed in (False, True):
         answer = subject.try_to_watch(setup, cut=True, disturbed=disturbed)
         if isinstance(answer, Raised):
-            what = f"{answer.where}() raises an error, and the profile declares that its steps can be cut"
+            what = f"{answer.where}() raises an error, although the profile declares that its steps can be cut"
             found = f"{answer.kind}: {answer.message}"
             raise Violation(what, expected="a CuttableWorld that runs to the end", found=found, setup=setup)
         runs.append(answer.seen)
     whole, disturbed_run = runs
-    _require_same(setup, whole, disturbed_run, "a step that was taken back leaves a trace")
+    _require_same(setup, whole, disturbed_run, "a step that was undone changes the run")
     for step, (plain, cut) in enumerate(zip(whole, disturbed_run, strict=True)):
-        what = f"the contacts of step {step} differ after touching() was asked"
+        what = f"the contacts of step {step} differ after touching() was called"
         require(plain.contacts == cut.contacts, what, plain.contacts, cut.contacts, setup)
 
 
 def keeps_what_it_showed(subject: Subject, profile: str) -> None:
-    """Later steps do not change an observation, so its arrays are no views of the engine's memory."""
+    """Later steps do not change an observation, so its arrays are not views of the engine's memory."""
     setup = Setup(crowd(), profile)
     altered = subject.seen(setup).altered
-    what, found = "an observation is altered by later steps", f"observation {altered} changed"
+    what, found = "later steps change an observation", f"observation {altered} changed"
     require(altered is None, what, "arrays of its own", found, setup)
 
 
 def is_silent_and_tidy(subject: Subject) -> None:
-    """Starting the engine and running a scene with each profile prints nothing and leaves no file."""
+    """Starting the engine and running a scene with each profile prints nothing and leaves no files."""
     with subject.another() as fresh:
         for profile in subject.adapter.profiles:
             setup = Setup(crowd(), profile)
@@ -94,31 +96,31 @@ def is_silent_and_tidy(subject: Subject) -> None:
 
 
 def closes_after_errors(subject: Subject) -> None:
-    """A world closed before its first step, and a refused one, do not change later runs."""
+    """A world that is closed before its first step, or refused, does not change later runs."""
     setup = Setup(crowd())
     clean = subject.seen(setup).seen
     subject.growth_bytes(setup, 2, step=False)
     subject.try_to_watch(setup, {UNKNOWN: 1})
     after = subject.watch(setup).seen
     if subject.capabilities().deterministic:
-        _require_same(setup, clean, after, "a run differs after a world that was given up")
+        _require_same(setup, clean, after, "a run differs after a world that was not completed")
 
 
 def lets_go_of_worlds(subject: Subject) -> None:
-    """200 worlds that are made, stepped and closed leak less memory than as many small ones take."""
+    """200 worlds that are created, stepped and closed leak less memory than 200 small worlds take."""
     setup, least = Setup(approach()), math.inf
     for _ in range(ROUNDS):
         grown = subject.growth_bytes(setup, WORLDS)
         if grown is None:
-            raise NotApplicable("the resident memory of a process is read from /proc, which is not here")
+            raise NotApplicable("the resident memory of a process is read from /proc, which does not exist here")
         least = min(least, grown)
         if least < LEAK_BYTES:
             return
-    expected = f"less than {LEAK_BYTES / 1e6:g} MB left by {WORLDS - 10} worlds, once in {ROUNDS} rounds"
+    expected = f"less than {LEAK_BYTES / 1e6:g} MB left by {WORLDS - 10} worlds, in at least one of {ROUNDS} rounds"
     raise Violation(
-        "close() does not release what the engine holds",
+        "close() does not release the engine's memory",
         expected=expected,
-        found=f"at least {number(least / 1e6, 3)} MB, in each of them",
+        found=f"at least {number(least / 1e6, 3)} MB in every round",
         setup=setup,
     )
 

@@ -1,4 +1,4 @@
-"""Checks of contacts: well formed, stamped within their step, and the only causes of changed velocities."""
+"""Checks of contacts: they are well formed, stamped within their step, and the only causes of velocity changes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from carom.support.formatting import number
 def _setup(subject: Subject, profile: str) -> Setup:
     can = subject.capabilities(profile)
     low, high = can.restitution
-    # Well below 1 where that is declared, so that discs part while they still overlap; 2/5 is in most ranges.
+    # If declared, well below 1, so that discs separate while they still overlap. Most ranges include 2/5.
     return Setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
@@ -33,9 +33,9 @@ def _steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, O
 
 
 def contacts_are_well_formed(subject: Subject, profile: str) -> None:
-    """A contact is between a disc and a disc of a higher number or a wall, with a unit normal from first to second.
+    """A contact is between a disc and a disc with a higher number or a wall; its unit normal points to the second.
 
-    An impulse is 0 or more, and one of 0 has no effect.
+    An impulse is 0 or more. An impulse of 0 has no effect.
     """
     setup = _setup(subject, profile)
     discs, walls = len(setup.scene.discs), len(setup.scene.walls)
@@ -43,22 +43,22 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
         for contact in after.contacts:
             first, second = contact.first, contact.second
             sound = 0 <= first < discs and (first < second < discs or -walls <= second < 0)
-            what = f"a contact in step {step} is of bodies that it can't be of"
+            what = f"a contact in step {step} has impossible bodies"
             require(sound, what, f"first < second < {discs}, or a wall from -1 to {-walls}", (first, second), setup)
             length = math.hypot(*contact.normal)
-            what = f"the normal of a contact in step {step} is no unit vector"
+            what = f"the normal of a contact in step {step} is not a unit vector"
             require(abs(length - 1) <= subject.rounding, what, 1, f"length {length!r}", setup)
             towards = _line(setup, before, contact)
             what = f"the normal of a contact in step {step} does not point from its first body to its second"
             along = float(np.dot(towards, contact.normal)) > 0
             require(along, what, f"along {numbers(towards)}", numbers(contact.normal), setup)
             sound = contact.impulse_n_s is None or contact.impulse_n_s >= 0
-            what = f"the impulse of a contact in step {step} pulls"
+            what = f"the impulse of a contact in step {step} is negative"
             require(sound, what, "0 or more, or None", contact.impulse_n_s, setup)
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
-    """The time of a contact is within the step that reports it, at its start or end if that is declared."""
+    """The time of a contact is within the step that reports it: at its start or end, if that is declared."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _setup(subject, profile), subject.capabilities(profile).stamp
@@ -76,7 +76,7 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
-    """No velocity changes without a contact; where impulses are reported, they are the whole change of momentum."""
+    """No velocity changes without a contact. Reported impulses equal the change of momentum."""
     setup = _setup(subject, profile)
     mass = masses(setup.scene)
     allowed = subject.rounding * greatest_speed(setup.scene)
@@ -97,13 +97,13 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
                 if body >= 0:
                     told[body] += sign * impulse / mass[body]
         for body, (wanted, found) in enumerate(zip(change.tolist(), told.tolist(), strict=True)):
-            what = f"the impulses of step {step} are not what changes the velocity of disc {body}"
-            expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses worth {numbers(found)} m/s"
+            what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
+            expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses for {numbers(found)} m/s"
             require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
 
 
 def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
-    """Direction from the first body of a contact to the second before the step."""
+    """Return the direction from the first body of a contact to the second before the step."""
     if contact.second < 0:
         x, y = setup.scene.half_planes()[wall_index(contact.second)].normal
         return (-x, -y)

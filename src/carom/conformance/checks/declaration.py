@@ -1,4 +1,4 @@
-"""Checks of declarations: complete, valid, and available without the engine."""
+"""Checks of declarations: they are complete, valid, and available without the engine."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ PROFILES = ("default", "tuned")
 
 
 def declares_capabilities(subject: Subject) -> None:
-    """The adapter has every attribute of the interface, its entry point's name, and valid values."""
+    """The adapter has all attributes of the interface, the name of its entry point, and valid values."""
     adapter = subject.adapter
-    what = "the adapter does not describe itself as the seam asks"
+    what = "the adapter's declaration is incomplete or invalid"
     require(isinstance(adapter, Adapter), what, "the attributes of carom.engines.api.Adapter", type(adapter))
     require(adapter.name == subject.name, what, f"the entry point's name, {subject.name!r}", repr(adapter.name))
     engine, can = adapter.engine, adapter.capabilities
@@ -47,28 +47,28 @@ def declares_capabilities(subject: Subject) -> None:
 
 
 def declares_profiles(subject: Subject) -> None:
-    """There are `default` and `tuned`; every profile has a description, plain settings with the step, and a promise."""
+    """Profiles `default` and `tuned` exist. Every profile has a description, settings with the step, and a promise."""
     profiles = subject.adapter.profiles
     for name in PROFILES:
         require(name in profiles, "a profile is missing", name, ", ".join(profiles))
     for name, profile in profiles.items():
         text = profile.description.strip()
-        require(bool(text), f"profile {name!r} does not say what it is", "one sentence", repr(text))
-        settings = subject.settings(name, DT_S)  # raises where a setting is no plain value
+        require(bool(text), f"profile {name!r} has no description", "one sentence", repr(text))
+        settings = subject.settings(name, DT_S)  # raises an error if a setting is not a plain value
         dt_s = settings.get("dt_s")
-        require(dt_s == DT_S, f"profile {name!r} does not tell its step", f"dt_s = {DT_S}", f"dt_s = {dt_s}")
+        require(dt_s == DT_S, f"profile {name!r} has no step in its settings", f"dt_s = {DT_S}", f"dt_s = {dt_s}")
         own = profile.capabilities
         sound = own is None or isinstance(own, Capabilities)
-        require(sound, f"profile {name!r} declares what can't be read", "Capabilities, or None", own)
+        require(sound, f"profile {name!r} has invalid capabilities", "Capabilities, or None", own)
         promise = profile.accuracy
-        require(isinstance(promise, Accuracy), f"profile {name!r} promises what can't be held", "Accuracy", promise)
+        require(isinstance(promise, Accuracy), f"profile {name!r} has an invalid promise", "Accuracy", promise)
         for part in (promise.late_steps, promise.velocity, promise.energy, promise.margin_m):
             sound = part >= 0 and math.isfinite(part)
-            require(sound, f"profile {name!r} promises what can't be held", "finite numbers, 0 or more", promise)
+            require(sound, f"profile {name!r} has an invalid promise", "finite numbers, 0 or more", promise)
 
 
 def imports_no_engine(subject: Subject) -> None:
-    """Finding, loading and reading the adapter, in a fresh process, leaves its engine unimported."""
+    """Finding, loading and reading the adapter in a new process does not import its engine."""
     module = subject.adapter.engine.module
     if not module:
         return
@@ -83,5 +83,5 @@ def imports_no_engine(subject: Subject) -> None:
     )
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own text
-    what = "listing adapters would import the engine"
-    require(done.returncode == 0, what, f"{module} not imported", done.stderr.strip() or f"{module} imported")
+    what = "loading the adapter imports the engine"
+    require(done.returncode == 0, what, f"{module} is not imported", done.stderr.strip() or f"{module} is imported")

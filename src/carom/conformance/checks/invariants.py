@@ -1,4 +1,4 @@
-"""Checks of invariants: the momentum of free discs, and the energy of elastic ones."""
+"""Checks of invariants: the momentum of free discs, and the energy in elastic impacts."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from carom.engines.api import Observation
 from carom.model.trace import kinetic_energy
 from carom.support.formatting import number
 
-#: The comparator's threshold, because float32 engines drift by 1e-7 through rounding without gain or loss.
+#: Largest relative energy error, as in the comparator. Rounding causes 1e-7 in float32 engines.
 ENERGY = 1e-6
 
 
 def momentum_is_kept(subject: Subject, profile: str) -> None:
-    """After every step the discs of a crowd without walls have their initial total momentum."""
+    """The total momentum of a crowd without walls is the same after every step."""
     setup = Setup(crowd(), profile)
     seen = subject.seen(setup).seen
     start = momentum(setup.scene, seen[0])
-    # Nine discs, each in a few impacts, each impact rounded by much less than a run of them all.
+    # Nine discs have a few impacts each, and the rounding of an impact is much less than that of a run.
     allowed = subject.rounding * sum(masses(setup.scene)) * greatest_speed(setup.scene)
     for step, now in enumerate(seen):
         found = momentum(setup.scene, now)
-        what, expected = f"momentum is not kept in step {step}", f"{numbers(start)} kg m/s to {number(allowed)}"
+        what, expected = f"momentum is not conserved in step {step}", f"{numbers(start)} kg m/s to {number(allowed)}"
         require(math.dist(start, found) <= allowed, what, expected, f"{numbers(found)} kg m/s", setup)
     _require_something_happened(setup, seen[0], seen[-1])
 
 
 def energy_is_kept(subject: Subject, profile: str) -> None:
-    """Elastic impacts conserve the kinetic energy, to the profile's promise."""
+    """Elastic impacts conserve kinetic energy to the profile's promise."""
     setup = Setup(crowd(), profile)
     seen = subject.seen(setup).seen
     start = kinetic_energy(setup.scene, seen[0].velocity_m_s)
-    # A soft contact stores energy while it lasts, so the last state without one counts.
+    # A soft contact stores energy while it lasts, so the last state without a contact counts.
     last = next((now for now in reversed(seen) if not now.contacts), seen[-1])
     found = kinetic_energy(setup.scene, last.velocity_m_s)
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)
     what = "energy is gained" if found > start else "energy is lost"
-    off = f"{number(found, 10)} J, {number((found - start) / start, 3)} of it more"
+    off = f"{number(found, 10)} J, a relative change of {number((found - start) / start, 3)}"
     require(
         abs(found - start) <= allowed * start, what, f"{number(start, 10)} J to {number(allowed)} of it", off, setup
     )
@@ -49,4 +49,4 @@ def energy_is_kept(subject: Subject, profile: str) -> None:
 
 def _require_something_happened(setup: Setup, start: Observation, end: Observation) -> None:
     happened = start.velocity_m_s.tobytes() != end.velocity_m_s.tobytes()
-    require(happened, "no disc of the crowd changes its velocity", "impacts", "none", setup)
+    require(happened, "no disc changes its velocity", "impacts", "none", setup)

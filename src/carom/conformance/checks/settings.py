@@ -1,4 +1,4 @@
-"""Checks of settings: read back as requested, and refused if without effect; and of the start state."""
+"""Checks of settings and of the start state: settings are read back as requested, or refused if unknown."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from carom.model.trace import Setting
 
 UNKNOWN = "carom_no_such_setting"
 
-#: Roundings on the way of a number into the engine's own unit and back: into it and out of it for a length, and both
-#: for a length and for a time of a velocity.
+#: Number of roundings by conversion into the engine's units and back: two for a length, and four for a velocity, which
+#: has a length and a time.
 ROUNDINGS = {"position_m": 2, "velocity_m_s": 4}
 
 _FLOATS = {32: np.float32, 64: np.float64}
 
 
 def settings_are_read_back(subject: Subject, profile: str) -> None:
-    """A world reports every setting of its profile with the requested value, to the declared width of numbers."""
+    """A world reports every setting of its profile with the requested value, to the declared width of floats."""
     setup = Setup(crowd(), profile)
     used = subject.seen(setup).settings
     bits = subject.capabilities(profile).float_bits
     for name, value in subject.settings(profile, setup.dt_s).items():
         there = name in used
         found = f"{name} = {used[name]!r}" if there else f"no {name}, but {', '.join(used)}"
-        what = "a setting is not the one asked for"
+        what = "a setting differs from the requested one"
         require(there and _same(value, used[name], bits), what, f"{name} = {value!r}", found, setup)
 
 
@@ -36,15 +36,15 @@ def _same(asked: Setting, found: Setting, bits: int) -> bool:
     """Whether two settings are equal for an engine whose floats have this many bits."""
     if isinstance(asked, str) or isinstance(found, str) or not isinstance(asked + found, float):
         return asked == found
-    with np.errstate(over="ignore"):  # beyond the greatest float of this width both are infinite
+    with np.errstate(over="ignore"):  # beyond the greatest float, both are infinite
         return bool(_FLOATS[bits](asked) == _FLOATS[bits](found))
 
 
 def refuses_unknown_setting(subject: Subject) -> None:
-    """A setting that would be without effect is an AdapterError that names it."""
+    """A setting that would have no effect raises an AdapterError that names it."""
     setup = Setup(crowd())
     answer = subject.try_to_watch(setup, {UNKNOWN: 1})
-    what, expected = "a setting that does not exist is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
+    what, expected = "an unknown setting is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
     if not isinstance(answer, Raised):
         raise Violation(f"{what} accepted", expected=expected, found="a run to the end of the scene", setup=setup)
     clear = answer.where == "prepare" and answer.deliberate and UNKNOWN in answer.message
@@ -52,18 +52,18 @@ def refuses_unknown_setting(subject: Subject) -> None:
 
 
 def starts_as_written(subject: Subject, profile: str) -> None:
-    """Before its first step a world is in the scene's start state, to the declared width of numbers, untouched.
+    """Before its first step, a world is in the scene's start state, to the declared width of floats.
 
-    An engine may have units of its own, so each number may be rounded on its way into them and back.
+    An engine may use other units, so each number may be rounded by conversion into them and back.
     """
     setup = Setup(crowd(), profile)
     start = subject.seen(setup).seen[0]
-    # Half a unit in the last place, relative: what one rounding at the declared width costs at most.
+    # Relative error of one rounding at the declared width: half a unit in the last place.
     rounding = 2.0 ** -(MANTISSA_BITS[subject.capabilities().float_bits] + 1)
     for i, disc in enumerate(setup.scene.discs):
         for field, times in ROUNDINGS.items():
             asked, found = getattr(disc, field), tuple(getattr(start, field)[i].tolist())
             same = all(abs(f - a) <= times * rounding * abs(a) for a, f in zip(asked, found, strict=True))
-            require(same, f"disc {i} does not start as the scene has it", f"{field} = {asked}", found, setup)
+            require(same, f"disc {i} starts differently from the scene", f"{field} = {asked}", found, setup)
     untouched = not (start.contacts or start.warning)
-    require(untouched, "a world begins with contacts or a warning", "none", start.warning or start.contacts, setup)
+    require(untouched, "a world starts with contacts or a warning", "none", start.warning or start.contacts, setup)

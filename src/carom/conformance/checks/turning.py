@@ -1,4 +1,4 @@
-"""Checks of spin and friction: coefficients and inertias have their effect, and contacts report changes of spin."""
+"""Checks of spin and friction: coefficients and inertias have their effect, and contacts explain changes of spin."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from carom.model.scene import Disc, Scene, Wall
 from carom.support.formatting import number
 from carom.support.limits import LARGEST
 
-#: Within the declared range: the ends of it, and a coefficient at which the suite's discs slide through their impacts.
+#: Coefficients of friction: both ends of the declared range, and one at which the suite's discs slide throughout an
+#: impact.
 FRICTIONS = ("least", "sliding", "greatest")
 
-#: Inertia factors: the least declared one, a sphere's, a hoop's, and that of a disc that does not turn.
+#: Inertia factors: the least declared one, a sphere's, a hoop's, and an infinite one, with which a disc can't turn.
 INERTIAS = {"least": 0.0, "sphere": 0.4, "hoop": 1.0, "unturnable": math.inf}
 
-#: Limits for an engine without declared ones: an inertia and a spin beyond any scene of the catalogue.
+#: Tested inertia and spin for an engine without declared limits, beyond any catalogue scene.
 SMALL_INERTIA = 1e-6
 FAST_RAD_S = 1e5
 
@@ -30,7 +31,7 @@ Motion = tuple[tuple[float, float], float]
 
 
 def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
-    """Within the declared range discs and walls each get their own coefficient, in every combination declared."""
+    """Discs and walls have their own friction, in every combination within the declared range."""
     can = _rubbing_capabilities(subject)
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
@@ -40,7 +41,7 @@ def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
 
 
 def inertia_as_declared(subject: Subject, inertia: str) -> None:
-    """A disc turns according to its inertia factor, from the least declared to one that does not turn."""
+    """A disc turns according to its inertia factor, from the least declared factor to infinity."""
     can = _rubbing_capabilities(subject)
     factor = INERTIAS[inertia] or can.min_inertia_factor or SMALL_INERTIA
     if not can.spin and math.isfinite(factor):
@@ -51,21 +52,21 @@ def inertia_as_declared(subject: Subject, inertia: str) -> None:
 
 
 def spins_as_declared(subject: Subject) -> None:
-    """A disc without contacts keeps its spin, counterclockwise, at the greatest declared spin or turn a step."""
+    """A free disc keeps its counterclockwise spin, at the greatest declared spin or rotation per step."""
     can = declared(subject, "spin")
     spin = min(can.max_spin_rad_s, can.max_turn_rad / DT_S, FAST_RAD_S)
     setup = Setup(spinning(spin))
     for step, now in enumerate(subject.watch(setup).seen):
         found = _spins(now, setup)
-        what = f"a free disc spins otherwise than it did at the start, in step {step}"
-        off = abs(found[0] - spin) <= subject.rounding * spin  # NaN fails this too
+        what = f"the spin of a free disc changes in step {step}"
+        off = abs(found[0] - spin) <= subject.rounding * spin  # false for NaN
         require(off, what, f"{number(spin, 10)} rad/s", f"{number(found[0], 10)} rad/s", setup)
 
 
 def rubs_as_told(subject: Subject, profile: str) -> None:
-    """Friction is no more than the coefficient allows; reported impulses explain changes of velocities and spins.
+    """Friction is at most what the coefficient allows, and impulses explain changes of velocities and spins.
 
-    The arm of friction is a disc's radius, or less by as much as the bodies overlap.
+    The lever arm of friction is a disc's radius, minus at most the overlap of the bodies.
     """
     can = _rubbing_capabilities(subject, profile)
     friction = _friction(can, "sliding")
@@ -96,7 +97,7 @@ def _rubbing_capabilities(subject: Subject, profile: str = "tuned") -> Capabilit
 
 def _friction(can: Capabilities, share: str) -> float:
     low, high = can.friction
-    # No scene has more than `LARGEST`.
+    # Scenes have at most `LARGEST`.
     return {"least": low, "sliding": min(max(low, 0.1), high), "greatest": min(high, LARGEST)}[share]
 
 
@@ -110,7 +111,7 @@ def _spins(now: Observation, setup: Setup) -> list[float]:
 
 
 def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
-    """Compare final velocities and spins of `rubbing` with the closed form of a central impact with friction."""
+    """Compare final velocities and spins of `rubbing` with the closed form of an impact with friction."""
     setup = supported(subject, scene)
     first, second, *more = scene.discs
     wanted = [*_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
@@ -124,16 +125,17 @@ def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
     allowed = (subject.rounding + promise) * max(fastest, greatest_speed(scene) / scene.discs[0].radius_m)
     for i, ((_, spin), found) in enumerate(zip(wanted, _spins(end, setup), strict=True)):
         off = f"{number(found, 10)} rad/s, off by {number(abs(found - spin), 3)}"
-        wrong = f"{what}: disc {i} leaves with a wrong spin"
+        wrong = f"{what}: disc {i} ends with a wrong spin"
         require(abs(found - spin) <= allowed, wrong, f"{number(spin, 10)} rad/s to {number(allowed)}", off, setup)
 
 
 def _after(
     first: Disc, second: Disc | Wall, normal: tuple[float, float], restitution: float, friction: float
 ) -> tuple[Motion, Motion]:
-    """Return velocity and spin of both after their impact; `normal` is from first to second (docs/theory/friction.md).
+    """Return velocity and spin of both bodies after their impact; see docs/theory/friction.md.
 
-    Newton's restitution along the normal, and along the tangent as much as ends the slip, or as Coulomb allows.
+    `normal` points from first to second. Along it, Newton's restitution applies. Along the tangent, the impulse ends
+    the slip, or is the largest that Coulomb's law allows.
     """
     (nx, ny), (tx, ty) = normal, (-normal[1], normal[0])
     still = Disc(position_m=(0, 0), radius_m=1, mass_kg=math.inf)
@@ -158,9 +160,15 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
         if contact.impulse_n_s is None or contact.tangential_impulse_n_s is None:
             continue
         tangential, most = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
-        what = f"friction of bodies {contact.first} and {contact.second} in step {step} is more than there can be"
+        what = f"friction between bodies {contact.first} and {contact.second} in step {step} is too large"
         within = tangential <= most * (1 + allowed) + allowed
-        require(within, what, f"{friction:g} of the push, {number(most, 6)} N s", f"{number(tangential, 6)} N s", setup)
+        require(
+            within,
+            what,
+            f"at most {friction:g} of the normal impulse, {number(most, 6)} N s",
+            f"{number(tangential, 6)} N s",
+            setup,
+        )
 
 
 def _require_cause(
@@ -197,19 +205,19 @@ def _require_whole_change(
     spun = np.array(_spins(after, setup)) - np.array(_spins(before, setup))
     for body in range(len(discs)):
         wanted, found = change[body].tolist(), told[body].tolist()
-        what = f"the impulses of step {step} are not what changes the velocity of disc {body}"
-        expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses worth {numbers(found)} m/s"
+        what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
+        expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses for {numbers(found)} m/s"
         require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
-        what = f"the tangential impulses of step {step} are not what changes the spin of disc {body}"
+        what = f"the tangential impulses of step {step} do not explain the spin change of disc {body}"
         expected, worth = (
             f"{number(spun[body], 6)} rad/s to {number(arm_short[body])}",
-            f"impulses worth {number(turned[body], 6)} rad/s",
+            f"impulses for {number(turned[body], 6)} rad/s",
         )
         require(abs(spun[body] - turned[body]) <= arm_short[body], what, expected, worth, setup)
 
 
 def _overlap(scene: Scene, contact: Contact, state: Observation) -> float:
-    """Return the overlap of a contact's bodies, metres; 0 without one."""
+    """Return the overlap of a contact's bodies, metres; 0 if they do not overlap."""
     first, here = scene.discs[contact.first], state.position_m[contact.first]
     if contact.second < 0:
         wall = scene.half_planes()[-1 - contact.second]

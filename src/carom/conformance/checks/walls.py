@@ -1,4 +1,4 @@
-"""Checks of declared walls other than plain half-planes, and of driven bodies."""
+"""Checks of walls other than plain half-planes, and of driven bodies."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def edges_as_declared(subject: Subject) -> None:
 
 
 def circles_as_declared(subject: Subject) -> None:
-    """A disc comes back from a circle, from inside and from outside."""
+    """A disc bounces off a circle from inside and from outside."""
     e = declared(subject, "arcs").restitution[1]
     setup = supported(subject, in_and_out(e))
     end_with_velocities(subject, setup, [(-3 * e, 0.0), (3 * e, 0.0)], "a circle")
 
 
 def posts_as_declared(subject: Subject) -> None:
-    """A disc comes back from a circle that it meets from outside."""
+    """A disc bounces off a circle from outside."""
     can, e = subject.capabilities(), subject.capabilities().restitution[1]
     if not (can.posts or can.arcs):
         raise NotApplicable("neither posts nor arcs is declared")
@@ -43,7 +43,7 @@ def posts_as_declared(subject: Subject) -> None:
 
 
 def paddles_as_declared(subject: Subject) -> None:
-    """A disc leaves a driven wall at the wall's velocity plus e times the closing speed."""
+    """A disc leaves a driven wall with the wall's velocity plus e times the closing speed."""
     can = declared(subject, "driven_walls")
     e = can.restitution[1]
     for edge in (False, True) if can.segments else (False,):
@@ -52,21 +52,21 @@ def paddles_as_declared(subject: Subject) -> None:
 
 
 def mallets_as_declared(subject: Subject) -> None:
-    """A disc leaves a driven disc like a driven wall, and the driven disc keeps its velocity."""
+    """A disc leaves a driven disc as it leaves a driven wall, and the driven disc keeps its velocity."""
     e = declared(subject, "driven_discs").restitution[1]
     setup = supported(subject, mallet(e))
     end_with_velocities(subject, setup, [(1.0, 0.0), (1 + 4 * e, 0.0)], "a driven disc")
 
 
 def legs_as_declared(subject: Subject) -> None:
-    """A wall that is at rest at first and moves later strikes a disc at its later velocity."""
+    """A wall that starts to move later strikes a disc with its later velocity."""
     e = declared(subject, "legs").restitution[1]
     setup = supported(subject, starting_paddle(e))
     end_with_velocities(subject, setup, [(1 + 4 * e, 0.0)], "a wall that starts")
 
 
 def belts_as_declared(subject: Subject) -> None:
-    """A disc that slips on a belt is pushed along it by f (1 + e) times the speed at which it came."""
+    """A disc that slips on a belt gains f (1 + e) times its impact speed along the belt."""
     can = declared(subject, "belts")
     e, friction = can.restitution[1], min(0.25, can.friction[1])
     setup = supported(subject, belt(friction, e))
@@ -74,19 +74,19 @@ def belts_as_declared(subject: Subject) -> None:
 
 
 def edge_belts_as_declared(subject: Subject) -> None:
-    """A disc that slips on an edge that runs is pushed along it so, too: up on one side, and down on the other."""
+    """A disc that slips on a conveyor edge gains the same speed along it: up on one side, and down on the other."""
     can = declared(subject, "edge_belts")
     e, friction = can.restitution[1], min(0.25, can.friction[1])
     setup, up = supported(subject, edge_belt(friction, e)), 3 * (1 + e) * friction
-    end_with_velocities(subject, setup, [(-3 * e, -up), (3 * e, up)], "an edge that runs")
+    end_with_velocities(subject, setup, [(-3 * e, -up), (3 * e, up)], "a conveyor edge")
 
 
 def materials_as_declared(subject: Subject) -> None:
-    """Two walls of one scene each have their own restitution: the least and the greatest that can be with discs'."""
+    """Two walls of a scene have different restitutions: the least and the greatest that are possible."""
     can = declared(subject, "wall_materials")
     low, high = can.restitution
     # The discs of the scene have restitution 1 between them.
     least, greatest = COMBINE_RULES[can.restitution_combine](1.0, high)
     first, second = max(low, least), min(high, greatest)
     setup = supported(subject, two_walls(first, second))
-    end_with_velocities(subject, setup, [(3 * first, 0.0), (-3 * second, 0.0)], "walls of their own")
+    end_with_velocities(subject, setup, [(3 * first, 0.0), (-3 * second, 0.0)], "walls with different restitutions")

@@ -1,7 +1,8 @@
-/* Input and output of a run in WebAssembly: arrays of floats by kind, and single numbers by name.
+/* Input and output of a run in WebAssembly: arrays of floats, identified by kind, and single numbers, identified by
+   name.
 
-   JavaScript lists the same names in the same order (`carom/web/core.js`). One run exists at a time: `begin_input`
-   releases the memory of the run before. */
+   JavaScript has the same names in the same order (`carom/web/core.js`). Only one run exists at a time: `begin_input`
+   frees the memory of the run before. */
 
 #pragma once
 
@@ -9,19 +10,19 @@
 #include "carom/core/feature.h"
 #include "carom/core/run_input.h"
 
-/* Functions that JavaScript calls, by name. */
+/* Mark a function that JavaScript calls by a name. */
 #define CAROM_EXPORT(name) __attribute__((export_name(name)))
 
-typedef enum Array { /* those of `RunInput` */
+typedef enum Array { /* the arrays of `RunInput` */
     POSITIONS,
     VELOCITIES,
     RADII,
     MASSES,
     SPINS,
     INERTIAS,
-    WALLS,     /* if they are the obstacles */
-    FEATURES,  /* else */
-    MATERIALS, /* with features */
+    WALLS,     /* if the walls are the obstacles */
+    FEATURES,  /* if the features are the obstacles */
+    MATERIALS, /* if there are features */
     DRIVEN,
     LEGS,
     GROUNDS,
@@ -43,15 +44,15 @@ typedef enum Number {
     TABLE_DECELERATION,
     ROLLING_RESISTANCE,
     DAMPING,
-    HAS_SPINS, /* whether a disc spins or can come to spin */
+    HAS_SPINS, /* whether a disc spins or can begin to spin */
     STANDSTILL_IMPACTS,
     FRAME_RATE,
     DURATION,
     NUMBERS,
 } Number;
 
-typedef enum Result { /* addresses and counts of rows, and the end of a run */
-    IMPACTS, /* address of the rows `Impact` */
+typedef enum Result { /* addresses and counts of rows, and how the run has ended */
+    IMPACTS, /* address of rows of `Impact` */
     IMPACT_COUNT,
     SPIN_ROWS, /* address; 0 if no disc spins */
     CONTACTS,
@@ -65,12 +66,12 @@ typedef enum Result { /* addresses and counts of rows, and the end of a run */
     NOW_LOW,
     EPOCH,
     EPOCH_REST,
-    IS_TOO_FAR, /* whether discs met so far out that floats do not resolve the distance of their centres */
+    IS_TOO_FAR, /* whether discs met so far from the origin that floats do not resolve the distance of their centres */
     RESULTS,
 } Result;
 
 typedef struct Input {
-    double *arrays[ARRAYS]; /* NULL for one that was not given */
+    double *arrays[ARRAYS]; /* NULL for an array that is not given */
     Index lengths[ARRAYS];
     double numbers[NUMBERS];
 } Input;
@@ -78,10 +79,10 @@ typedef struct Input {
 extern Input carom_input;
 extern double carom_results[RESULTS];
 
-/* The `Resize` of runs; memory is released all at once by `begin_input`. */
+/* The `Resize` of all runs. `begin_input` frees all memory at once. */
 void *carom_resize(void *memory, size_t used, size_t size);
 
-/* Return what a run of either loop is set up from. */
+/* Return the input of a run of either solver. */
 static inline RunInput run_input(void) {
     double *const *arrays = carom_input.arrays;
     const Index *lengths = carom_input.lengths;
@@ -101,7 +102,7 @@ static inline RunInput run_input(void) {
         .driven_count = lengths[DRIVEN] / DRIVEN_NUMBERS,
         .leg_count = lengths[LEGS] / LEG_NUMBERS,
         .has_spins = n[HAS_SPINS] != 0.0,
-        .has_finite_walls = true, /* so that the places of all impacts are recorded, which a page draws */
+        .has_finite_walls = true, /* so that the positions of all impacts are recorded; the page draws them */
         .has_acceleration = n[GRAVITY_X] != 0.0 || n[GRAVITY_Y] != 0.0 || n[TABLE_DECELERATION] != 0.0,
         .gravity = {n[GRAVITY_X], n[GRAVITY_Y]},
         .deceleration = n[TABLE_DECELERATION],
@@ -132,7 +133,7 @@ static inline RunInput run_input(void) {
     };
 }
 
-/* Write where the recorded rows are. */
+/* Write the addresses and counts of the recorded rows. */
 static inline void write_record(const Record *r) {
     carom_results[IMPACTS] = (double)(uintptr_t)r->rows;
     carom_results[IMPACT_COUNT] = (double)r->count;

@@ -1,4 +1,4 @@
-/* Memory of the core in WebAssembly, its input, and what a C library would supply. */
+/* Memory of the core in WebAssembly, its input, and replacements for functions of a C library. */
 
 #include <math.h>
 #include <stdint.h>
@@ -10,14 +10,14 @@
 
 enum { PAGE = 65536, ALIGNMENT = 64 };
 
-extern unsigned char __heap_base; /* set by the linker: memory above is free */
+extern unsigned char __heap_base; /* set by the linker; the memory from here on is free */
 
 Input carom_input;
 double carom_results[RESULTS];
 
-static uintptr_t used_end; /* what is allocated ends here */
+static uintptr_t used_end; /* end of the allocated memory */
 
-/* Return a block of memory, or NULL if there is none. */
+/* Return a block of memory, or NULL if there is no more. */
 static void *allocate(size_t size) {
     uintptr_t begin = used_end;
     uintptr_t pages = (uintptr_t)__builtin_wasm_memory_size(0);
@@ -30,7 +30,8 @@ static void *allocate(size_t size) {
     return (void *)begin;
 }
 
-/* The old block stays until the next run begins. What grows at least doubles, so this wastes as much memory again. */
+/* The old block stays allocated until the next run begins. Growing blocks at least double, so this wastes at most as
+   much memory again. */
 void *carom_resize(void *memory, size_t used, size_t size) {
     void *block = size == 0 ? NULL : allocate(size);
     if (block != NULL && used > 0)
@@ -61,7 +62,7 @@ CAROM_EXPORT("results") double *results(void) {
     return carom_results;
 }
 
-/* ---- what a C library would supply ---- */
+/* ---- replacements for functions of a C library ---- */
 
 static double power_of_two(int exponent) {
     uint64_t bits = (uint64_t)(exponent + 1023) << 52;
@@ -75,7 +76,7 @@ double ldexp(double x, int exponent) {
         x *= 0x1p1023;
         exponent -= 1023;
     }
-    /* Steps of 2^-969 keep all bits of what ends above the least number, so that the last one alone rounds. */
+    /* Steps of 2^-969 keep all bits of a result above the smallest number, so that only the last step rounds. */
     for (int k = 0; k < 2 && exponent < -1022; k++) {
         x *= 0x1p-969;
         exponent += 969;
@@ -91,7 +92,7 @@ double frexp(double x, int *exponent) {
     *exponent = 0;
     if (x == 0.0 || power == 0x7FF)
         return x;
-    if (power == 0) { /* below the least number of full precision */
+    if (power == 0) { /* subnormal: below the smallest number of full precision */
         x = frexp(x * 0x1p64, exponent);
         *exponent -= 64;
         return x;
@@ -102,7 +103,7 @@ double frexp(double x, int *exponent) {
     return x;
 }
 
-/* For JavaScript, which rounds results below 2^-1022 twice. */
+/* Exported because JavaScript rounds results below 2^-1022 twice. */
 CAROM_EXPORT("times_power") double times_power(double x, int exponent) {
     return ldexp(x, exponent);
 }

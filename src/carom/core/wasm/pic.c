@@ -1,9 +1,9 @@
-/* Binding of the event-driven loop for JavaScript; the loop is included. */
+/* Binding of the event-driven loop for JavaScript. This file includes the loop. */
 
 #include "carom/core/event_driven.c"
 #include "carom/core/wasm/input.h"
 
-/* ---- what JavaScript answers ---- */
+/* ---- functions of JavaScript ---- */
 
 #define CAROM_IMPORT(name) __attribute__((import_module("carom"), import_name(name)))
 
@@ -25,7 +25,7 @@ static double solve_quartic(void *context, const Products *gap, int index) {
 
 static State state;
 
-/* Begin a run of the input, and record all impacts; return whether there was memory. */
+/* Begin a run with the present input, and record all impacts. Return false if there is no memory. */
 CAROM_EXPORT("begin_pic") bool begin_pic(void) {
     RunInput input = run_input();
     input.exact = (ExactQuartic){solve_quartic, NULL};
@@ -56,7 +56,7 @@ CAROM_EXPORT("advance_pic") void advance_pic(double until, Index impacts) {
     carom_results[IS_TOO_FAR] = state.counts.too_far > 0;
 }
 
-/* Return x, y, vx and vy of each disc at a time since the epoch; after them the spins, if a disc spins. */
+/* Return x, y, vx and vy of each disc at a time since the epoch. If discs spin, their spins follow. */
 CAROM_EXPORT("states_pic") double *states_pic(double time, double time_low) {
     double *states = carom_resize(NULL, 0, (size_t)state.disc_count * 5 * sizeof(double));
     if (states != NULL) {

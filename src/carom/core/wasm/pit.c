@@ -1,6 +1,6 @@
 /* Binding of the frame-sampled loop, and of damped times, for JavaScript.
 
-   The loop is included, so that both use one copy of the exponentials. */
+   This file includes the loop, so that both use one copy of the exponentials. */
 
 #include "carom/core/damping.h"
 #include "carom/core/frame_sampled.c"
@@ -28,7 +28,7 @@ CAROM_EXPORT("latest_undamped") double latest_undamped(double rate, double time)
 
 /* ---- a run ---- */
 
-/* Begin a run of the input; return whether there was memory. */
+/* Begin a run with the present input. Return false if there is no memory. */
 CAROM_EXPORT("begin_pit") bool begin_pit(void) {
     RunInput input = run_input();
     size_t size = carom_pit_set_up(&state, &input);
@@ -39,7 +39,7 @@ CAROM_EXPORT("begin_pit") bool begin_pit(void) {
     return true;
 }
 
-/* Pass the frames before number `until`, and write `carom_results`; return whether there was memory. */
+/* Pass the frames before number `until`, and write `carom_results`. Return false if there is no memory. */
 CAROM_EXPORT("advance_pit") bool advance_pit(Index until) {
     while (state.counts.frames < until && !state.is_out_of_memory && !state.is_too_far) {
         state.work = 0x1p30;
@@ -50,7 +50,7 @@ CAROM_EXPORT("advance_pit") bool advance_pit(Index until) {
     return !state.is_out_of_memory;
 }
 
-/* Return x, y, vx and vy of each disc at a time not before the last frame; after them the spins, if a disc spins. */
+/* Return x, y, vx and vy of each disc at a time not before the last frame. If discs spin, their spins follow. */
 CAROM_EXPORT("states_pit") double *states_pit(double time) {
     double *states = carom_resize(NULL, 0, (size_t)state.disc_count * 5 * sizeof(double));
     if (states != NULL) {

@@ -1,8 +1,8 @@
 """Adapter interface: everything that the author of an engine adapter imports from Carom.
 
 An adapter is any object with the attributes of `Adapter`; no base class is needed. Register it in the entry-point group
-``carom.adapters``, and the harness finds it. The harness drives the world that `prepare` returns. It measures, joins
-the steps of one contact into one impact, derives effective times, and skips scenes that `capabilities` excludes.
+``carom.adapters``, and the harness finds it. The harness drives the world that `prepare` returns. The harness measures,
+joins the steps of one contact into one impact, derives effective times, and skips scenes that `capabilities` excludes.
 ``docs/reference/adapters.md`` builds an adapter in forty lines.
 """
 

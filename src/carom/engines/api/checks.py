@@ -13,11 +13,11 @@ from carom.model.scene import Chain, Disc, Need, Ring, Scene, Wall
 from carom.model.trace import Setting
 from carom.support.formatting import number
 
-#: Engines count steps in a C int.
+#: Engines count steps in a C int, which limits their number.
 MAX_STEPS = 2**31 - 1
 
-#: Bits of a float after the leading one (IEEE 754), by declarable width. 16 bits can't be declared: a hundred units in
-#: the last place, which count as rounding, would be a tenth of the value.
+#: Bits of a float after the leading one (IEEE 754), by declarable width. A width of 16 bits can't be declared: rounding
+#: errors of a hundred units in the last place would be a tenth of the value.
 MANTISSA_BITS = {32: 23, 64: 52}
 
 #: Rules by which an engine combines the coefficients of two bodies, each from 0 to a largest value. Each function
@@ -59,7 +59,7 @@ def require_sound(
         known: Names of all settings except ``dt_s``.
         at_least: Smallest values of settings, including ``dt_s``.
         at_most: Largest values of settings, including ``dt_s``.
-        words: Allowed words of settings that are words.
+        words: Allowed values of settings that are words.
 
     Raises:
         AdapterError: A field or setting is invalid; the message contains its name and value.
@@ -107,7 +107,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         scene: The scene.
         capabilities: Declared capabilities.
         dt_s: Step, seconds.
-        located: Whether the steps are cut.
+        located: Whether steps are cut to end at contacts.
     """
     needs = scene.needs
     for need in Need:
@@ -115,7 +115,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
             return f"the scene has {need.value}, which this method does not support{suffix}"
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
-        # This holds for semi-implicit and explicit Euler. With whole steps, the late detection cancels the error.
+        # The error occurs with semi-implicit and explicit Euler. With whole steps, the late detection cancels the
+        # error.
         gained = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
             f"discs fall onto bodies that do not fall, and this profile cuts its steps. An engine's step of {dt_s:g} "
@@ -127,18 +128,18 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     used += [("wall_restitution", restitution) for restitution in dict.fromkeys(wall.restitution for wall in walls)]
     for name, value in used:
         if not low <= value <= high:
-            return f"{name} is {value}, and this method simulates {low:g} to {high:g} as asked for"
-    if reason := _combined(capabilities.restitution_combine, used, high):
+            return f"{name} is {value}, and this method simulates only {low:g} to {high:g} exactly"
+    if reason := _combination_problem(capabilities.restitution_combine, used, high):
         return reason
     if Need.FRICTION in needs and not capabilities.spin and any(_can_turn(disc) for disc in scene.discs):
-        return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method turns none"
+        return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method turns no discs"
     low, high = capabilities.friction
     rubbed = [("friction", scene.friction)] if len(scene.discs) > 1 else []
     rubbed += [("wall_friction", friction) for friction in dict.fromkeys(wall.friction for wall in walls)]
     for name, value in rubbed:
         if value != 0.0 and not low <= value <= high:
-            return f"{name} is {value:g}, and this method simulates {low:g} to {high:g} as asked for"
-    if reason := _combined(capabilities.friction_combine, rubbed, high):
+            return f"{name} is {value:g}, and this method simulates only {low:g} to {high:g} exactly"
+    if reason := _combination_problem(capabilities.friction_combine, rubbed, high):
         return reason
     disc_speeds = [_greatest_speed(disc) for disc in scene.discs]
     fastest = max(disc_speeds)
@@ -149,7 +150,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         return f"a disc spins at {spin:g} rad/s, and this method's limit is {capabilities.max_spin_rad_s:g} rad/s"
     if spin * dt_s > capabilities.max_turn_rad:
         turned = f"a disc at {spin:g} rad/s turns by {spin * dt_s:g} rad in a step of {dt_s:g} s"
-        return f"{turned}, and this method turns none by more than {capabilities.max_turn_rad:g} rad"
+        return f"{turned}, and this method turns discs by at most {capabilities.max_turn_rad:g} rad a step"
     for i, disc in enumerate(scene.discs if needs & {Need.SPIN, Need.FRICTION} else ()):
         if disc.inertia_factor < capabilities.min_inertia_factor:
             limits = f"{capabilities.min_inertia_factor:g} to 1, or a disc that does not turn"
@@ -157,11 +158,11 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     wall_speeds = [_greatest_speed(wall) for wall in scene.walls if wall.driven]
     closing, threshold = sum(nlargest(2, [*disc_speeds, *wall_speeds])), capabilities.restitution_threshold_m_s
     if 0 < closing <= threshold and any(value > 0 for _, value in used):
-        slow = f"no two bodies close at more than {closing:g} m/s"
+        slow = f"no two bodies approach each other at more than {closing:g} m/s"
         return f"{slow}, and this method makes contacts of up to {threshold:g} m/s inelastic"
     if fastest * dt_s > capabilities.max_move_m:
         moved = f"a disc at {fastest:g} m/s moves {fastest * dt_s:g} m in a step of {dt_s:g} s"
-        return f"{moved}, and this method moves none by more than {capabilities.max_move_m:g} m"
+        return f"{moved}, and this method moves discs by at most {capabilities.max_move_m:g} m a step"
     for i, disc in enumerate(scene.discs):
         if not capabilities.min_radius_m <= disc.radius_m <= capabilities.max_radius_m:
             limits = f"{capabilities.min_radius_m:g} to {capabilities.max_radius_m:g} m"
@@ -186,7 +187,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
 
 
 def _supports(capabilities: Capabilities, need: Need) -> bool:
-    """Whether a need of a scene is declared. Most capabilities have the name of the need."""
+    """Whether the capabilities include a need of a scene. Most capabilities have the name of the need."""
     match need:
         case Need.IMMOVABLE:
             return capabilities.immovable_discs
@@ -200,7 +201,7 @@ def _supports(capabilities: Capabilities, need: Need) -> bool:
             return bool(getattr(capabilities, need.name.lower()))
 
 
-def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
+def _combination_problem(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
     """Return why discs and walls can't have these coefficients in one scene; empty if they can."""
     if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
         return ""
@@ -214,7 +215,7 @@ def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float)
 
 
 def _greatest_speed(body: Disc | Wall | Chain | Ring) -> float:
-    """Return the greatest speed of a body by its own velocities, metres a second."""
+    """Return the greatest speed that a body's own velocity or legs have, metres a second."""
     return body.drive.fastest if body.legs else math.hypot(*body.velocity_m_s)
 
 
@@ -225,8 +226,8 @@ def _can_turn(disc: Disc) -> bool:
 def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
     """Refuse a scene that the declared capabilities exclude, for the same reason as the harness.
 
-    One limit is checked only by the harness: the closing speed below which contacts are inelastic, since it belongs to
-    a profile, and `prepare` gets only settings.
+    The harness alone checks the closing speed below which contacts are inelastic: it belongs to a profile, and
+    `prepare` gets only settings.
 
     Args:
         engine: Name of the engine in messages.

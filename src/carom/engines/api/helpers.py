@@ -1,4 +1,4 @@
-"""Helpers shared by adapters of several engines. Their use is optional: the harness does not require them."""
+"""Helpers shared by adapters of several engines. No adapter has to use them."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from carom.model.scene import Disc, Scene
 
 Vector = tuple[float, float]
 
-#: A coefficient whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that
-#: multiplying and dividing by it is exact.
+#: A coefficient whose square is 0 in 64-bit floats; the least positive float is 2**-1074. The coefficient is a power of
+#: two, so multiplying and dividing by it is exact.
 VANISHING = 2.0**-600
 
-#: Number of impacts on driven bodies for which replacements of half-planes are long enough. A paddle or a piston has
-#: few; for a disc that is crushed, no number is enough.
+#: Long walls replace half-planes. The walls are long enough for this number of impacts on driven bodies. A paddle or a
+#: piston has few; for a disc that is crushed, no number is enough.
 DRIVEN_IMPACTS = 32
 
 
 class AliasedProfiles(dict[str, Profile]):
-    """Profiles of which some have further names. Lookups know these, and listings leave them out.
+    """Profiles by name, some with aliases. Lookups accept aliases; listings leave them out.
 
     Args:
         profiles: The profiles by name.
-        aliases: Names by further names.
+        aliases: Names of profiles by alias.
     """
 
     def __init__(self, profiles: Mapping[str, Profile], aliases: Mapping[str, str]) -> None:
@@ -39,7 +39,7 @@ class AliasedProfiles(dict[str, Profile]):
         return super().__contains__(self._aliases.get(str(name), name))
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Return a profile by a name or a further name."""
+        """Return a profile by its name or by an alias."""
         return super().get(self._aliases.get(name, name), default)
 
 
@@ -80,19 +80,20 @@ class StepClock:
 
 def factored_restitutions(scene: Scene) -> tuple[float, float]:
     """Return restitutions (of every disc, of every wall) whose products are the coefficients of a scene."""
-    return _factored(scene.restitution, scene.wall_restitution)
+    return _factor(scene.restitution, scene.wall_restitution)
 
 
 def factored_frictions(scene: Scene) -> tuple[float, float]:
     """Return coefficients of friction (of every disc, of every wall) whose products are those of a scene."""
-    return _factored(scene.friction, scene.wall_friction)
+    return _factor(scene.friction, scene.wall_friction)
 
 
-def _factored(pair: float, wall: float) -> tuple[float, float]:
-    """Factor the coefficients of two discs, and of a disc and a wall, for an engine that multiplies those of bodies.
+def _factor(pair: float, wall: float) -> tuple[float, float]:
+    """Return coefficients of discs and of walls for an engine that multiplies the coefficients of two bodies.
 
-    A disc gets the root of the pair's coefficient. If that is zero and the walls' is not, no ordinary factor works. The
-    square of a tiny factor underflows to 0, and its product with a huge one does not.
+    The coefficient of a disc is the root of the pair's. If the pair has 0 and the walls have more, the disc gets a tiny
+    coefficient and the walls a huge one. The square of the tiny coefficient underflows to 0, and its product with the
+    huge one does not.
     """
     disc = math.sqrt(pair) if pair > 0 else VANISHING
     return disc, wall / disc
@@ -102,8 +103,8 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     """Return the middle of a scene, and the largest distance from it that any point of a disc can reach, metres.
 
     Engines without half-planes need it for the size of walls. No impact adds energy, so the speed of a disc is limited
-    by the total energy of the scene, including that of spins, and by gravity. A driven body adds up to twice its speed
-    at each impact; `DRIVEN_IMPACTS` of these are included.
+    by the total energy of the scene, including the energy of spins, and by gravity. A driven body adds up to twice its
+    speed at each impact. `DRIVEN_IMPACTS` such impacts are included.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)
@@ -130,15 +131,15 @@ def is_fast(disc: Disc, dt_s: float) -> bool:
 
 
 def pair_of(a: int, b: int) -> tuple[int, int]:
-    """Return two bodies in the order of `Contact`: the disc with the lower number first, a wall second."""
+    """Return two bodies in the order of `Contact`: the lower disc first, a wall second."""
     low, high = (a, b) if a < b else (b, a)
     return (high, low) if low < 0 else (low, high)
 
 
 def flattened(normal: Vector, impulse_n_s: float) -> tuple[Vector, float]:
-    """Project an impulse in space onto the plane: return its unit normal, and its size along that.
+    """Project an impulse in space onto the plane. Return its unit normal and its size along the normal.
 
-    For bodies that lean out of the plane. `normal` is the first two components of a unit vector. An impulse
+    Bodies that lean out of the plane need this. `normal` is the first two components of a unit vector. An impulse
     perpendicular to the plane, (0, 0), has size 0.
     """
     length = math.hypot(*normal)
@@ -150,7 +151,7 @@ def flattened(normal: Vector, impulse_n_s: float) -> tuple[Vector, float]:
 def oriented_contact(
     a: int, b: int, time_s: float, normal: Vector, impulse_n_s: float, tangential_impulse_n_s: float | None = None
 ) -> Contact:
-    """Return the contact of two bodies in either order; `normal` is from `a` to `b`, the tangential impulse on `b`.
+    """Return the contact of two bodies in any order. `normal` is from `a` to `b`; the tangential impulse is on `b`.
 
     If the bodies are exchanged, normal, tangent and impulse are reversed, and the tangential impulse stays the same.
     """

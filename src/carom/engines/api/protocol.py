@@ -31,8 +31,8 @@ class ContactTimes(Enum):
 class Stamp(Enum):
     """Instant of the step to which the time of a contact refers. The value is the phrase shown."""
 
-    START = "the start of the step in which the engine answered the contact"
-    END = "the end of the step in which the engine answered the contact"
+    START = "the start of the step in which the engine resolved the contact"
+    END = "the end of the step in which the engine resolved the contact"
     INSTANT = "the instant of the contact itself"
 
 
@@ -46,10 +46,10 @@ class Engine:
         distribution: Distribution whose version is reported.
         install: Command that installs the engine, shown if it is missing.
         no_wheel_from: First CPython version for which the engine publishes no wheel, if any.
-        oldest: Oldest release that the adapter supports, such as "5.7". An older one is unavailable. Empty if none is
-            known to fail.
-        newest_tried: Newest release that the adapter was run on. A newer one is run and reported as untried. Empty if
-            unknown.
+        oldest: Oldest release that the adapter supports, such as "5.7". An older one is unavailable. Empty if no
+            release is known to fail.
+        newest_tried: Newest release that the adapter was run on. A newer release is run and reported as untried. Empty
+            if unknown.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Engine:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Declared capabilities of an engine. The harness skips scenes by these alone, and reports the reason.
+    """Declared capabilities of an engine. These alone decide which scenes the harness skips.
 
     Attributes:
         walls: Half-plane walls.
@@ -88,7 +88,7 @@ class Capabilities:
         spin: Whether discs turn, with the scene's initial spins and moments of inertia.
         min_inertia_factor: Smallest inertia factor of a disc that can turn.
         friction: Smallest and largest coefficient of Coulomb friction that is simulated exactly; 0 always is.
-        friction_combine: As `restitution_combine`, for friction.
+        friction_combine: Like `restitution_combine`, for friction.
         tangential_restitution: Whether the scene's tangential restitution is supported.
         max_turn_rad: Largest angle by which a disc turns in one step, whatever its spin.
         max_spin_rad_s: Largest spin that is simulated exactly.
@@ -151,16 +151,16 @@ class Capabilities:
 class Accuracy:
     """Declared errors of a profile in addition to those of PIT. The conformance suite tests them.
 
-    The default is that of a method without an error of its own.
+    The defaults describe a method whose only errors are those of PIT.
 
     Attributes:
         late_steps: Largest number of steps by which an impact may be later than with PIT at the same step.
         velocity: Largest error of a velocity after an impact in addition to PIT's, as a fraction of the scene's largest
             speed.
-        energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. Less than a millionth never
-            counts.
-        margin_m: Largest gap at which bodies collide, metres, as with speculative contacts. It allows the results of
-            bodies that are thicker by it: `carom.conformance.contact_margin`.
+        energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. Less than a millionth is
+            ignored.
+        margin_m: Largest gap at which bodies collide, metres, as with speculative contacts. Results of bodies that are
+            thicker by this gap are then accepted: see `carom.conformance.contact_margin`.
     """
 
     late_steps: float = 0.0
@@ -175,11 +175,11 @@ class Profile:
 
     Attributes:
         description: One sentence: the purpose of this profile and the source of its settings.
-        settings: Returns all settings by name, including ``dt_s``, for a step in seconds.
+        settings: Function that returns all settings by name, including ``dt_s``, for a step in seconds.
         accuracy: Declared accuracy with these settings.
         located: Whether the harness cuts the steps so that they end when bodies begin to touch. `prepare` must then
             return a `CuttableWorld`.
-        capabilities: Capabilities with these settings, if they differ from those of the adapter.
+        capabilities: Capabilities with these settings, if they differ from the adapter's.
         changed: For a profile of the engine's default settings: every setting that differs from the engine's default,
             by the engine's own name, with the reason.
     """
@@ -203,7 +203,7 @@ class Knob:
         choices: The possible values, instead of a range.
 
     Raises:
-        InputError: There is neither a range nor a list of choices, or both, or the range is empty or not finite.
+        InputError: Neither a range nor choices are given, or both are. The range is empty or not finite.
     """
 
     low: int | float | None = None
@@ -214,11 +214,11 @@ class Knob:
     def __post_init__(self) -> None:
         if self.choices:
             if self.low is not None or self.high is not None:
-                raise InputError(f"a knob has either choices or low and high, this one has both: {self}")
+                raise InputError(f"a knob must have either choices or low and high, this one has both: {self}")
             return
         low, high = self.low, self.high
         if low is None or high is None or type(low) is not type(high) or not -math.inf < low < high < math.inf:
-            raise InputError(f"a knob needs choices, or low below high, both whole or both not, got {low} and {high}")
+            raise InputError(f"a knob needs choices, or low below high, both whole or neither, got {low} and {high}")
         if self.log and not low > 0:
             raise InputError(f"low of a knob with a logarithmic scale must be above 0, got {low}")
 
@@ -266,7 +266,7 @@ class Observation:
         position_m: Centres, shape ``(n, 2)``, metres.
         velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
         contacts: Contacts of the last step.
-        warning: Text of the engine's own warnings. If it is not empty, the state is not reliable.
+        warning: Text of the engine's own warnings. With a warning, the state is not reliable.
         spin_rad_s: Spins, counterclockwise, shape ``(n,)``, radians a second; None from an adapter without spins, or if
             no disc turns.
     """
@@ -286,10 +286,10 @@ class World(Protocol):
         """The settings in use, read back from the engine if possible."""
 
     def advance(self, steps: int) -> None:
-        """Take `steps` steps. This is timed, so keep it as close to the engine's own loop as possible."""
+        """Take `steps` steps. The call is timed, so keep it as close to the engine's own loop as possible."""
 
     def observe(self) -> Observation:
-        """Return the present state and the contacts of the last step. This is not timed."""
+        """Return the present state and the contacts of the last step. The call is not timed."""
 
     def close(self) -> None:
         """Release the engine's resources. Called once, also after an error."""
@@ -311,10 +311,10 @@ class QuietWorld(World, Protocol):
     def take_quiet_steps(
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
     ) -> int:
-        """Take steps up to one with contacts or a warning, and return their number.
+        """Take steps until one has contacts or a warning. Return the number of steps.
 
-        The state after each step is written to a row of the arrays, one per step at most: shapes ``(k, n, 2)``,
-        ``(k, n, 2)`` and ``(k, n)``. `observe` then returns the last step.
+        The state after each step is written to a row of the arrays, whose shapes are ``(k, n, 2)``, ``(k, n, 2)`` and
+        ``(k, n)``. At most k steps are taken. `observe` then returns the last step.
         """
 
 
@@ -328,14 +328,14 @@ class CuttableWorld(World, Protocol):
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test, numbered as in `Contact`.
 
-        Called after `advance`. It must not change the state or the contacts that `observe` returns.
+        Called after `advance`. The call must not change the state or the contacts that `observe` returns.
         """
 
     def save(self) -> object:
-        """Return everything that `restore` needs to return to the present state and time."""
+        """Return the present state and time in a form that `restore` accepts."""
 
     def restore(self, state: object) -> None:
-        """Return to a state from `save`."""
+        """Return to a state that `save` returned."""
 
 
 @runtime_checkable
@@ -359,7 +359,7 @@ class Adapter(Protocol):
         """Profiles by name: at least ``default`` and ``tuned``."""
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a scene with settings of one of the profiles. This is timed separately from the steps."""
+        """Build a scene with settings of one of the profiles. Building is timed separately from the steps."""
 
 
 @runtime_checkable
@@ -403,7 +403,7 @@ class ReadingAdapter(Adapter, Protocol):
         """Read a file as a scene, and list everything that is lost. Called in a worker process.
 
         Args:
-            content: Content of the file. It is not trusted: no part of it may be executed.
+            content: Content of the file. The content is not trusted: no part of it may be executed.
             name: Name of the scene.
             duration_s: Duration of the scene, seconds; files of engines do not contain one.
 

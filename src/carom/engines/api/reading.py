@@ -11,9 +11,9 @@ Point = tuple[float, float]
 
 
 def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) -> Wall | None:
-    """Return the face with all discs in front of it as a wall; None if there is none. A face is a point and its normal.
+    """Return a face with all discs in front of it, as a wall; None if there is none. A face is a point and its normal.
 
-    If there are several, the one with the largest distance to the discs is chosen.
+    If there are several such faces, the one with the largest distance to the discs is chosen.
     """
     found = [(gap, point, normal) for point, normal in faces if (gap := _gap(discs, point, normal)) >= 0.0]
     if not found:
@@ -23,7 +23,7 @@ def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) ->
 
 
 def _gap(discs: Sequence[Disc], point: Point, normal: Point) -> float:
-    """Return the distance of the nearest disc from a face; negative, beyond rounding, if a disc is behind it."""
+    """Return the distance of the nearest disc from a face; negative if a disc is behind it by more than rounding."""
     (px, py), (nx, ny) = point, normal
     gaps = [0.0] if not discs else []
     for disc in discs:
@@ -47,8 +47,8 @@ def one_coefficient(what: str, values: Sequence[float], most: float, dropped: li
         return 0.0
     found = max(values)
     if found - min(values) > 2.0**-50 * found:  # more than the rounding of a product and of two roots
-        dropped.append(f"{what}: it differs, {min(values):g} to {found:g}, and the greatest is taken")
-    # The product of the roots of 1, each rounded, may be a unit above it.
+        dropped.append(f"{what}: values from {min(values):g} to {found:g}; the greatest is used")
+    # The product of two rounded roots of 1 may be a unit above 1.
     if found > most * (1 + 2.0**-50):
-        dropped.append(f"{what}: it is {found:g}, and cut to {most:g}")
+        dropped.append(f"{what}: {found:g} is reduced to {most:g}")
     return min(found, most)

@@ -1,7 +1,7 @@
 """Conversion of scenes to an engine's own units, and of its observations back.
 
-Engines have hidden lengths and speeds: a slop, a margin, a threshold below which nothing bounces. If such a constant is
-compiled in, other units avoid its effect. Units are powers of two, so that the conversion does not round.
+Engines have hidden lengths and speeds: a slop, a margin, a threshold below which nothing bounces. If such constants are
+compiled in, other units avoid their effect. Units are powers of two, so that the conversion does not round.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from carom.model.walls import with_lengths, with_speeds
 
 
 def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
-    """Return a scene in units of which a metre has `length`, and a second `time`; masses stay.
+    """Return a scene in other units: a metre has `length` of them, a second `time`. Masses stay the same.
 
-    The step is to be multiplied by `time`, too.
+    The step must be multiplied by `time`, too.
 
     Raises:
-        AdapterError: A unit is no power of two.
+        AdapterError: A unit is not a power of two.
     """
     speed = _speed(length, time)
 
@@ -57,10 +57,10 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
 
 
 def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Observation:
-    """Return in metres and seconds what was seen in the units of `scaled`.
+    """Convert an observation from the units of `scaled` to metres and seconds.
 
     Raises:
-        AdapterError: A unit is no power of two.
+        AdapterError: A unit is not a power of two.
     """
     speed = _speed(length, time)
     if length == time == 1.0:
@@ -91,7 +91,7 @@ def _times(vector: Vector, factor: float) -> Vector:
 
 
 def _speed(length: float, time: float) -> float:
-    """Return a metre a second in units of its speed."""
+    """Return one metre a second in the scaled units of speed."""
     for name, unit in (("length", length), ("time", time)):
         if not (math.isfinite(unit) and math.frexp(unit)[0] == 0.5):
             raise AdapterError(f"{name} must be a power of two, to avoid rounding, got {unit}")

@@ -1,1 +1,1 @@
-"""Importers: worlds in the formats of engines, as scenes."""
+"""Importers: read worlds in the formats of engines as scenes."""

@@ -32,6 +32,7 @@ def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
         entries = json.loads(content)
         reading = _Reading(entries)
         reading.read()
+        return reading.scene(name, duration_s)
     except (SceneError, InputError):
         raise
     except RecursionError:
@@ -39,17 +40,16 @@ def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
         told = f"{type(error).__name__}: {error}"
         raise InputError(f"it is not a dump of Planck's Serializer.toJson: {told}") from None
-    return reading.scene(name, duration_s)
 
 
 class _Body:
     """A body of a dump, with its fixtures, in the world's coordinates."""
 
     def __init__(self, entries: Any, reference: Any) -> None:
-        self.fields = _of(entries, reference)
+        self.fields = _resolve(entries, reference)
         self.kind = str(self.fields["type"])
-        self.fixtures = [_of(entries, one) for one in self.fields["fixtures"]]
-        self.shapes = [_of(entries, one["shape"]) for one in self.fixtures]
+        self.fixtures = [_resolve(entries, one) for one in self.fields["fixtures"]]
+        self.shapes = [_resolve(entries, one["shape"]) for one in self.fixtures]
         self.moves = self.kind == "dynamic"
         self.driven = self.kind == "kinematic" and (
             _point(self.fields["linearVelocity"]) != (0.0, 0.0) or float(self.fields["angularVelocity"]) != 0.0
@@ -63,12 +63,12 @@ class _Body:
 
 
 class _Reading:
-    """Reads a dump: first discs, since the side of a wall depends on their positions."""
+    """Reads a dump. Discs are read first, since the side of a wall depends on their positions."""
 
     def __init__(self, entries: Any) -> None:
         self.world = entries[0]
         self.bodies = [_Body(entries, one) for one in self.world["bodies"]]
-        self.joints = [str(_of(entries, one)["type"]) for one in self.world["joints"]]
+        self.joints = [str(_resolve(entries, one)["type"]) for one in self.world["joints"]]
         self.dropped: list[str] = []
         self.discs: list[tuple[Any, Disc]] = []
         self.walls: list[tuple[Any, Wall]] = []
@@ -96,14 +96,14 @@ class _Reading:
         elif body.moves and len(body.fixtures) > 1:
             self.dropped.append(f"{what}: its body has {len(body.fixtures)} fixtures")
         elif body.moves and shape["type"] != "circle":
-            self.dropped.append(f"{what}: it moves, and scenes have no movable body but discs")
+            self.dropped.append(f"{what}: it moves, and only discs can move in scenes")
         else:
             return True
         return False
 
     def _disc(self, body: _Body, fixture: Any, shape: Any, what: str) -> Disc:
         if any(fixture[name] != value for name, value in _FILTER.items()):
-            self.dropped.append(f"of {what}: its filter")
+            self.dropped.append(f"{what}: its filter is ignored")
         place, radius = body.at(shape["p"]), float(shape["radius"])
         if not body.moves:
             return Disc(position_m=place, radius_m=radius, mass_kg=math.inf)
@@ -112,7 +112,7 @@ class _Reading:
         turns = mass > 0.0 and not body.fields["fixedRotation"]
         spin = float(body.fields["angularVelocity"])
         if spin != 0.0 and not turns:
-            self.dropped.append(f"of {what}: its spin, which nothing could change")
+            self.dropped.append(f"{what}: its spin is ignored, since nothing could change it")
         return Disc(
             position_m=place,
             velocity_m_s=_point(body.fields["linearVelocity"]),
@@ -134,10 +134,10 @@ class _Reading:
             found = True
             self.walls.append((fixture, wall))
         if found:
-            self.dropped.append(f"of {what}: its ends, and its skin; it is the face towards the discs, without end")
+            self.dropped.append(f"{what}: only its face towards the discs is kept, without its ends and its skin")
 
     def scene(self, name: str, duration_s: float) -> Imported:
-        """Return the scene; Box2D takes the larger of two restitutions, and the root of two frictions' product."""
+        """Return the scene. Box2D uses the larger of two restitutions, and the root of the product of two frictions."""
 
         def several(which: str, of: str) -> list[tuple[float, float]]:
             discs = [float(fixture[of]) for fixture, _ in self.discs]
@@ -167,7 +167,7 @@ class _Reading:
         return Imported(scene, tuple(self.dropped))
 
 
-def _of(entries: Any, reference: Any) -> Any:
+def _resolve(entries: Any, reference: Any) -> Any:
     """Return the entry of the list that a reference points to."""
     index = reference["refIndex"]
     if not isinstance(index, int) or not 0 < index < len(entries):
@@ -180,7 +180,7 @@ def _point(pair: Any) -> Point:
 
 
 def _groups_of_faces(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Point]]]:
-    """Yield the faces of a polygon; and of each edge, or link of a chain, its two sides."""
+    """Yield the faces of a polygon, or both sides of each edge or link of a chain."""
     if shape["type"] == "polygon":
         corners = [body.at(corner) for corner in shape["vertices"]]  # counterclockwise
         yield [face for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) for face in _face(a, b)]
@@ -194,7 +194,7 @@ def _groups_of_faces(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Poin
 
 
 def _face(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
-    """Yield the side of a line from a to b that is on its right: a point and the unit normal; none of no length."""
+    """Yield the right side of a line from a to b, as a point and the unit normal. A line without length has none."""
     x, y = b[0] - a[0], b[1] - a[1]
     length = math.hypot(x, y)
     if length > 0.0:

@@ -1,6 +1,6 @@
-"""An engine that is a program of its own, in any language: it reads requests from standard input, and answers.
+"""Engines that are separate programs in any language. Programs communicate over standard input and output.
 
-`manifest` says what the program is without starting it, `messages` is the protocol, `process` the program while it
-runs, and `adapter` puts it behind the seam. ``docs/reference/engine-protocol.md`` tells the protocol to who writes a
-program.
+`manifest` describes a program without starting it. `messages` defines the protocol. `process` is the running program,
+and `adapter` makes an adapter of it. ``docs/reference/engine-protocol.md`` describes the protocol for authors of
+programs.
 """

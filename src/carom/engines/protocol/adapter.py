@@ -113,8 +113,8 @@ class ProgramAdapter:
         folder: Folder of the manifest.
         name: Name for ``--engine``.
         engine: The engine.
-        capabilities: Its capabilities.
-        profiles: Its profiles, by name.
+        capabilities: Capabilities of the engine.
+        profiles: Profiles of the engine, by name.
         knobs: Settings that may be searched, with their ranges, by name.
     """
 
@@ -151,7 +151,7 @@ class ProgramAdapter:
         require_sound(self.engine.name, scene, settings, [*known, *self.knobs])
         for name, setting in settings.items():
             if isinstance(setting, float) and not math.isfinite(setting):
-                raise AdapterError(f"{self.engine.name}: {name} must be finite, as JSON's numbers are, got {setting}")
+                raise AdapterError(f"{self.engine.name}: {name} must be finite, as JSON requires, got {setting}")
         require_supported(self.engine.name, scene, self.capabilities, float(settings["dt_s"]))
         if self._program is None or self._program.ended:
             self._program = self._start()
@@ -166,7 +166,7 @@ class ProgramAdapter:
             beside = next((word for word in relative if (self.folder / word).is_file()), "")
             if not beside:
                 raise
-            hint = f"it runs in an empty folder, and {beside} next to its manifest is to be written ./{beside}"
+            hint = f"the program runs in an empty folder; write ./{beside} for the file next to its manifest"
             hints = [*error.hints, f"{hint}: see docs/reference/engine-protocol.md#the-manifest"]
             raise AdapterError(error.message, hints=hints) from error
 
@@ -181,7 +181,7 @@ def _profile(profile: ProgramProfile) -> Profile:
 
 
 def program_adapter(path: Path | str) -> ProgramAdapter:
-    """Return the adapter of the engine in a manifest. A package of such an engine needs nothing else.
+    """Return the adapter of the engine in a manifest. A package of such an engine needs no other code.
 
     Args:
         path: Path of the manifest.

@@ -1,4 +1,4 @@
-"""Reader of ``engine.toml``, the manifest of an engine that is a program; it starts nothing."""
+"""Reader of ``engine.toml``, the manifest of an engine that is a program. Reading does not start the program."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from carom.support.checks import shown
 from carom.support.escaping import is_older
 from carom.support.fields import said_of
 
-#: The name that a manifest has in a folder.
+#: Name of a manifest file.
 MANIFEST = "engine.toml"
 #: Reference of the fields for authors.
 PAGE = "see docs/reference/engine-protocol.md#the-manifest"
-#: What Pydantic adds to the place of a setting that is of no kind: the first kind that it tried.
+#: If a setting has a wrong type, Pydantic appends the name of the first type that it tried to the location.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
-#: A manifest is a page of text; a file above this size is none.
+#: A manifest is a page of text. Larger files are refused.
 MOST_BYTES = 2**20
 
 
-def _known(kind: type[Any]) -> Any:
-    """Return a check that a table has no field but those of a dataclass."""
+def _check_known_fields(kind: type[Any]) -> Any:
+    """Return a check that a table has only fields of a dataclass."""
 
     def check(table: object) -> object:
         if isinstance(table, Mapping) and (unknown := sorted(table.keys() - {field.name for field in fields(kind)})):
@@ -43,7 +43,7 @@ def _known(kind: type[Any]) -> Any:
 
 
 def _enums_by_name(table: object) -> object:
-    """Take ``contact_times`` and ``stamp`` by their names, in small letters; their values are sentences."""
+    """Read ``contact_times`` and ``stamp`` by their names in small letters; their values are sentences."""
     if not isinstance(table, Mapping):
         return table
     found = dict(table)
@@ -57,15 +57,15 @@ def _enums_by_name(table: object) -> object:
 
 
 def _finite(setting: Setting) -> Setting:
-    """Refuse a setting that JSON has no number for: the program would get a text."""
+    """Refuse a setting that JSON has no number for. The program would get a text."""
     if isinstance(setting, float) and not math.isfinite(setting):
-        raise ValueError(f"must be finite, as JSON's numbers are, got {setting}")
+        raise ValueError(f"must be finite, as JSON requires, got {setting}")
     return setting
 
 
-_Capabilities = Annotated[Capabilities, BeforeValidator(_enums_by_name), _known(Capabilities)]
-_Accuracy = Annotated[Accuracy, _known(Accuracy)]
-_Knob = Annotated[Knob, _known(Knob)]
+_Capabilities = Annotated[Capabilities, BeforeValidator(_enums_by_name), _check_known_fields(Capabilities)]
+_Accuracy = Annotated[Accuracy, _check_known_fields(Accuracy)]
+_Knob = Annotated[Knob, _check_known_fields(Knob)]
 
 
 class _Table(BaseModel):
@@ -75,7 +75,7 @@ class _Table(BaseModel):
 class ProgramProfile(_Table):
     """A named set of settings; ``dt_s`` is added to them. The fields are those of `carom.engines.api.Profile`.
 
-    Of `capabilities` a manifest has only those that are not the engine's.
+    `capabilities` contains only values that differ from the engine's.
     """
 
     description: str
@@ -87,24 +87,24 @@ class ProgramProfile(_Table):
 
 
 class Manifest(_Table):
-    """Manifest: description of an engine that needs no start of its program.
+    """Manifest: describes an engine without a start of its program.
 
     Attributes:
-        protocol: The version of the protocol that the program speaks.
-        name: The name given to ``--engine``.
+        protocol: Version of the protocol that the program uses.
+        name: Name for ``--engine``.
         engine: Display name of the engine; by default its name.
-        version: The engine's version, where it is known without starting the program.
+        version: The engine's version, if it is known without starting the program.
         oldest: Oldest supported release; with an older one the engine is unavailable.
         newest_tried: Newest tested release.
-        package: The ``package.json`` of the npm package that the program needs, as a file next to the manifest: without
-            it the engine is unavailable, and its version is the engine's where `version` is empty.
-        command: The command that starts the program. A word that begins with ``./`` or ``../`` is a file next to the
-            manifest: the program runs in an empty folder of its own.
-        install: The command that installs the program's requirements, shown where they are missing; its words as in
-            `command`.
+        package: Path, from the manifest, of the ``package.json`` of the npm package that the program needs. Without
+            this file the engine is unavailable. If `version` is empty, the package's version is the engine's.
+        command: Command that starts the program. The program runs in an empty folder. A word that begins with ``./`` or
+            ``../`` is the path of a file from the manifest's folder.
+        install: Command that installs the program's requirements, shown if they are missing. The words are resolved
+            like those of `command`.
         capabilities: Capabilities of the engine.
         profiles: Profiles by name; ``default`` and ``tuned`` at least.
-        knobs: Settings that may be searched, with their ranges, by name; a profile need not have them.
+        knobs: Settings that may be searched, with their ranges, by name. Profiles need not have them.
     """
 
     protocol: int = PROTOCOL
@@ -123,7 +123,7 @@ class Manifest(_Table):
     @model_validator(mode="before")
     @classmethod
     def _with_the_engines_capabilities(cls, data: Any) -> Any:
-        """Complete the capabilities of profiles by the engine's."""
+        """Complete the capabilities of profiles with the engine's."""
         match data:
             case {"capabilities": dict(shared), "profiles": dict(profiles)}:
                 whole = {
@@ -135,11 +135,11 @@ class Manifest(_Table):
         return data
 
     def command_from(self, folder: Path) -> tuple[str, ...]:
-        """Return the command, with full paths of the files that are next to the manifest."""
-        return tuple(_from(folder, word) for word in self.command)
+        """Return the command, with full paths of the files next to the manifest."""
+        return tuple(_resolve_word(folder, word) for word in self.command)
 
     def version_from(self, folder: Path) -> str:
-        """Return the engine's version, as the manifest or the package has it; may be empty."""
+        """Return the engine's version from the manifest or the package; may be empty."""
         if self.version or not self.package or not (file := folder / self.package).is_file():
             return self.version
         try:
@@ -148,7 +148,7 @@ class Manifest(_Table):
             return ""
 
     def missing(self, folder: Path) -> str:
-        """Return why the program can't be started here, empty where it can; nothing is started for it."""
+        """Return why the program can't be started here; empty if it can. Nothing is started."""
         program = self.command_from(folder)[0]
         if not shutil.which(program):
             reason = f"{program} is not on the PATH" if program == self.command[0] else f"there is no program {program}"
@@ -159,12 +159,12 @@ class Manifest(_Table):
             reason = f"{name} {version} is older than {self.oldest}, the oldest release that its adapter drives"
         else:
             return ""
-        install = " ".join(_from(folder, word) for word in self.install.split(" "))
+        install = " ".join(_resolve_word(folder, word) for word in self.install.split(" "))
         return f"{reason}; {install}" if install else reason
 
 
-def _from(folder: Path, word: str) -> str:
-    """Return a word of a command, a file next to the manifest by its full name."""
+def _resolve_word(folder: Path, word: str) -> str:
+    """Return a word of a command. For a file next to the manifest, return the full path."""
     return str((folder / word).resolve()) if word.startswith(("./", "../")) else word
 
 
@@ -172,7 +172,7 @@ def load_manifest(path: Path) -> Manifest:
     """Return the content of a manifest.
 
     Raises:
-        AdapterError: There is no such file, or it is no manifest; the message names the field and the value.
+        AdapterError: There is no such file, or it is not a valid manifest; the message names the field and the value.
     """
     try:
         with path.open("rb") as file:
@@ -191,6 +191,6 @@ def load_manifest(path: Path) -> Manifest:
             place, said = place[:-1], f"must be a number, true, false or a text, got {shown(wrong['input'])}"
         raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {said}", hints=[PAGE]) from error
     if found.protocol != PROTOCOL:
-        what = f"{path}: protocol: this Carom speaks version {PROTOCOL}, got {found.protocol}"
+        what = f"{path}: protocol: this Carom uses version {PROTOCOL}, got {found.protocol}"
         raise AdapterError(what, hints=[PAGE])
     return found

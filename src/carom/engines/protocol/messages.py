@@ -1,7 +1,8 @@
-"""The protocol, version 1: one JSON object a line, a request on standard input, then its answer on standard output.
+"""Messages of the engine protocol, version 1: requests on standard input, answers on standard output.
 
-A field that is not known is ignored, by both sides, so that fields can be added; a new request needs a new version of
-the protocol. Numbers are the shortest text that reads back as the same double; NaN is ``null``.
+A message is a JSON object on one line. Both sides ignore fields that they don't know, so that fields can be added. A
+new request needs a new version of the protocol. A number is the shortest text that reads back as the same double; NaN
+is ``null``.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter
 from carom.model.scene import Scene
 from carom.model.trace import Setting
 
-#: The version of the protocol that is spoken here.
+#: The version of the protocol that Carom uses.
 PROTOCOL = 1
 
 
@@ -31,14 +32,14 @@ class _Message(BaseModel):
 
 
 class Hello(_Message):
-    """The first request: which versions of the protocol the harness speaks."""
+    """The first request: the versions of the protocol that the harness supports."""
 
     do: Literal["hello"] = "hello"
     protocol: tuple[int, ...] = (PROTOCOL,)
 
 
 class Prepare(_Message):
-    """Build a scene, at time 0, with settings of one of the profiles; ``dt_s`` is one of the settings."""
+    """Build a scene at time 0, with settings of one of the profiles; ``dt_s`` is one of the settings."""
 
     do: Literal["prepare"] = "prepare"
     scene: Scene
@@ -46,7 +47,7 @@ class Prepare(_Message):
 
 
 class Step(_Message):
-    """Take this many steps."""
+    """Take a number of steps."""
 
     do: Literal["step"] = "step"
     world: int
@@ -54,14 +55,14 @@ class Step(_Message):
 
 
 class Look(_Message):
-    """Tell the present state, and the contacts of the last step."""
+    """Return the present state, and the contacts of the last step."""
 
     do: Literal["observe"] = "observe"
     world: int
 
 
 class Cut(_Message):
-    """Make the coming steps, until the next cut, so long; contacts keep carrying the time from the start."""
+    """Set the length of the following steps, until the next cut. Times of contacts still count from the start."""
 
     do: Literal["cut"] = "cut"
     world: int
@@ -69,21 +70,21 @@ class Cut(_Message):
 
 
 class Touching(_Message):
-    """Tell which bodies the engine's own contact test finds in contact now; nothing may change by it."""
+    """Return the pairs that touch now by the engine's own contact test. The request must not change the state."""
 
     do: Literal["touching"] = "touching"
     world: int
 
 
 class Save(_Message):
-    """Tell whatever is needed to come back to the present state and time; the length of the steps is no part of it."""
+    """Return everything needed to restore the present state and time. The length of steps is not included."""
 
     do: Literal["save"] = "save"
     world: int
 
 
 class Restore(_Message):
-    """Come back to a state that was saved in this world."""
+    """Return to a state that was saved in this world."""
 
     do: Literal["restore"] = "restore"
     world: int
@@ -91,14 +92,14 @@ class Restore(_Message):
 
 
 class Close(_Message):
-    """Forget a world."""
+    """Release a world."""
 
     do: Literal["close"] = "close"
     world: int
 
 
 class Failure(_Message):
-    """Why a request was not carried out: refused, for what was asked, or failed."""
+    """Why a request was not carried out: it was refused as invalid, or it failed."""
 
     kind: Literal["refused", "failed"] = "failed"
     message: str
@@ -111,21 +112,21 @@ class Reply(_Message):
 
 
 class Welcome(_Message):
-    """Reply to `Hello`: the version of the protocol that is spoken from here on, and the engine's own version."""
+    """Reply to `Hello`: the version of the protocol to use from now on, and the engine's own version."""
 
     protocol: int
     version: str = ""
 
 
 class Prepared(_Message):
-    """Reply to `Prepare`: the number of the world, and the settings that are really used."""
+    """Reply to `Prepare`: the number of the world, and the settings in use."""
 
     world: int
     settings: dict[str, Setting]
 
 
 class Stepped(_Message):
-    """Reply to `Step`: the seconds that the steps took on the program's own monotonic clock."""
+    """Reply to `Step`: the seconds that the steps took by the program's own monotonic clock."""
 
     seconds: float = Field(ge=0, allow_inf_nan=False)
 
@@ -158,20 +159,20 @@ class Touched(_Message):
 
 
 class Saved(_Message):
-    """Reply to `Save`: any JSON; it comes back as it is."""
+    """Reply to `Save`: any JSON. `Restore` sends it back unchanged."""
 
     state: Any
 
 
 class Done(_Message):
-    """Reply to `Cut`, `Restore` and `Close`: nothing but that it is done."""
+    """Reply to `Cut`, `Restore` and `Close`, without content."""
 
 
 Request = Hello | Prepare | Step | Look | Cut | Touching | Save | Restore | Close
 
 
 def protocol_schema() -> dict[str, Any]:
-    """Return every message of the protocol as JSON Schema: a line is one of them."""
+    """Return the JSON Schema of all messages of the protocol. A line contains one of them."""
     told = Welcome | Prepared | Stepped | Seen | Touched | Saved | Done | Reply
     lines: TypeAdapter[Any] = TypeAdapter(Request | told)
     return {"title": f"Carom's engine protocol, version {PROTOCOL}", **lines.json_schema()}

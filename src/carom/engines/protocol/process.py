@@ -90,19 +90,19 @@ class Program:
             wrong = error.errors(include_url=False)[0]
             field = ".".join(map(str, wrong["loc"])) or "the line"
             said = (
-                "is no JSON, and standard output is for answers alone"
+                "is not JSON; standard output is for answers alone"
                 if wrong["type"] == "json_invalid"
                 else said_of(wrong)
             )
-            told = f"{self.name} answered {request.do!r} with nonsense: {field} {said}; it wrote {line[:SHOWN]!r}"
+            told = f"{self.name} sent an invalid answer to {request.do!r}: {field} {said}; it wrote {line[:SHOWN]!r}"
             raise AdapterError(told, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
 
     def _require_single_keys(self, line: bytes, request: Request) -> None:
-        """Refuse an answer with a duplicate key, of which a reader would silently ignore one value."""
+        """Refuse an answer with a duplicate key. A reader would silently ignore one of the values."""
         try:
             json.loads(line, object_pairs_hook=without_doubles)
         except InputError as error:
-            told = f"{self.name} answered {request.do!r} with nonsense: the line {error}; it wrote {line[:SHOWN]!r}"
+            told = f"{self.name} sent an invalid answer to {request.do!r}: the line {error}; it wrote {line[:SHOWN]!r}"
             raise AdapterError(told, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
         except (ValueError, RecursionError):
             return  # invalid JSON is reported when the answer is parsed
@@ -122,7 +122,7 @@ class Program:
                 if file == self._requests.fileno():
                     try:
                         unsent = unsent[os.write(file, unsent) :]
-                    except BrokenPipeError:  # it has closed its input or ended; the end of its answers shows which
+                    except BrokenPipeError:  # the program closed its input or ended; its answers show which
                         unsent = unsent[:0]
                     if not unsent:
                         self._poll.unregister(file)
@@ -182,7 +182,7 @@ class Program:
             pipe.close()
 
     def _stop(self) -> bool:
-        """Close its input, and kill it if it does not end. Return whether it ended by itself."""
+        """Close the program's input, and kill it if it does not end. Return whether it ended by itself."""
         self._requests.close()
         try:
             self._popen.wait(GRACE_S)

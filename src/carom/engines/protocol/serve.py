@@ -68,7 +68,7 @@ class Server:
             first = error.errors(include_url=False)[0]
             return _error("refused", f"{'.'.join(map(str, first['loc'])) or 'the line'}: {first['msg']}")
         try:
-            return self._answered(request)
+            return self._carry_out(request)
         except CaromError as error:
             return _error("refused" if isinstance(request, Prepare) else "failed", str(error))
         except Exception as error:  # noqa: BLE001 - an exception of the engine becomes the answer
@@ -80,18 +80,18 @@ class Server:
             world.close()
         self._worlds.clear()
 
-    def _answered(self, request: Request) -> dict[str, Any]:
+    def _carry_out(self, request: Request) -> dict[str, Any]:
         if isinstance(request, Hello):
             return {"protocol": PROTOCOL, "version": self._version}
         if isinstance(request, Prepare):
-            return self._prepared(request)
+            return self._prepare(request)
         if (world := self._worlds.get(request.world)) is None:
             raise AdapterError(f"there is no world {request.world}")
         match request:
             case Step():
-                return {"seconds": _stepped(world, request.steps)}
+                return {"seconds": _take_steps(world, request.steps)}
             case Look():
-                return _seen(world)
+                return _observe(world)
             case Close():
                 self._worlds.pop(request.world).close()
                 self._saved = {key: state for key, state in self._saved.items() if key[0] != request.world}
@@ -111,7 +111,7 @@ class Server:
                 world.restore(self._saved[request.world, request.state])
         return {}
 
-    def _prepared(self, request: Prepare) -> dict[str, Any]:
+    def _prepare(self, request: Prepare) -> dict[str, Any]:
         asked = dict(request.settings)
         name = asked.pop(PROFILE, None)
         if name is not None and name not in self._adapter.profiles:
@@ -137,7 +137,7 @@ def _error(kind: str, message: str) -> dict[str, Any]:
     return {"error": {"kind": kind, "message": message}}
 
 
-def _stepped(world: World, steps: int) -> float:
+def _take_steps(world: World, steps: int) -> float:
     """Take steps and return the seconds, by the world's own clock if it has one."""
     if isinstance(world, TimedWorld):
         before = world.seconds
@@ -148,18 +148,18 @@ def _stepped(world: World, steps: int) -> float:
     return time.perf_counter() - began
 
 
-def _seen(world: World) -> dict[str, Any]:
+def _observe(world: World) -> dict[str, Any]:
     now = world.observe()
     spins = {} if now.spin_rad_s is None else {"spin_rad_s": _numbers(now.spin_rad_s)}
     return {
         "position_m": _numbers(now.position_m),
         "velocity_m_s": _numbers(now.velocity_m_s),
-        "contacts": [_told(contact) for contact in now.contacts],
+        "contacts": [_contact_fields(contact) for contact in now.contacts],
         "warning": now.warning,
     } | spins
 
 
-def _told(contact: Contact) -> dict[str, Any]:
+def _contact_fields(contact: Contact) -> dict[str, Any]:
     if contact.velocities is not None:
         raise AdapterError("its contacts have velocities before and after, which the protocol does not support")
     impulses = {"impulse_n_s": contact.impulse_n_s, "tangential_impulse_n_s": contact.tangential_impulse_n_s}
@@ -207,7 +207,7 @@ def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence
         "oldest": adapter.engine.oldest,
         "newest_tried": adapter.engine.newest_tried,
         "command": list(command),
-        "capabilities": _differing(adapter.capabilities, Capabilities()),
+        "capabilities": _find_differing(adapter.capabilities, Capabilities()),
         "profiles": {key: _profile(adapter, key, profile) for key, profile in adapter.profiles.items()},
         "knobs": {key: _knob(knob) for key, knob in knobs.items()},
     }
@@ -217,11 +217,11 @@ def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence
 def _profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
     own = profile.capabilities
     # In a manifest, a profile inherits the engine's capabilities: only differences are written.
-    able = {} if own is None else {"capabilities": _differing(own, adapter.capabilities)}
+    able = {} if own is None else {"capabilities": _find_differing(own, adapter.capabilities)}
     return {
         "description": profile.description,
         "settings": {PROFILE: name},
-        "accuracy": _differing(profile.accuracy, Accuracy()),
+        "accuracy": _find_differing(profile.accuracy, Accuracy()),
         "located": profile.located,
         "changed": dict(profile.changed),
     } | able
@@ -231,13 +231,13 @@ def _knob(knob: Knob) -> dict[str, Any]:
     return {"choices": list(knob.choices)} if knob.choices else {"low": knob.low, "high": knob.high, "log": knob.log}
 
 
-def _differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
+def _find_differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
     """Return the fields that differ from the usual ones, in the spelling of a manifest."""
     pairs = ((field.name, getattr(found, field.name), getattr(usual, field.name)) for field in fields(found))
-    return {name: _spelt(value) for name, value, other in pairs if value != other}
+    return {name: _spell(value) for name, value, other in pairs if value != other}
 
 
-def _spelt(value: Any) -> Any:
+def _spell(value: Any) -> Any:
     if isinstance(value, Enum):
         return value.name.lower()
     return list(value) if isinstance(value, tuple) else value

@@ -1,12 +1,13 @@
 """Broad phase: finds the pairs of discs that are near each other, for any radii, in linear time and memory.
 
-A tree halves the discs again and again, along the longer side of the box around their centres. Each part has its box,
-largest reach and lowest number. A disc walks down the tree, past every part that is out of reach or has higher numbers.
-So no arrangement is slow: columns, lines, far outliers, radii of all sizes. Immovable discs may also overlap each
-other: a movable disc that none of them is near visits only the root of their part.
+The discs are split into halves again and again, along the longer side of the box around their centres. The halves form
+a tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc goes
+down the tree and skips every node that is out of reach or contains higher numbers only. So no arrangement is slow:
+columns, lines, far outliers, radii of all sizes. Immovable discs may overlap each other without cost: a movable disc
+that is near none of them visits only the root of their tree.
 
-Whether two discs are near is one comparison of floats. Rounding is monotone, so a part that fails the comparison
-contains no disc that passes it. The pairs are exactly those that comparing all pairs gives.
+One comparison of floats decides whether two discs are near. Rounding is monotone, so if a node fails the comparison,
+all of its discs do. The pairs are therefore exactly those found by comparing all pairs.
 """
 
 from __future__ import annotations
@@ -20,25 +21,25 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-#: Number of distances between discs and walls that are computed at once; a few arrays of this size are tens of
-#: megabytes.
+#: How many distances between discs and walls are computed at once. A few arrays of this size take tens of megabytes.
 _DISTANCES = 2**20
 
 
 def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
-    """Yield the pairs of discs, not both immovable, whose centres are no farther apart than the sum of their reaches.
+    """Yield the pairs of discs whose distance is at most the sum of their reaches; at least one disc is movable.
 
-    They come in blocks of up to some ten thousand more than there are discs. No pair of a later block has a lower
-    second disc than a pair of an earlier one, so a caller that wants the first of them can stop. Where the sum of the
-    reaches is below 0 the pair is not near; ``dx * dx + dy * dy <= reach * reach`` decides, in floats.
+    The pairs come in blocks. A block has at most some ten thousand pairs more than there are discs. Blocks are ordered
+    by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of reaches is
+    negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
 
     Args:
         position_m: Centres, metres, shape ``(n, 2)``.
-        reach_m: What each disc puts in, metres, shape ``(n,)``: its radius, and half of the gap that still counts.
+        reach_m: Reach of each disc, metres, shape ``(n,)``: its radius plus half of the gap at which discs are still
+            near.
         movable: Whether an impact moves a disc, shape ``(n,)``.
 
     Yields:
-        The lower number of each pair, and the higher one, in no order within a block.
+        Lower and higher number of each pair, in no order within a block.
     """
     from carom.model.broad_phase import tree
 
@@ -50,7 +51,7 @@ def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[
 
 
 def near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:
-    """Yield the movable discs and walls that are no farther apart than the disc's reach, behind the wall included.
+    """Yield the pairs of a movable disc and a wall within the disc's reach. Discs behind a wall count as near.
 
     Args:
         position_m: Centres, metres, shape ``(n, 2)``.
@@ -58,7 +59,7 @@ def near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Float
         movable: Whether an impact moves a disc, shape ``(n,)``.
         walls: A point and the unit normal of each wall, shape ``(w, 4)``.
 
-    Yields:
+    Numbers of the disc and of the wall of each pair, ordered by disc, then by wall.
         Number of the disc and of the wall of each pair, in the order of the discs, then of the walls.
     """
     if not len(walls):

@@ -1,6 +1,6 @@
-"""The compiled form of the search for near pairs: a tree over the discs, asked once for each disc.
+"""Compiled search for near pairs of discs: a tree over the discs, searched once for each disc.
 
-`carom.model.broad_phase` says what the search rests on.
+`carom.model.broad_phase` explains the search.
 """
 
 import numpy as np
@@ -9,29 +9,29 @@ from cython cimport final
 from libc.stdlib cimport free, malloc
 
 cdef enum:
-    CAPACITY = 1 << 16  # for pairs, beyond one of each disc
-    LEAF = 8  # discs that are looked at one by one: fewer make the tree larger, more the walk longer
+    CAPACITY = 1 << 16  # number of pairs in addition to one per disc
+    LEAF = 8  # discs in a leaf; a smaller number makes the tree larger, a larger one the search longer
 
-cdef struct Item:  # 32 bytes: what is compared of a disc
+cdef struct Item:  # 32 bytes: the data of a disc that are compared
     double x
     double y
     double reach
     Py_ssize_t number
 
-cdef struct Node:  # 48 bytes: what is known of all items below
-    double low_x  # of the centres
+cdef struct Node:  # 48 bytes: ranges of all items below
+    double low_x  # smallest x of the centres
     double high_x
     double low_y
     double high_y
-    double reach  # the largest
-    Py_ssize_t lowest  # number
+    double reach  # largest
+    Py_ssize_t lowest  # smallest number of a disc
 
-cdef struct Tree:  # node k has the children 2 k + 1 and 2 k + 2, each with half of its items
+cdef struct Tree:  # node k has the children 2 k + 1 and 2 k + 2, with half of its items each
     Item* items
     Node* nodes
     Py_ssize_t count
 
-cdef struct Pairs:  # what has been found, and for how many there is room
+cdef struct Pairs:  # pairs found, and the capacity for them
     Py_ssize_t* first
     Py_ssize_t* second
     Py_ssize_t count
@@ -43,7 +43,7 @@ cdef inline bint is_near(double dx, double dy, double reach) noexcept nogil:
 
 
 cdef inline double distance_to(double low, double high, double x) noexcept nogil:
-    """Return how far `x` is from an interval."""
+    """Return the distance of `x` from an interval."""
     if x < low:
         return low - x
     return x - high if x > high else 0.0
@@ -54,8 +54,8 @@ cdef inline double coordinate(const Item* item, bint is_x) noexcept nogil:
 
 
 cdef void split(Item* items, Py_ssize_t begin, Py_ssize_t end, Py_ssize_t middle, bint by_x) noexcept nogil:
-    """Order items so that none before `middle` has a larger coordinate than any from there on: Hoare's FIND."""
-    cdef unsigned long long random = 1  # of a linear congruence: no arrangement is the bad one for every pivot
+    """Order items by Hoare's FIND: no item before `middle` has a larger coordinate than any item from there on."""
+    cdef unsigned long long random = 1  # linear congruence; with random pivots, no fixed order of items is slow
     cdef Py_ssize_t low = begin, high = end - 1, i, j
     cdef double pivot
     cdef Item item
@@ -83,7 +83,7 @@ cdef void split(Item* items, Py_ssize_t begin, Py_ssize_t end, Py_ssize_t middle
 
 
 cdef void build(Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end) noexcept nogil:
-    """Make node `k`, and all below it, of these items: halves along the longer side of what their centres span."""
+    """Build node `k` and all nodes below it from items. They are halved along the longer side of their centres' box."""
     cdef Node* node = &tree.nodes[k]
     cdef const Item* item
     cdef Py_ssize_t i, middle
@@ -109,7 +109,7 @@ cdef void build(Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end) noex
 
 
 cdef bint find(const Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end, Item disc, Pairs* pairs) noexcept nogil:
-    """Add the pairs of a disc with those of a lower number in node `k`; False where there is no room for them."""
+    """Add the pairs of a disc with discs of lower numbers in node `k`. Return False if there is no room for them."""
     cdef const Node* node = &tree.nodes[k]
     cdef Py_ssize_t i, middle
     if node.lowest >= disc.number or not is_near(
@@ -133,7 +133,7 @@ cdef bint find(const Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end,
 
 
 cdef Py_ssize_t node_count(Py_ssize_t items):
-    """Return how many nodes a tree of that many items has room for, those of its last level all there."""
+    """Return the number of nodes of a complete tree for a number of items."""
     cdef Py_ssize_t leaves = 1
     while items > LEAF * leaves:
         leaves *= 2
@@ -142,12 +142,12 @@ cdef Py_ssize_t node_count(Py_ssize_t items):
 
 @final
 cdef class Search:
-    """The near pairs of some discs; see `carom.model.broad_phase.near_pairs` for the arguments."""
+    """Search for near pairs of discs. `carom.model.broad_phase.near_pairs` describes the arguments."""
 
     cdef const double[:, ::1] position
     cdef const double[::1] reach
     cdef const unsigned char[::1] movable
-    cdef Tree[2] trees  # of the immovable discs, and of the movable ones
+    cdef Tree[2] trees  # one for immovable discs, one for movable discs
 
     def __cinit__(self, const double[:, ::1] position, const double[::1] reach, const unsigned char[::1] movable):
         cdef Py_ssize_t i, kind, n = position.shape[0]
@@ -180,13 +180,13 @@ cdef class Search:
             free(self.trees[kind].nodes)
 
     def pairs(self, Py_ssize_t begin):
-        """Return the pairs whose higher number is `begin` or above: of as many discs as there is room for, one at least.
+        """Return the pairs whose higher number is at least `begin`, for as many discs as possible, at least one.
 
         Returns:
-            The lower and the higher number of each pair, in no order, and the number of the disc to go on with.
+            The lower and the higher number of each pair, in no particular order, and the disc to continue with.
         """
         cdef Py_ssize_t i, done, n = self.position.shape[0]
-        # Far more pairs than discs are near each other only where discs lie upon one another.
+        # There are far more near pairs than discs only if many discs overlap.
         cdef Py_ssize_t capacity = max(1, min(n * (n - 1) // 2, n + CAPACITY))
         cdef Py_ssize_t[::1] first = np.empty(capacity, np.intp), second = np.empty(capacity, np.intp)
         cdef Pairs pairs = Pairs(&first[0], &second[0], 0, capacity)
@@ -207,7 +207,7 @@ cdef class Search:
         return first.base[: pairs.count], second.base[: pairs.count], i
 
     cdef bint find_all(self, Pairs* pairs) noexcept nogil:
-        """Add all pairs, in the order of the trees, which keeps to what is in the cache; False where there is no room."""
+        """Add all pairs in the order of the trees, which uses the cache well. Return False if there is no room."""
         cdef Py_ssize_t kind, k
         for kind in range(2):
             for k in range(self.trees[kind].count):
@@ -216,9 +216,9 @@ cdef class Search:
         return True
 
     cdef bint find_of(self, Item disc, bint movable, Pairs* pairs) noexcept nogil:
-        """Add the pairs of one disc with those of a lower number; False where there is no room for them.
+        """Add the pairs of one disc with discs of lower numbers. Return False if there is no room for them.
 
-        Immovable discs are never looked for among each other, however many of them lie upon one another.
+        Pairs of immovable discs are not searched, since many of them may overlap.
         """
         cdef const Tree* tree
         cdef Py_ssize_t kind

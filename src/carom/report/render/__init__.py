@@ -1,4 +1,4 @@
-"""Renderers of documents, one per medium. They define the appearance and not the content.
+"""Renderers of documents, one per medium. They define the appearance, not the content.
 
-Each is imported from its module, so that a terminal's table loads no page, and a page no terminal.
+Import a renderer from its own module. Then a terminal's table does not load the page renderer, and vice versa.
 """

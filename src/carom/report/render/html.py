@@ -1,4 +1,7 @@
-"""A document as one HTML file: nothing fetched, every name escaped, and no script but the report's, by its hash."""
+"""Renderer of documents as one HTML file.
+
+The file loads nothing from elsewhere, escapes every name, and allows only the report's own script, by its hash.
+"""
 
 from __future__ import annotations
 
@@ -18,20 +21,20 @@ if TYPE_CHECKING:
     from jinja2 import Template
 
 _REPLAY = ("stage.js", "sampler.js", "replay.js")
-#: What moves on a page, by kind of block.
+#: Scripts of a page, by kind of block.
 _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
 
-#: Columns of a table that a phone has room for.
+#: Number of table columns that fit on a phone.
 _MOST_ACROSS = 3
 
-#: Before what a module gives others: on a page all scripts are one.
+#: Export keywords of modules. They are removed, because a page joins all scripts into one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
-#: Imports, comments of whole lines and indents, which are for who reads the modules; no text of one goes over lines.
+#: Imports, comment lines and indents of modules. They are removed from pages. No string spans several lines.
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
 
 
 def html(document: Document) -> str:
-    """Return the page.
+    """Return a document as an HTML page.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
@@ -55,13 +58,13 @@ def html(document: Document) -> str:
 
 
 def replay_page(title: str, data: str, said: Sequence[str] = (), stills: Sequence[tuple[str, str]] = ()) -> str:
-    """Return a page of one replay, whose data are packed already.
+    """Return a page with one replay.
 
     Args:
-        title: Of the page.
-        data: Of the replay.
-        said: What is said of it where no script runs.
-        stills: What is shown there: captions and pictures, SVG.
+        title: Title of the page.
+        data: Packed data of the replay.
+        said: Sentences for browsers without JavaScript.
+        stills: Captions and SVG pictures for browsers without JavaScript.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
@@ -88,19 +91,19 @@ def _template(name: str) -> Template:
 
 
 def page_script(*names: str) -> str:
-    """Return the report's scripts as one, with the code that unpacks their data."""
+    """Return several scripts as one, with the code that unpacks their data."""
     own = resources.files("carom.report") / "templates"
-    shared = resources.files("carom") / "web"  # what the page on which one throws the discs draws with, too
+    shared = resources.files("carom") / "web"  # drawing code shared with the play page
     every = ("unpack.js", *names) if names else ()
     texts = (((shared if name == "stage.js" else own) / name).read_text(encoding="utf-8") for name in every)
     return "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts)
 
 
 def content_policy(script: str) -> str:
-    """Return the content security policy of a page: nothing from elsewhere, and only this script, by its hash."""
+    """Return the content security policy of a page: only this script, by its hash, and no external content."""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     allowed = f"'sha256-{digest}'" if script else "'none'"
-    # Drawings carry styles of their own in their attributes.
+    # Drawings have style attributes.
     return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 
@@ -109,18 +112,18 @@ def _anchor(section: Section) -> str:
 
 
 def _packed_rows(table: Table) -> str:
-    """Return the data from which `rows.js` makes a table: each cell as text, or with its other fields."""
+    """Return packed data for a table by `rows.js`. A cell is a text, or an object if it has other fields."""
     columns, rows = table.shown(Medium.PAGE)
     heads = [[column.line, column.number] for column in columns]
     return packed({"columns": heads, "rows": [[_packed_cell(cell) for cell in row] for row in rows]})
 
 
 def _packed_cell(cell: Cell) -> str | dict[str, str]:
-    """Return a cell for `rows.js`, which shows words and signs but no bars or links."""
-    # The writer of a page's file makes visible what would command a reader, and can't see into what is packed.
+    """Return a cell for `rows.js`, which shows words and symbols, but no bars or links."""
+    # Escape control characters here: the writer of the page's file can't see into packed data.
     said = {name: visible(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)}
     if cell.link or cell.shares or cell.anchor or cell.part is not None:
-        raise ValueError(f"a packed table shows no link, bar, meter or anchor: {cell!r}")
+        raise ValueError(f"a cell of a packed table can't have a link, bar, meter or anchor: {cell!r}")
     text = visible(cell.text)
     return {"text": text, **said} if said else text
 

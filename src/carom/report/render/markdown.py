@@ -10,7 +10,7 @@ from carom.report.document import Block, Document, Medium, Table
 
 
 def markdown(document: Document) -> str:
-    """Return the document; every name in it is text, never markup."""
+    """Return a document as Markdown. Every name in it is text, never markup."""
     return "\n".join(_lines(document)) + "\n"
 
 
@@ -43,7 +43,7 @@ def _block(block: Block) -> Iterator[str]:
             for pair in block.items:
                 sides = ", ".join(pair.sides)
                 yield f"- **{_text(pair.heading)}** ({_text(sides)}). {_text(' '.join(pair.caption))}"
-        case blocks.Figures() | blocks.Replays():  # a page's alone: the tables hold the same numbers
+        case blocks.Figures() | blocks.Replays():  # pages only; tables have the same numbers
             pass
 
 
@@ -67,5 +67,5 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def _text(text: str) -> str:
-    """Return text that Markdown shows as it is: one line, no markup, no table border, no HTML."""
+    """Escape text for Markdown: one line, without markup, table borders or HTML."""
     return re.sub(r"([\\`*_\[\]<>|])", r"\\\1", re.sub(r"\s+", " ", text)).replace("&", "&amp;")

@@ -17,23 +17,23 @@ from carom.report import document as blocks
 from carom.report.document import Cell, Column, Document, Medium, Share, Table
 from carom.support.escaping import visible
 
-#: Number of signs in a bar.
+#: Number of characters in a bar.
 _BAR = 14
 
 
 def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[RichTable | str]:
-    """Yield the printed parts in order: the answer, the sections, and last, where it stays visible, the rest.
+    """Yield the printed parts in order: the answer, the sections, and the headline's further sentences.
 
     Args:
-        document: What is shown.
-        width: How many columns there are; a table that is wider is shown in parts.
-        full: Whether to show the evidence as well as the answer.
+        document: The document.
+        width: Number of text columns. A wider table is shown in parts.
+        full: Whether to show the evidence in addition to the answer.
     """
     medium = Medium.DETAIL if full else Medium.TERMINAL
     if document.answer.sentence:
         yield visible(document.answer.sentence)
     for section in document.shown(medium):
-        below = list[str]()  # the legend of a table
+        below = list[str]()  # legend of a table
         for block in section.shown(medium):
             match block:
                 case Table():
@@ -49,13 +49,13 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
                     yield visible(block.text)
                 case blocks.Facts():
                     yield from (visible(f"{name}: {value}") for name, value in block.items)
-                case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # a page's alone
+                case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # pages only
                     pass
     yield from map(visible, document.answer.more)
 
 
 def plain_text(document: Document, width: int = 80) -> str:
-    """Return the text on a terminal of a width, without colours."""
+    """Return a document as plain text of a terminal, without colours."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=width, highlight=False, markup=False)
     for item in terminal(document, width):
@@ -63,12 +63,12 @@ def plain_text(document: Document, width: int = 80) -> str:
     return buffer.getvalue().rstrip()
 
 
-#: Width between two columns: the padding of one, and the sign of the box.
+#: Width between two columns: padding and border.
 _GAP = 2
 
 
 def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
-    """Yield the table, in as many parts as the width asks for; each part has the first column, which heads the rows."""
+    """Yield a table in as many parts as needed for the width. Each part repeats the first column."""
     columns, rows = table.shown(medium)
     every = [_column(column, [row[k] for row in rows], first=not k) for k, column in enumerate(columns)]
     begin = 1
@@ -81,7 +81,7 @@ def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
 
 
 class _Fitted(NamedTuple):
-    """A column as it is printed, with the least width that cuts no word, and the least that breaks no line."""
+    """A printed column, with the least width that cuts no word, and the least width that breaks no line."""
 
     head: RichText
     cells: list[RichText]
@@ -94,17 +94,22 @@ class _Fitted(NamedTuple):
 def _column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
     heading = RichText(visible("\n".join(filter(None, (column.head, column.under)))))
     shown = [_cell(cell) for cell in cells]
-    whole = first or any(cell.shares for cell in cells)  # a name, or a bar
-    lines = [line for text in (heading, *shown) for line in text.plain.splitlines()]
-    # A line is indented, and not broken before its first word.
-    words = lines if whole else [word for line in lines for word in re.findall(r"^\s*\S+|\S+", line)]
-    least, most = (max(map(cell_len, parts), default=0) for parts in (words, lines))
+    whole = first or any(cell.shares for cell in cells)  # names and bars are not broken
+    heads, rows = heading.plain.splitlines(), [line for text in shown for line in text.plain.splitlines()]
+    words = heads if whole else _words(heads)
+    words += rows if whole or column.number else _words(rows)  # a number keeps its unit
+    least, most = (max(map(cell_len, parts), default=0) for parts in (words, heads + rows))
     return _Fitted(heading, shown, column.number, whole, least, most)
+
+
+def _words(lines: list[str]) -> list[str]:
+    """Return the words of lines. A line is indented, and not broken before its first word."""
+    return [word for line in lines for word in re.findall(r"^\s*\S+|\S+", line)]
 
 
 def _part(columns: Sequence[_Fitted], width: int) -> RichTable:
     widths = [column.most for column in columns]
-    while sum(widths) + _GAP * (len(widths) - 1) > width:  # the widest is narrowed first, but cuts no word
+    while sum(widths) + _GAP * (len(widths) - 1) > width:  # narrow the widest column first, without cutting words
         able = [k for k, column in enumerate(columns) if widths[k] > column.least]
         if not able:
             break
@@ -126,7 +131,7 @@ def _cell(cell: Cell) -> RichText:
 
 
 def _bar(shares: Sequence[Share]) -> RichText:
-    """Return a bar made of the shares' own signs, so that it can be read without colours; no share is left out."""
+    """Return a bar from the shares' own symbols, so that it is readable without colours. Every share is visible."""
     spare, bar = _BAR - len(shares), RichText()
     done, total = 0, sum(share.size for share in shares)
     for share in shares:

@@ -1,7 +1,7 @@
-// The points of a diagram: what the row that a point leads to says of it, shown where it is pointed at or focused.
+// Tooltips for the points of a diagram: the content of the table row that a point links to.
 "use strict";
 (() => {
-  const NEAR = 4, REACH = 12; // pixels: points nearer than this look like one; a point is meant from so far away
+  const NEAR = 4, REACH = 12; // pixels: points nearer than NEAR look like one; the pointer selects a point within REACH
   const tip = document.createElement("div");
   tip.className = "tip";
   tip.id = "tip";
@@ -14,7 +14,7 @@
   const make = (name, text) => { const made = document.createElement(name); made.textContent = text; return made; };
 
   const distance = (link, x, y) => { const [a, b] = middle(link); return Math.hypot(a - x, b - y); };
-  const nearest = (links, x, y) => { // of several that overlap, the one that is meant
+  const nearest = (links, x, y) => { // the nearest of several overlapping points
     const found = links.map((link) => [distance(link, x, y), link]).reduce((best, one) => (one[0] < best[0] ? one : best), [REACH, null]);
     return found[1];
   };
@@ -50,13 +50,13 @@
     });
     drawing.addEventListener("pointerleave", hide);
     drawing.addEventListener("click", (event) => {
-      const link = event.detail && nearest(links, event.clientX, event.clientY); // by pointer, not by the Enter key
+      const link = event.detail && nearest(links, event.clientX, event.clientY); // from the pointer, not from the Enter key
       if (!link) return;
       event.preventDefault();
       location.hash = link.getAttribute("href");
     });
     links.forEach((link, k) => {
-      link.setAttribute("tabindex", k ? -1 : 0); // one stop a diagram; the arrows go from point to point
+      link.setAttribute("tabindex", k ? -1 : 0); // one tab stop per diagram; arrow keys move between points
       link.addEventListener("focus", () => show(link, links));
       link.addEventListener("blur", hide);
       link.addEventListener("keydown", (event) => {

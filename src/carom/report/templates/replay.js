@@ -1,25 +1,25 @@
-// A replay of a run next to its reference: one clock, exact paths, and what went wrong where it did.
-// The page's data blocks hold all that is drawn; names reach the page as text only.
+// Replay of a run next to its reference, with one clock, exact paths, and marks at faults.
+// The page's data blocks contain everything that is drawn. Names are inserted as text only.
 "use strict";
 (() => {
   const MARKS = { missed: "✕", invented: "+", late: "▸", early: "◂", found: "•", undecided: "?", beyond: "·" };
-  const WIDEST = 1.6; // an engine that throws discs away must not shrink the scene to a dot
-  const FLATTEST = 0.3, TALLEST = 0.8; // of a picture, in parts of its width
-  const ACROSS = 0.54, ABOVE = 0.25; // of the window's height, that pictures side by side or one above the other may take
+  const WIDEST = 1.6; // largest size in extents of the reference: an engine may throw discs far away
+  const FLATTEST = 0.3, TALLEST = 0.8; // height of a picture over its width
+  const ACROSS = 0.54, ABOVE = 0.25; // largest height over the window's, for pictures side by side or one above the other
   const LEAST_TALL = 120; // pixels
-  const SECONDS_SHOWN = 6; // about so long a replay lasts at the speed that is chosen for it
-  const SLOWEST = 1 / 8, LEAD_S = 0.6, HOLD_S = 1.5; // before what failed first it slows, and there it holds, in seconds of the reader's
-  const FLASH_S = 0.45, MOST_FLASHES = 3; // a look flashes and fades
-  const CROWD = 4; // discs beyond which looks of the failing pair alone are shown, or outlines would be all that is seen
+  const SECONDS_SHOWN = 6; // approximate duration of a replay at its initial speed
+  const SLOWEST = 1 / 8, LEAD_S = 0.6, HOLD_S = 1.5; // a replay slows before the first fault and pauses there; seconds of real time
+  const FLASH_S = 0.45, MOST_FLASHES = 3; // each frame flashes and fades
+  const CROWD = 4; // with more discs, only frames of the failing pair are shown, because outlines would hide everything
   const MOST_LABELS = 3;
-  const MOST_NAMED = 12; // discs beyond which the numbers next to small ones would hide the paths
-  const MOST_TICKED = 2; // pixels between looks below which their ticks would run into a block
-  const LINE = 66, STRIP = 16; // pixels: the timeline, and of it the row of the whole run
-  const MAGNIFIES = 1.4; // less is no inset
-  const MOST_SPINS = 4; // discs whose spins are told in numbers
+  const MOST_NAMED = 12; // with more discs, numbers next to small discs would hide the paths
+  const MOST_TICKED = 2; // least distance of frames in pixels, below which their ticks would merge
+  const LINE = 66, STRIP = 16; // heights in pixels: the timeline, and its row of the whole run
+  const MAGNIFIES = 1.4; // with less magnification, no inset is drawn
+  const MOST_SPINS = 4; // largest number of discs with spins shown as numbers
   const number = (value, n = 6) => (value === undefined || value === null ? "" : String(Number(value.toPrecision(n))));
 
-  // The direction from a place to the nearest point of a line of many.
+  // Returns the direction from a position to the nearest point of a polyline.
   const towardsLine = (line, [x, y]) => {
     let best = [0, 0], least = Infinity;
     for (let k = 0; k + 1 < line.length; k++) {
@@ -68,9 +68,9 @@
       this.box = framed(scene, run, ...(run.sampler ? [sampledEvery(scene, run, this.end)] : []));
       const name = `${run.engine} ${run.profile}`;
       this.truth = new Stage(`Exact: ${scene.name}, by PIC`);
-      this.seen = new Stage(`What ${name} makes of ${scene.name}`);
+      this.seen = new Stage(`${name}: ${scene.name}`);
       for (const stage of [this.truth, this.seen]) Object.assign(stage, { flat: FLATTEST, tall: TALLEST, least: 0, shortest: LEAST_TALL });
-      this.faces();
+      this.findFault();
       Object.assign(this, { held: 0, past: false, flashes: [] });
       this.speeds = [1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 16, 32];
       const wanted = this.end / SECONDS_SHOWN;
@@ -82,8 +82,8 @@
       if (!this.calm) this.play(true);
     }
 
-    // What went wrong first, the instant that is held for it, and the time about it that is spread out.
-    faces() {
+    // Sets the first fault, the instant at which the replay pauses, and the time span shown in detail.
+        findFault() {
       const { run, scene, end } = this, { dt, fault } = run;
       this.fault = fault === null ? null : run.impacts[fault.row];
       const { overlap } = this.meeting(this.fault), true_s = this.fault?.true ?? this.fault?.reported;
@@ -93,7 +93,7 @@
       this.from = Math.max(0, Math.min((true_s ?? 0) - this.span / 2, end - this.span));
       if (this.fault) this.centre = this.meeting(this.fault).place ?? this.touching(this.fault, run.tracks, this.moment);
     }
-    // What the reference has of an impact: where bodies touch, and for how long they would overlap.
+    // Returns the contact point of an impact in the reference, and how long the bodies would overlap.
     meeting(row) {
       const found = row && row.at !== undefined ? this.scene.meetings[row.at] : null;
       return found ? { place: found.slice(0, 2), overlap: found[2] } : {};
@@ -112,35 +112,35 @@
           speed < 1 ? `1/${1 / speed} of real time` : speed === 1 ? "real time" : `${speed} × real time`)));
       this.both = make("input", { type: "checkbox", onchange: () => { this.over = this.both.checked; this.layout(); } });
       this.clock = make("output", { class: "clock" });
-      this.line = make("canvas", { class: "timeline", role: "img", "aria-label": "Above: impacts over the whole time. Below: frames and overlaps at the first failure" });
+      this.line = make("canvas", { class: "timeline", role: "img", "aria-label": "Above: impacts over the whole time. Below: frames and overlaps at the first fault" });
       this.holds = make("input", { type: "checkbox", checked: true });
       this.caption = make("figcaption");
       this.said = make("p", { class: "fault", role: "status" });
       this.spins = make("p", { class: "clock", hidden: !this.run.turned.length || this.scene.discs.length > MOST_SPINS });
-      this.tell = () => {
-        this.caption.textContent = `What ${name} does${this.run.sampled ? `, looking every ${number(this.run.dt, 4)} s` : ""}`;
+      this.writeTexts = () => {
+        this.caption.textContent = `${name}${this.run.sampled ? `, checking every ${number(this.run.dt, 4)} s` : ""}`;
         this.said.textContent = this.run.fault ? this.run.fault.said : "";
       };
-      this.tell();
+      this.writeTexts();
       this.sides = make("div", { class: "views" },
         make("figure", {}, make("figcaption", {}, "Exact, by PIC"), this.truth.canvas),
         make("figure", {}, this.caption, this.seen.canvas));
       this.controls = make("div", { class: "controls" },
         this.playButton,
-        button("Back to the impact before", "Shift and left", () => this.toImpact(-1), "◀◀"),
-        button("One frame back", "left", () => this.toFrame(-1), "◀"),
-        button("One frame on", "right", () => this.toFrame(1), "▶"),
-        button("On to the next impact", "Shift and right", () => this.toImpact(1), "▶▶"),
+        button("Previous impact",  "Shift and left", () => this.toImpact(-1), "◀◀"),
+        button("Previous frame",  "left", () => this.toFrame(-1), "◀"),
+        button("Next frame",  "right", () => this.toFrame(1), "▶"),
+        button("Next impact",  "Shift and right", () => this.toImpact(1), "▶▶"),
         make("label", {}, "Speed ", this.rate),
-        make("label", {}, this.both, " overlaid"),
-        ...((this.fault || this.run.sampler) && !this.calm ? [make("label", {}, this.holds, " hold where it fails")] : []),
+        make("label", {}, this.both, " overlay both"),
+        ...((this.fault || this.run.sampler) && !this.calm ? [make("label", {}, this.holds, " pause at the fault")] : []),
         this.clock);
-      const drag = this.scene.drag ? [make("p", {}, make("a", { href: this.scene.drag }, "Drag this scene: throw its discs yourself"))] : [];
+      const drag = this.scene.drag ? [make("p", {}, make("a", { href: this.scene.drag }, "Open this scene on the play page, where you can drag its discs"))] : [];
       root.append(this.sides, ...this.modes(name), this.line, this.slider, this.controls, this.spins, ...this.stepper(), this.legend(), this.said, ...drag);
       for (const canvas of [this.truth.canvas, this.seen.canvas, this.line]) this.scrubs(canvas);
     }
 
-    // How discs in contact move, over the whole time of the scene: as they must, and below as the run itself tells.
+    // Contact modes of discs over time: the exact ones, and below those that the run reports.
     modes(name) {
       const strip = (changes) => make("div", { class: "strip" }, ...changes.slice(0, -1).map(([begin, word], k) =>
         make("span", { class: word.split(" ").at(-1), style: `flex-grow:${changes[k + 1][0] - begin}` }, word)));
@@ -148,43 +148,43 @@
       const rows = [...this.scene.modes.map(row("exact")), ...this.run.modes.map(row(name))];
       return rows.length ? [make("div", { class: "modes", role: "group", "aria-label": "How discs move in contact" }, ...rows)] : [];
     }
-    // What PIT makes of two discs at any step.
+    // Slider for PIT's step, for two discs.
     stepper() {
       if (!this.own.sampler) return [];
       const { frame } = this.scene, written = make("output", {});
       const write = () => { written.textContent = `${number(1000 * this.run.dt, 3)} ms, ${number(this.run.dt / frame, 3)} of a frame`; };
       this.step = make("input", {
-        // A little beyond a twentieth: no round part of a frame, at which a look may be at the very impact.
+        // Slightly above a twentieth: at a round fraction of a frame, a frame may be exactly at the impact.
         type: "range", min: Math.log(frame / 20) + 0.01, max: Math.log(3 * frame), step: 0.02, value: Math.log(this.own.dt), "aria-label": "Step of PIT",
         oninput: () => {
           this.play(false);
           this.run = sampledEvery(this.scene, this.own, Math.exp(Number(this.step.value)));
-          this.faces();
-          this.tell();
+          this.findFault();
+          this.writeTexts();
           write();
           this.show(this.moment);
         },
       });
       write();
-      return [make("label", { class: "step" }, "Another step ", this.step, " ", written)];
+      return [make("label", { class: "step" }, "Step of PIT ", this.step, " ", written)];
     }
 
     legend() {
       const drawn = (body) => {
-        const holder = make("template"), name = "svg"; // a parser knows its namespace
+        const holder = make("template"), name = "svg"; // the parser sets the namespace
         holder.innerHTML = `<${name} viewBox="0 0 26 16" aria-hidden="true">${body}</${name}>`;
         return holder.content.firstChild;
       };
-      const looks = this.run.sampled ? [
-        ["<circle cx='13' cy='8' r='6' fill='none' stroke='var(--s0)' stroke-dasharray='3 2' stroke-width='1.5'/>", "its last frame"],
-        ["<path d='M8 1v14M18 1v14' stroke='var(--ink)' stroke-width='2'/>", "its frames"]] : [];
+      const frames = this.run.sampled ? [
+        ["<circle cx='13' cy='8' r='6' fill='none' stroke='var(--s0)' stroke-dasharray='3 2' stroke-width='1.5'/>", "last frame"],
+        ["<path d='M8 1v14M18 1v14' stroke='var(--ink)' stroke-width='2'/>", "frames"]] : [];
       const signs = [
-        ["<circle cx='13' cy='8' r='6' fill='var(--s0)'/>", `where ${this.run.engine} has it`],
-        ["<circle cx='13' cy='8' r='6' fill='var(--ghost)' opacity='.5'/>", "where it must be"],
-        ...looks,
-        ["<path d='M8 3l10 10M18 3L8 13' stroke='var(--wrong-bar)' stroke-width='2.5'/>", "an impact missed"],
+        ["<circle cx='13' cy='8' r='6' fill='var(--s0)'/>", `position by ${this.run.engine}`],
+        ["<circle cx='13' cy='8' r='6' fill='var(--ghost)' opacity='.5'/>", "exact position"],
+                ...frames,
+        ["<path d='M8 3l10 10M18 3L8 13' stroke='var(--wrong-bar)' stroke-width='2.5'/>", "missed impact"],
         ["<rect x='2' y='3' width='11' height='10' fill='var(--over)'/><rect x='13' y='3' width='11' height='10' fill='var(--over2)'/>",
-          "the two would overlap: approaching, parting"]];
+          "time of overlap: approaching, separating"]];
       return make("div", { class: "signs" }, ...signs.map(([body, text]) => make("span", {}, drawn(body), text)));
     }
 
@@ -242,7 +242,7 @@
       };
       requestAnimationFrame(tick);
     }
-    // Slower towards what failed first, and for a while there.
+    // Slows before the first fault, and pauses there.
     next(passed) {
       if (this.past || !this.holds.checked) return this.time + passed * this.speed;
       if (this.time >= this.moment) {
@@ -253,12 +253,12 @@
       const left = (this.moment - this.time) / (this.speed * LEAD_S);
       return Math.min(this.time + passed * this.speed * Math.min(1, Math.max(SLOWEST, left)), this.moment);
     }
-    looks(time) { return Math.floor(Math.min(time, this.run.end) / this.run.dt + 1e-9); }
+    frameAt(time) { return Math.floor(Math.min(time, this.run.end) / this.run.dt + 1e-9); }
     flash(next, passed) {
       if (!this.run.sampled || this.calm) return;
       this.flashes = this.flashes.map(({ time, left }) => ({ time, left: left - passed })).filter(({ left }) => left > 0);
-      const last = this.looks(next);
-      for (let k = Math.max(this.looks(this.time), last - MOST_FLASHES) + 1; k <= last; k++) this.flashes.push({ time: k * this.run.dt, left: FLASH_S });
+      const last = this.frameAt(next);
+      for (let k = Math.max(this.frameAt(this.time), last - MOST_FLASHES) + 1; k <= last; k++) this.flashes.push({ time: k * this.run.dt, left: FLASH_S });
       this.flashes = this.flashes.slice(-MOST_FLASHES);
     }
     toFrame(by) {
@@ -312,11 +312,11 @@
 
     spinOf(i) {
       const spin = (turned, end) => digits(spinAt(turned[i], Math.min(this.time, end)));
-      const must = this.scene.turned.length ? ` (by PIC ${spin(this.scene.turned, this.end)})` : "";
+      const must = this.scene.turned.length ? ` (exact: ${spin(this.scene.turned, this.end)})` : "";
       return `disc ${i} ${spin(this.run.turned, this.run.end)}${must}`;
     }
 
-    // Solid is the run that a picture is of, grey the exact one, dashed the last look.
+    // Solid: the picture's run. Grey: the exact positions. Dashed: the last frame.
     draw(stage, near = false) {
       const { scene, run, pulls, bodies, end } = this, observed = stage === this.seen, { discs } = bodies;
       const tracks = observed ? run.tracks : scene.reference, turned = observed ? run.turned : scene.turned;
@@ -329,9 +329,9 @@
         stage.path(tracks[i], pulls[i], stage.hue(bodies, i), 0, now, { width: near ? 2.4 : 1.8 });
       }
       if (observed) {
-        const looked = discs.length > CROWD && this.fault ? moving.filter((i) => this.fault.bodies.includes(i)) : moving;
-        for (const { time, left } of this.flashes) for (const i of looked) ring(i, time, { alpha: left / FLASH_S, width: 2.5 });
-        if (run.sampled) for (const i of moving) ring(i, this.looks(now) * run.dt, { dash: [4, 3] });
+        const sampled = discs.length > CROWD && this.fault ? moving.filter((i) => this.fault.bodies.includes(i)) : moving;
+        for (const { time, left } of this.flashes) for (const i of sampled) ring(i, time, { alpha: left / FLASH_S, width: 2.5 });
+        if (run.sampled) for (const i of moving) ring(i, this.frameAt(now) * run.dt, { dash: [4, 3] });
         for (const i of moving) stage.ring(placeAt(scene.reference[i], pulls[i], this.time), discs[i].radius_m, ghost, { fill: ghost, alpha: 0.4 });
       }
       const places = tracks.map((track, i) => placeAt(track, pulls[i], now));
@@ -345,10 +345,10 @@
       if (corner) taken.push([corner.x, corner.y, corner.side, corner.side]);
       this.flags(stage, tracks, taken, near);
     }
-    // The number of a disc that has no room for it stands away from the nearest of the others.
+    // Writes the number of a small disc next to it, on the side away from its nearest neighbour.
     nameBeside(stage, places, i) {
       const { pen, dense } = stage, radius = this.bodies.discs[i].radius_m * stage.scale, [x, y] = stage.at(places[i]);
-      if (radius > 8 * dense) return; // Stage.disc has it
+      if (radius > 8 * dense) return; // Stage.disc writes it
       const others = places.filter((_, k) => k !== i).map((one) => stage.at(one));
       const away = ([u, v]) => Math.hypot(u - x, v - y);
       const [u, v] = others.reduce((a, b) => (away(b) < away(a) ? b : a));
@@ -359,7 +359,7 @@
       pen.textBaseline = "middle";
       pen.fillText(String(i), x + far * Math.cos(angle), y + far * Math.sin(angle));
     }
-    // Where bodies of a run touch, as they are drawn.
+    // Returns the point at which two bodies of a run touch, as drawn.
     touching(row, tracks, when) {
       const { scene, pulls } = this, [first, second] = row.bodies, radius = scene.discs[first][0];
       const a = placeAt(tracks[first], pulls[first], when);
@@ -380,7 +380,7 @@
         if (when === undefined || when === null || this.time < when) continue;
         const recent = this.time <= when + shown, lost = ["missed", "undecided", "beyond"].includes(row.flag);
         const { place } = this.meeting(row), here = observed && !lost ? this.touching(row, tracks, when) : place;
-        if (observed && missed) stage.cross(here, near ? 11 : 7, wrong); // for good
+        if (observed && missed) stage.cross(here, near ? 11 : 7, wrong); // stays visible
         else if (recent) stage.ring(here, (9 * stage.dense) / stage.scale, observed && row.flag !== "found" ? wrong : stage.colour("--ink"), { width: 2 });
         if (observed && !near && (missed || (recent && row.flag !== "found"))) words.push([here, row]);
       }
@@ -388,7 +388,7 @@
       for (const [place, row] of words.slice(-MOST_LABELS)) stage.label(place, `${row.became}${who(row)}`, stage.colour("--wrong-ink"), taken);
     }
 
-    // Where the instant is magnified: the corner farthest from it; null where nothing is to be magnified.
+    // Returns the corner for the magnified inset, farthest from the fault; null if there is no inset.
     corner() {
       const { fault, seen: stage } = this, { dense, canvas, scale } = stage;
       if (!fault || Math.abs(this.time - this.moment) > Math.max(this.span / 5, this.end / 40)) return null;
@@ -428,7 +428,7 @@
       pen.fillText(`${fault.became}, ${number(side / (2 * radius) / scale, 2)} × larger`, x + 5 * dense, y + 10 * dense, side - 10 * dense);
     }
 
-    // Above the whole run; below, spread out, the time about the first failure: overlaps of its pair, and looks.
+    // Above: the whole run. Below: the time around the first fault, with overlaps of its pair and frames.
     timeline() {
       const pen = this.line.getContext("2d"), { width: w, height: h } = this.line, dense = window.devicePixelRatio || 1;
       const { run, end, from, span, fault } = this, colour = (name) => this.seen.colour(name);
@@ -442,7 +442,7 @@
       for (const point of [[whole(from), strip], [whole(from + span), strip], [w, top - 2 * dense], [0, top - 2 * dense]]) pen.lineTo(...point);
       pen.fill();
       pen.globalAlpha = 1;
-      const rows = [...run.impacts].sort((a, b) => (a.flag !== "found") - (b.flag !== "found")); // what failed is above
+      const rows = [...run.impacts].sort((a, b) => (a.flag !== "found") - (b.flag !== "found")); // faults are drawn on top
       for (const row of rows) {
         pen.fillStyle = colour(row.flag === "found" ? "--exact-bar" : "--wrong-bar");
         pen.fillRect(whole(row.true ?? row.reported) - dense, row.flag === "found" ? strip / 2 : 0, 2 * dense, row.flag === "found" ? strip / 2 : strip);
@@ -457,7 +457,7 @@
       if (run.sampled && (run.dt / span) * w > MOST_TICKED * dense)
         for (let k = Math.max(0, Math.ceil(from / run.dt)); k * run.dt <= Math.min(from + span, run.end) * (1 + 1e-12); k++) {
           const time = k * run.dt;
-          const falls = shaded.some(([begin, overlap]) => time >= begin && time <= begin + overlap / 2 && time < begin + run.dt); // the first in it
+          const falls = shaded.some(([begin, overlap]) => time >= begin && time <= begin + overlap / 2 && time < begin + run.dt); // the first frame in the overlap
           pen.fillStyle = colour("--ink");
           pen.fillRect(x(time) - (falls ? 2 : 1) * dense, top + (falls ? 0 : 4 * dense), (falls ? 4 : 2) * dense, low - top - (falls ? 0 : 8 * dense));
         }
@@ -490,8 +490,8 @@
   };
   const impactTable = (run, player) => {
     const turns = run.turned.length > 0;
-    const heads = ["bodies", "by PIC, s", "reported, s", "path turned, s", "velocity error", ...(turns ? ["spin error"] : []),
-      "what became of it", "cause"];
+    const heads = ["bodies", "exact time, s", "reported, s", "path turned, s", "velocity error", ...(turns ? ["spin error"] : []),
+      "outcome", "cause"];
     const rows = run.impacts.map((row) => make("tr", { class: row.flag === "found" ? "" : "off" },
       make("th", { scope: "row" }, make("button", { type: "button", class: "link", onclick: () => {
         player.play(false);
@@ -499,21 +499,21 @@
       } }, row.pair)),
       ...[number(row.true, 9), number(row.reported, 9), number(row.turned, 9), number(row.velocity, 3),
         ...(turns ? [number(row.spin, 3)] : []), `${MARKS[row.flag]} ${row.became}`, row.cause].map((text) => make("td", {}, text))));
-    return make("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Impact by impact" },
+    return make("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Impacts" },
       make("table", { class: "impacts" },
         make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
         make("tbody", {}, ...rows)));
   };
   const evidence = (scene, run, player, heading = "h3") => {
     const said = make("ul", { class: "said" }, ...run.said.map((sentence) => make("li", {}, sentence)));
-    const title = make(heading, {}, `Impact by impact${run.sampler ? `, at its own step of ${number(1000 * run.dt, 3)} ms` : ""}`);
+    const title = make(heading, {}, `Impacts${run.sampler ? `, with its original step of ${number(1000 * run.dt, 3)} ms` : ""}`);
     return [
       ...(run.sampler ? [title, said] : [said, title]), impactTable(run, player),
-      make("details", {}, make("summary", {}, "Settings really used"),
+      make("details", {}, make("summary", {}, "Settings used"),
         make("dl", {}, ...Object.entries(run.settings).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]))),
-      make("details", {}, make("summary", {}, "Run it yourself"),
-        ...(run.command ? [copyable("The command", run.command)] : []), copyable("The scene, as a file", scene.file),
-        ...(scene.thrown && !scene.drag ? [copyable("Drag this scene: save it as scene.toml", scene.thrown)] : [])),
+      make("details", {}, make("summary", {}, "Repeat this run"),
+        ...(run.command ? [copyable("Command", run.command)] : []), copyable("Scene file", scene.file),
+        ...(scene.thrown && !scene.drag ? [copyable("To drag this scene, save it as scene.toml", scene.thrown)] : [])),
     ];
   };
 
@@ -542,7 +542,7 @@
     if (!dialog.open) { opened = document.activeElement; dialog.showModal(); }
     player = new Player(scene, run, body);
     body.append(...evidence(scene, run, player));
-    player.playButton.focus({ preventScroll: true }); // so that the keys are the player's
+    player.playButton.focus({ preventScroll: true }); // so that the player receives keys
     return true;
   };
   const follow = async (dialog) => {
@@ -564,7 +564,7 @@
       window.addEventListener("hashchange", () => follow(dialog));
       await follow(dialog);
     }
-    const alone = document.getElementById("replay-alone"); // a page, or a notebook's cell, of one replay
+    const alone = document.getElementById("replay-alone"); // a page or a notebook's cell with one replay
     if (alone) {
       const scene = await unpack(blocks()[0].textContent), body = make("div", { class: "replay" });
       alone.append(body);

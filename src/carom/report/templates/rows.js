@@ -1,4 +1,4 @@
-// Tables whose rows are unpacked when somebody opens them; what they say reaches the page as text only.
+// Tables whose rows are unpacked when a reader opens them. Their content is inserted as text only.
 "use strict";
 (() => {
   const make = (name, css, ...children) => {
@@ -7,7 +7,7 @@
     element.append(...children);
     return element;
   };
-  // As the macro `content` of page.html.j2 shows a cell.
+  // Same output as the macro `content` of page.html.j2.
   const content = ({ text, symbol, note }) => {
     if (!symbol && !note) return [text];
     const sign = make("span", "", symbol ?? "");
@@ -41,7 +41,7 @@
       try {
         block.replaceWith(shown(await unpack(block.textContent), block.dataset.label, block.dataset.css));
       } catch (error) {
-        block.replaceWith(make("p", "note", `These rows could not be unpacked (${error}); results.jsonl next to this page has their numbers.`));
+        block.replaceWith(make("p", "note", `These rows can't be unpacked (${error}). The file results.jsonl next to this page has the numbers.`));
       }
     }, { once: true });
   }

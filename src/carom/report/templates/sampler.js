@@ -1,4 +1,4 @@
-// PIT of two discs that fly freely, at a step of the reader's. Their only impact is a formula, exact to what is shown.
+// PIT for two discs in free flight, at a step that the reader chooses. A formula gives their only impact.
 const pairAt = (discs, t) => discs.map(({ position_m: p, velocity_m_s: v }) => [p[0] + v[0] * t, p[1] + v[1] * t]);
 const difference = ([a, b]) => [b[0] - a[0], b[1] - a[1]];
 const product = (a, b) => a[0] * b[0] + a[1] * b[1];
@@ -28,15 +28,15 @@ const sampledEvery = (scene, run, dt) => {
     const [v, w] = [(found ?? exact).after[i], exact.after[i]];
     return Math.abs(Math.atan2(v[0] * w[1] - v[1] * w[0], v[0] * w[0] + v[1] * w[1]) * 180) / Math.PI;
   };
-  const ms = (t) => digits(1000 * t), met = exact.time_s, overlap = overlapOf(thrown, exact), step = `At a step of ${ms(dt)} ms`;
+  const ms = (t) => digits(1000 * t), met = exact.time_s, overlap = overlapOf(thrown, exact), step = `With a step of ${ms(dt)} ms`;
   const late = found ? Math.max(found.time_s - met, 0) : 0;
   const row = {
     bodies: [0, 1], pair: run.impacts[0].pair, true: met, at: 0, reported: found ? found.time_s : null,
     flag: !found ? "missed" : late > 0 ? "late" : "found", became: found ? `${ms(late)} ms late` : "missed", cause: "",
   };
   const said = found
-    ? `${step} it is found ${ms(late)} ms late, and a disc leaves ${digits(Math.max(off(0), off(1)), 2)}° off.`
-    : `${step} no frame falls into the ${ms(overlap / 2)} ms in which they overlap while approaching: missed.`;
+    ? `${step}, the impact is found ${ms(late)} ms late, and a disc leaves in a direction that is wrong by ${digits(Math.max(off(0), off(1)), 2)}°.`
+    : `${step}, no frame is within the ${ms(overlap / 2)} ms in which the discs overlap while approaching, so the impact is missed.`;
   const moment = found ? found.time_s : Math.min(met + Math.min(overlap, 2 * dt) / 2, scene.duration);
   return { ...run, dt, end: scene.duration, tracks: tracksOf(thrown, seen), impacts: [row], fault: { row: 0, said, moment } };
 };

@@ -1,12 +1,12 @@
-// The switch of profile over the methods, filters and sorting of the table of every scene on every engine. Without it
-// both tables stand whole.
+// Choice of profile for the table of methods, and filters and sorting for the table of scenes and engines. Without
+// JavaScript, both tables are complete.
 "use strict";
 (() => {
-  const ORDER = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong"]; // from best to worst, by class
+  const ORDER = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong"]; // CSS classes from best to worst
   const table = document.querySelector("table.grid");
   if (!table) return;
   const head = [...table.tHead.rows[0].cells], scenes = [...table.tBodies[0].rows];
-  const columns = head.slice(1).map((cell) => { // a heading of two lines is an engine and its profile
+  const columns = head.slice(1).map((cell) => { // a heading of two lines: engine and profile
     const engine = cell.querySelector("b");
     return engine ? [engine.textContent.trim(), cell.lastChild.textContent.trim()] : [cell.textContent.trim()];
   });
@@ -33,9 +33,9 @@
     return select;
   };
   choice("engine", distinct(columns.map(([engine]) => engine)));
-  const several = (engine) => columns.filter(([other]) => other === engine).length; // the engine of most profiles orders them
+  const several = (engine) => columns.filter(([other]) => other === engine).length; // profiles are in the order of the engine with most of them
   const inOrder = [...columns].sort(([a], [b]) => several(b) - several(a));
-  const only = (engine) => several(engine) === 1; // with one profile, as PIT: it stays next to any of the others'
+  const only = (engine) => several(engine) === 1; // an engine with one profile, such as PIT, is shown with every profile
   const profiles = distinct(inOrder.map(([, profile]) => profile).filter(Boolean)), select = choice("profile", profiles);
   choice("grade", ORDER.filter((grade) => scenes.some((row) => [...row.cells].some((cell) => cell.classList.contains(grade)))));
   choice("group", distinct(scenes.map(groupOf)));
@@ -55,12 +55,12 @@
     legend.textContent = "Profile:";
     fieldset.append(legend, ...radios);
     ranking[0].closest(".scroll").before(fieldset);
-    // What one gets as shipped; a link to a replay, or into a table, finds all of it.
+    // Default settings first, unless a link needs the whole table.
     if (profiles.includes("default") && !location.hash) select.value = chosen.profile = "default";
   }
 
   const show = () => {
-    // A row or a column without a profile stays with each of them.
+    // Rows and columns without a profile are always shown.
     const kept = columns.map(([engine, profile]) => (!chosen.engine || engine === chosen.engine) && (!chosen.profile || !profile || profile === chosen.profile || only(engine)));
     for (const row of ranking) row.hidden = Boolean(chosen.profile && profileOf(row)) && profileOf(row) !== chosen.profile && !only(engineOf(row));
     for (const { firstChild: radio } of radios) radio.checked = radio.value === (chosen.profile ?? "");
@@ -78,7 +78,7 @@
     const button = document.createElement("button");
     button.type = "button";
     button.className = "sort";
-    button.title = k ? "Sort: the worst first, and back" : "Sort by name, and back";
+    button.title = k ? "Sort by grade, or restore the order" : "Sort by name, or restore the order";
     button.append(...cell.childNodes);
     cell.append(button);
     button.addEventListener("click", () => {

@@ -1,4 +1,4 @@
-// Data of the page, as carom.report.files.packed wrote them: base64, gzip, JSON.
+// Unpacks data of the page that carom.report.files.packed wrote: base64, gzip, JSON.
 "use strict";
 const unpack = async (text) => {
   const bytes = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));

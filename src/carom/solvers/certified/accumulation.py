@@ -1,4 +1,4 @@
-"""Detection of infinitely many impacts in finite time (collapse and crush); these are declared, not proven."""
+"""Detection of infinitely many impacts in a finite time: collapse and crush. Both are declared, not proven."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.recording import Recording
 
-#: Impacts, times the square of the number of bodies in them, in one unit in the last place of the time, after which
-#: impacts that lose energy are called a collapse. Where they end, three equal discs make at most some 600 in all.
+#: Impacts that lose energy are called a collapse after this many in one unit in the last place of the time, divided by
+#: the square of the number of bodies in them. Three equal discs whose impacts end make at most some 600 in all.
 _COLLAPSE = 20
 
 
 def without_end(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse or crush that the last impacts are part of, if any."""
+    """Return the collapse or crush to which the last impacts belong, if any."""
     return _collapse(log, bodies) or _crush(log, bodies) or crush_in_a_row(log, bodies)
 
 
 def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse that the last impacts are part of, if any."""
+    """Return the collapse to which the last impacts belong, if any."""
     scene = bodies.scene
     if not log.rows or not (scene.restitution < 1 or any(material.restitution < 1 for material in bodies.materials)):
         return None
@@ -51,8 +51,8 @@ def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the time at which two closing half-planes leave a disc no room, after many impacts between them.
 
-    Only half-planes count, because discs cannot escape sideways between them. If their normals are exactly opposite,
-    the room is the sum of both gaps, whatever the disc's position.
+    Only half-planes count, because discs can't escape sideways between them. If their normals are exactly opposite, the
+    room is the sum of both gaps, for any position of the disc.
     """
     last = [row.values for row in log.rows[-CRUSH:]]
     if not bodies.fastest_drive or len(last) < CRUSH or len({(row.first, row.second) for row in last}) > 2:

@@ -1,11 +1,11 @@
-"""State of all discs in ball arithmetic, in which every operation yields a ball that contains the true result.
+"""State of all discs in ball arithmetic: every operation gives a ball that contains the true result.
 
-The float64 numbers of the scene are the exact input. Each disc is stored at an exact reference instant, a float64 just
+The float64 numbers of the scene are the exact input. Each disc is stored at an exact reference instant: a float64 just
 before its last impact. So the uncertainty of the impact's time enters the position only through the change of velocity,
-and the instant itself needs no rounding. Between the reference and the impact the present path is extended backwards.
+and the instant itself needs no rounding. Between the reference and the impact, the present path is extended backwards.
 
-Under uniform gravity the states of movable discs are relative to a frame that falls from rest at time 0, which adds ``g
-t^2 / 2`` to a position and ``g t`` to a velocity. In that frame paths are straight, and walls move.
+Under uniform gravity, states of movable discs are relative to a frame that falls from rest at time 0. The frame adds
+``g t^2 / 2`` to a position and ``g t`` to a velocity. In the falling frame paths are straight, and walls move.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ State = tuple[arb, arb, arb, arb]
 
 
 def greatest_speed(scene: Scene) -> float:
-    """Return the greatest speed of discs, spinning rims and driven bodies at the start; 1 where nothing moves."""
+    """Return the greatest speed of discs, spinning rims and driven bodies at the start; 1 if nothing moves."""
     speeds = [max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in scene.discs]
     return max(*speeds, fastest_drive(scene)) or 1.0
 
 
 def fastest_drive(scene: Scene) -> float:
-    """Return a bound on the speeds of driven bodies and belts; 0 without any."""
+    """Return a bound on the speeds of driven bodies and belts; 0 if there are none."""
     arrays = scene.arrays
     drives = (*(arrays.wall_drives or ()), *arrays.disc_drives)
     speeds = [*(drive.fastest for drive in drives), *map(abs, arrays.belts_m_s or ())]
@@ -54,7 +54,7 @@ def _pull(scene: Scene, shape: Plane | Round) -> int:
 
 
 class PairLaw(NamedTuple):
-    """Constants of a pair of discs at the working precision; each share is that of the change of relative velocity."""
+    """Constants of a pair of discs at the working precision. Shares are parts of the change of relative velocity."""
 
     reach: arb
     reach2: arb
@@ -67,7 +67,7 @@ class PairLaw(NamedTuple):
 
 
 class WallLaw(NamedTuple):
-    """Constants of a wall and a radius: velocities become ``M v``, positions ``M x + shift`` (a mirror where e = 1)."""
+    """Constants of a wall and a radius: velocities become ``M v``, positions ``M x + shift`` (a mirror for e = 1)."""
 
     nx: arb
     ny: arb
@@ -83,7 +83,7 @@ class WallLaw(NamedTuple):
 class RoundLaw(NamedTuple):
     """Constants of a vertex or an arc and a radius: its centre, and the distance at which a disc touches it.
 
-    `change` is that of a disc's velocity for what `root` and (px, py) are of `carom.solvers.certified.meeting`.
+    `change` is the factor of a disc's velocity change. For `root` and (px, py) see `carom.solvers.certified.meeting`.
     """
 
     cx: arb
@@ -97,23 +97,23 @@ class BallBodies:
     """Positions and velocities of all discs as balls, at the precision of python-flint's context.
 
     Attributes:
-        obstacles: Features of the walls: see `carom.solvers.certified.obstacles`. They are numbered as walls are. Where
+        obstacles: Features of the walls: see `carom.solvers.certified.obstacles`. Features are numbered like walls. If
             all walls are half-planes, the features are the walls.
         time: Reference instant of each disc, seconds, exact.
-        x: Centre at the reference instant; likewise `y`, `vx`, `vy`. Under gravity, in the falling frame.
+        x: Centre at the reference instant, like `y`; velocities are `vx` and `vy`. Under gravity, in the falling frame.
         falls: Whether the scene has gravity.
-        pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for the others.
+        pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
         fastest_drive: A bound on the speeds of driven bodies, metres a second.
-        turns: Whether spins are kept: see `carom.DiscArrays.turns`.
-        spin: Radians a second.
+        turns: Whether spins are stored: see `carom.DiscArrays.turns`.
+        spin: Spin of each disc, radians a second.
         inverse_inertia_ratio: Inverse inertia factor of each disc, 1/k; 0 for one that does not turn.
-        inverse_mass: 0 for a disc that no impact moves.
-        met: For each disc, when it last met each kind of partner, oldest first: the key is the obstacle's body number,
+        inverse_mass: Inverse mass of each disc; 0 for one that no impact moves.
+        met: For each disc, when it last met each kind of partner, oldest first. The key is the obstacle's body number,
             or 0 for any disc.
-        last_met: A float64 no less than any time at which each disc has met anybody; 0 before its first impact.
+        last_met: For each disc, a float64 no less than the time of any of its impacts; 0 before the first.
         partner: Body that each disc met last; None before its first impact.
-        acceleration: Contact state of a disc in contact, relative to the walls; None of a disc in flight.
-        spin_rate: Radians a second squared, at which contact turns each disc.
+        acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
+        spin_rate: Rate at which contact changes each disc's spin, radians a second squared.
         contacts: Contact states of the discs.
     """
 
@@ -160,7 +160,7 @@ class BallBodies:
         return len(self.x)
 
     def lower_precision(self, bits: int) -> None:
-        """Lower the working precision where the balls have grown so wide that more bits are meaningless."""
+        """Lower the working precision if the balls have grown so wide that more bits are meaningless."""
         ctx.prec = bits
         self._legs.clear()
         self._pair_laws.clear()
@@ -181,16 +181,16 @@ class BallBodies:
         return max(0, min(int(ctx.prec), known))
 
     def worst_accuracy_bits(self) -> int:
-        """Bits to which the least known velocity component is known, relative to its disc's speed."""
+        """Accuracy of the least accurate velocity component, in bits, relative to its disc's speed."""
         return min(self._accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
-        """Bits to which the best known velocity that is not exact is known; the working precision where all are."""
+        """Accuracy of the most accurate inexact velocity, in bits; the working precision if all are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
         return max((self._accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
     def _accuracy_bits(self, i: int) -> int:
-        """Bits to which the velocity of disc `i` is known; the working precision where it is exact."""
+        """Accuracy of the velocity of disc `i`, in bits; the working precision if it is exact."""
         bits = [v.rel_accuracy_bits() for v in (self.vx[i], self.vy[i]) if not v.is_zero()]
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
@@ -203,13 +203,13 @@ class BallBodies:
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
     def path_start(self, i: int, body: int) -> float:
-        """Return the later of the reference instants of disc `i` and another body; from it on, both paths are valid."""
+        """Return the later of the reference instants of disc `i` and another body; then both paths are valid."""
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def since(self, i: int, second: int) -> arb:
-        """Return when disc `i` last met a body whose impact may affect one with `second`; 0 if never.
+        """Return when disc `i` last met a body whose impact may affect an impact with `second`; 0 if never.
 
-        An impact on a wall exactly orthogonal to another changes neither the distance from that other nor the speed
+        If two walls are exactly orthogonal, an impact on one changes neither the distance from the other nor the speed
         towards it, unless there is friction.
         """
         latest = ZERO
@@ -219,7 +219,7 @@ class BallBodies:
         return latest
 
     def began(self, i: int, second: int, at: float) -> arb | None:
-        """Return when the later of two bodies' paths began, as far as it affects their impact; None if before `at`."""
+        """Return when the later of two paths began, as far as it affects the bodies' impact; None if before `at`."""
         times = [self.since(disc, second) for disc in (i, second) if disc >= 0 and not at > self.last_met[disc]]
         return times[0].max(times[-1]) if times else None
 
@@ -235,11 +235,11 @@ class BallBodies:
         return found
 
     def trace_body(self, body: int) -> int:
-        """Return the number of a body in traces; an obstacle has that of its wall."""
+        """Return the number of a body in traces. An obstacle has the number of its wall."""
         return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
     def legs(self, body: int) -> tuple[BallLeg, ...]:
-        """Return the legs of a disc, or of an obstacle by its body number; empty if it is not driven."""
+        """Return the legs of a disc, or of an obstacle given by its body number; empty if it is not driven."""
         key = self.trace_body(body)
         if key not in self._drives:
             return ()
@@ -252,7 +252,7 @@ class BallBodies:
         return bool(self.legs(wall_body(k)))
 
     def legs_from(self, body: int, at: float) -> tuple[BallLeg | None, ...]:
-        """Return the leg that a body is on at an instant, and those after it; a single None if it is not driven."""
+        """Return the leg of a body at an instant, and all later legs; a single None if it is not driven."""
         return tuple(leg for leg in self.legs(body) if leg.end_s > at) or (None,)
 
     def until(self, at: float, leg: BallLeg | None, *discs: int) -> arb:
@@ -261,14 +261,14 @@ class BallBodies:
         return ends if leg is None else ends.min(arb(leg.end_s) - at)
 
     def bends(self, body: int) -> bool:
-        """Whether a body's path is not straight in the frame of the discs that impacts move."""
+        """Whether a body's path is curved in the frame of the discs that impacts move."""
         fixed = body < 0 or not self.movable[body]
         if body >= 0 and self.acceleration[body] is not None:
             return True
         return fixed and (self.falls or len(self.legs(body)) > 1)
 
     def state(self, i: int, at: float) -> State:
-        """Return position and velocity of disc `i` at an instant, on its present path or leg (in the falling frame)."""
+        """Return position and velocity of disc `i` at an instant, on its present path or leg, in the falling frame."""
         leg = None if self.movable[i] else self.legs_from(i, at)[0]
         return *self.moved(i, at), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
 
@@ -277,14 +277,14 @@ class BallBodies:
         return self.less(leg, at, *self.place(i, at), *self.velocity(i, arb(at), at))
 
     def less(self, leg: BallLeg | None, at: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
-        """Return a state relative to a body on a leg at an instant."""
+        """Return a state minus that of a body on a leg, at an instant."""
         if leg is None:
             return x, y, vx, vy
         moved_x, moved_y = leg.moved_at(arb(at))
         return x - moved_x, y - moved_y, vx - leg.vx, vy - leg.vy
 
     def moved(self, i: int, at: float) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at the exact instant `at` on its present path (in the falling frame)."""
+        """Return the centre of disc `i` at the exact instant `at` on its present path, in the falling frame."""
         if not self.movable[i] and (leg := self.legs_from(i, at)[0]) is not None:
             x, y = leg.moved_at(arb(at))
             return self.x[i] + x, self.y[i] + y
@@ -301,7 +301,7 @@ class BallBodies:
         if not self.movable[i]:
             return self.x[i], self.y[i]
         dt, pull = time - self.time[i], self.acceleration[i]
-        # In flight: from the frame that has fallen since time 0.
+        # A disc in flight is in the frame that has fallen since time 0.
         (ax, ay), half_square = (self.gravity, time * time / 2) if pull is None else (pull, dt * dt / 2)
         return (
             self.x[i] + self.vx[i] * dt + ax * half_square,
@@ -339,7 +339,7 @@ class BallBodies:
         return self.spin[i] + self.spin_rate[i] * (time - self.time[i])
 
     def strongest_pull(self) -> arb:
-        """Return a bound on the rate at which gravity, or the wall of a contact, changes the speed of a disc or rim."""
+        """Return a bound on the rate at which gravity or a wall in contact changes the speed of a disc or rim."""
         gx, gy = self.gravity
         friction = arb(max((material.friction for material in self.materials), default=0.0))
         turns = max([arb(1), *self.inverse_inertia_ratio], key=float)
@@ -348,17 +348,17 @@ class BallBodies:
         return table + (gx * gx + gy * gy).sqrt() * (1 + 2 * resists * turns)
 
     def surface(self, i: int) -> arb:
-        """Return the speed of the rim of disc `i` as seen from its centre, counterclockwise."""
+        """Return the speed of the rim of disc `i`, seen from its centre, counterclockwise."""
         return arb(self.scene.discs[i].radius_m) * self.spin[i]
 
     def turn(self, i: int, impulse: arb) -> None:
-        """Reduce the spin of disc `i` by an impulse over its mass, along its rim."""
+        """Reduce the spin of disc `i` by an impulse along its rim, given over its mass."""
         self.spin[i] = self.spin[i] - impulse * self.inverse_inertia_ratio[i] / arb(self.scene.discs[i].radius_m)
 
     def pair_law(self, i: int, j: int) -> PairLaw:
         """Return the constants of discs `i` and `j`.
 
-        The share of the first is ``(1 + e) (1/m1) / (1/m1 + 1/m2)``.
+        The share of the first disc is ``(1 + e) (1/m1) / (1/m1 + 1/m2)``.
         """
         key = (self._kind[i], self._kind[j])
         law = self._pair_laws.get(key)
@@ -376,16 +376,16 @@ class BallBodies:
         return law
 
     def wall_law(self, k: int, radius: float | None) -> WallLaw:
-        """Return the constants of the k-th obstacle, a half-plane or a face, and a disc's radius; None for its line.
+        """Return the constants of the k-th obstacle, a half-plane or a face, and a disc's radius (None for 0).
 
-        The half-plane is ``(p - q).n >= 0``. The stored normal is a unit vector up to rounding only, and its direction
-        is exact. Its length is divided out, in the distance by ``|n|`` and in the reflection by ``|n|^2``.
+        The half-plane is ``(p - q).n >= 0``. The direction of the stored normal is exact, but its length is 1 only up
+        to rounding. The length is divided out: by ``|n|`` in the distance, and by ``|n|^2`` in the reflection.
         """
         law = self._wall_laws.get((k, radius))
         if law is None:
             obstacle = self.obstacles[k]
             shape = obstacle.shape
-            assert isinstance(shape, Plane)  # noqa: S101 - which is what this is asked of
+            assert isinstance(shape, Plane)  # noqa: S101 - callers pass straight obstacles only
             (px, py), (nx, ny) = map(ball, shape.point), map(ball, shape.normal)
             length2 = nx * nx + ny * ny
             length = length2.sqrt()
@@ -406,7 +406,7 @@ class BallBodies:
         if law is None:
             obstacle = self.obstacles[k]
             shape = obstacle.shape
-            assert isinstance(shape, Round)  # noqa: S101 - which is what this is asked of
+            assert isinstance(shape, Round)  # noqa: S101 - callers pass round obstacles only
             (cx, cy), inside = shape.centre, shape.inside
             thick = arb(radius) + ball(obstacle.half_width)
             reach = ball(shape.radius2).sqrt() + (ZERO - thick if inside else thick)
@@ -417,7 +417,7 @@ class BallBodies:
         return law
 
     def note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
-        """Record that disc `i`, whose state is that at `at`, has met another body at `time`, at most `latest`."""
+        """Record that disc `i`, whose state is given at `at`, has met another body at `time`, at most `latest`."""
         self.time[i] = at
         self.last_met[i] = max(self.last_met[i], latest)
         self.partner[i] = other

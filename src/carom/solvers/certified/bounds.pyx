@@ -1,11 +1,11 @@
-"""Rigorous float64 lower bounds of times of impact: they leave few pairs of bodies to the balls.
+"""Rigorous float64 lower bounds of times of impact, so that ball arithmetic is needed for few pairs of bodies only.
 
-`docs/theory/certified.md` derives them, and what covers their roundings. What is computed with is scaled by the powers
-of two of `carom.solvers.units`, which is exact. Where something overflows, is no number, or comes out so small that
-float64 has fewer bits for it, the bound is the start of both paths, which says nothing: balls decide.
+`docs/theory/certified.md` derives them and the margins for their roundings. Numbers are scaled by powers of two,
+which is exact: see `carom.solvers.units`. If a result overflows, is NaN or is subnormal, the bound is the start of both
+paths. That bound excludes nothing, so balls decide.
 
-Under gravity the states are those in the falling frame, where discs move straight; what does not fall gets no bound there,
-nor does a driven wall, or a driven disc that turns.
+Under gravity, states are relative to a freely falling frame, in which discs move straight. Bodies that do not fall
+get no bound there. Driven walls, and driven discs that change direction, get no bound either.
 """
 
 from libc.math cimport fabs, ldexp, sqrt
@@ -33,54 +33,54 @@ cdef extern from "carom/core/constants.h" nogil:
 
 cdef enum:
     NOBODY = -1
-    SHARP_BITS = 54  # accuracy of a ball from which its radius is below half a ROUNDOFF of it
+    SHARP_BITS = 54  # with this accuracy, a ball's radius is below half a ROUNDOFF of its value
 
 cdef enum Form:
-    FLAT  # a half-plane, or a face
-    ROUND  # a vertex, or an arc from outside
-    HOLLOW  # an arc from inside, or what is driven, of which nothing is said
+    FLAT  # a half-plane or a face
+    ROUND  # a vertex or the outside of an arc
+    HOLLOW  # the inside of an arc, or a driven wall: no bounds are computed
 
-cdef struct Path:  # what float64 has of a disc on its present path, scaled
-    double time  # seconds, exact: when the disc is, or on its path backwards would have been, at (x, y)
+cdef struct Path:  # a disc on its present path in float64, scaled
+    double time  # seconds, exact: when the disc is at (x, y), on its path or the backward extension of it
     double x
     double y
     double vx
     double vy
-    double error  # bound on the error of x and y, with what roundings make of it
-    double error_v  # the same of vx and vy
+    double error  # bound of the error of x and y, including roundings
+    double error_v  # the same for vx and vy
     double radius
     double rim  # the radius, rounded up
-    Py_ssize_t met  # column that the disc can't meet on this path, or NOBODY
+    Py_ssize_t met  # column that the disc cannot hit on this path, or NOBODY
     bint immovable
-    bint bends  # its path is not straight, so that nothing is said of it
+    bint bends  # its path is not straight, so no bounds are computed
 
 cdef struct Wall:  # an obstacle
     Form form
-    Path round  # that of a disc of its radius
+    Path round  # the obstacle as a disc of the same radius
     double nx  # the half-plane n.p >= level, scaled; n is of any length
     double ny
-    double level  # rounded up, by more than subtracting it is rounded
+    double level  # rounded up, by more than the rounding of its subtraction
     double length  # of n, rounded up
     double span  # |nx| + |ny|
 
-cdef struct Least:  # the least bound in a row of the table
+cdef struct Least:  # the smallest bound in a row of the table
     double bound
     Py_ssize_t column
 
-cdef struct Table:  # a bound for each disc (row) with each disc and, behind these, each wall (columns)
+cdef struct Table:  # bounds for each disc (row) with each disc and then each wall (columns)
     Path *paths
     Wall *walls
-    double *bounds  # row by row; that of two discs stands in the row of the one that changed last, infinity in the other
+    double *bounds  # row by row; a pair is in the row of the disc that changed last, the other row has INF
     Least *least  # of each row
     Py_ssize_t discs
-    Py_ssize_t width  # columns
-    double unit  # a second in scaled units of time
+    Py_ssize_t width  # number of columns
+    double unit  # one second in scaled units of time
     double second  # its inverse
     bint falls  # whether there is gravity
 
 
 cdef inline double bound_after(double start, double wait, double second) noexcept nogil:
-    """Return a lower bound of an instant from one of a scaled wait after `start`: that itself where it says nothing."""
+    """Return a lower bound of an instant, from a bound of a scaled wait after `start`; `start` if that fails."""
     wait *= 1.0 - 16.0 * ROUNDOFF
     if not (wait >= NORMAL and wait < INF):
         return start
@@ -134,7 +134,7 @@ cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *tabl
 
 
 cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
-    """Find the least bound of a row, the first of several."""
+    """Find the smallest bound of a row. In a tie the first counts."""
     row = &table.bounds[i * table.width]
     cdef Least least = Least(INF, 0)
     cdef Py_ssize_t k
@@ -145,7 +145,7 @@ cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
 
 
 cdef void fill_row(Table *table, Py_ssize_t i, Py_ssize_t begin) noexcept nogil:
-    """Bound the future of disc `i` with each disc from `begin` on and each wall."""
+    """Compute bounds for disc `i` with each disc from `begin` on and with each wall."""
     p = &table.paths[i]
     row = &table.bounds[i * table.width]
     cdef Py_ssize_t k
@@ -161,7 +161,7 @@ cdef void fill_row(Table *table, Py_ssize_t i, Py_ssize_t begin) noexcept nogil:
 
 
 cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
-    """Bound the future of discs `i` and `j`, which have changed, anew; `j` is `i` where it is only one."""
+    """Compute the bounds of discs `i` and `j`, which have changed, again. `j` equals `i` if only one has changed."""
     cdef Py_ssize_t k
     for k in range(table.discs):
         table.bounds[k * table.width + i] = table.bounds[k * table.width + j] = INF
@@ -175,16 +175,16 @@ cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
 
 
 cdef class LowerBounds:
-    """A lower bound of the time of impact for each pair of discs and each disc and wall, seconds.
+    """Lower bounds of the time of impact for each pair of discs, and for each disc and wall, seconds.
 
-    A pair is named by its row, a disc, and the other body: a disc, or a wall by its body number. The state of the
-    `bodies` is read at the start, and when they have `changed`.
+    A pair is identified by its row (a disc) and by the body number of the other disc or wall. The state of `bodies` is
+    read at the start, and when `changed` is called.
     """
 
     cdef Table table
     cdef object bodies
-    cdef int length  # lengths are scaled by 2 to the minus this
-    cdef int speed  # so are speeds
+    cdef int length  # lengths are scaled by 2^-length
+    cdef int speed  # speeds are scaled by 2^-speed
 
     def __init__(self, bodies):
         table = &self.table
@@ -218,7 +218,7 @@ cdef class LowerBounds:
         free(self.table.least)
 
     def changed(self, *discs):
-        """Take over the state of one movable disc, or of two that have met, and bound their future anew."""
+        """Read the state of one movable disc, or of two that have collided, and compute their bounds again."""
         for i in discs:
             self._load(i)
         cdef Py_ssize_t first = discs[0], last = discs[len(discs) - 1]
@@ -226,7 +226,7 @@ cdef class LowerBounds:
             renew(&self.table, first, last)
 
     def earliest(self):
-        """Return the least bound of all, its row, and the other body."""
+        """Return the smallest bound of all, its row, and the other body."""
         cdef Py_ssize_t i
         cdef Py_ssize_t best = 0
         for i in range(1, self.table.discs):
@@ -240,7 +240,7 @@ cdef class LowerBounds:
         find_least(&self.table, disc)
 
     def up_to(self, double time):
-        """Return all bounds that are not above a time, row by row, each with its row and the other body."""
+        """Return all bounds up to a time, row by row, each with its row and the other body."""
         table = &self.table
         cdef Py_ssize_t i, k
         return [
@@ -258,7 +258,7 @@ cdef class LowerBounds:
         return column if column < self.table.discs else wall_body(column - self.table.discs)
 
     cdef _load(self, Py_ssize_t i):
-        """Take over the state of a disc."""
+        """Read the state of a disc."""
         bodies = self.bodies
         path = &self.table.paths[i]
         x, y, vx, vy = bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i]
@@ -284,7 +284,7 @@ cdef class LowerBounds:
                 path.met = NOBODY
 
     cdef _load_wall(self, Py_ssize_t k):
-        """Take over a wall."""
+        """Read a wall."""
         wall = &self.table.walls[k]
         shape = self.bodies.obstacles[k].shape
         if self.bodies.is_driven(k):
@@ -292,7 +292,7 @@ cdef class LowerBounds:
             return
         if isinstance(shape, Round):
             wall.form = HOLLOW if shape.inside else ROUND
-            law = self.bodies.round_law(k, 0.0)  # the reach of the wall itself
+            law = self.bodies.round_law(k, 0.0)  # the reach for a disc of radius 0
             wall.round.x, wall.round.y = ldexp(law.cx, -self.length), ldexp(law.cy, -self.length)
             wall.round.radius = ldexp(law.reach, -self.length)
             wall.round.rim = wall.round.radius * (1.0 + 8.0 * ROUNDOFF)
@@ -300,8 +300,8 @@ cdef class LowerBounds:
             wall.round.error = 19.0 * ROUNDOFF * (greater(fabs(wall.round.x), fabs(wall.round.y)) + wall.round.rim)
             wall.round.error += tiny(self.length)
             return
-        law = self.bodies.wall_law(k, 0.0)  # the level of the wall itself
-        # A face's normal is as long as its edge: scaled to about 1. Rounding it costs one more of what is covered.
+        law = self.bodies.wall_law(k, 0.0)  # the level for a disc of radius 0
+        # A face's normal is as long as its edge, so it is scaled to a length of about 1. Margins cover its rounding.
         _, size = frexp(float_above(law.length))
         scale = arb((1, -size))
         wall.nx, wall.ny = law.nx * scale, law.ny * scale
@@ -312,10 +312,10 @@ cdef class LowerBounds:
 
 
 cdef double spread(ball):
-    """Return the radius of a ball; 0 where converting the ball to a float covers it."""
+    """Return the radius of a ball; 0 if the rounding margin of its conversion to a float covers the radius."""
     return 0.0 if ball.rel_accuracy_bits() >= SHARP_BITS else ball.rad()
 
 
 cdef double tiny(int scale) noexcept:
-    """Return TINY, or more where a ball is so small that converting it underflows, and is scaled up by so much."""
+    """Return TINY, or more if converting a small ball to a float underflows and the result is then scaled up."""
     return TINY + ldexp(1.0, -1070 - scale)

@@ -26,33 +26,38 @@ def certify(
 ) -> CertifiedTrace:
     """Run a scene with proven bounds on every number: times, velocities and final positions.
 
-    The float64 values of the scene are the exact input. The next impact is chosen by certified comparison only; where
-    that is not decided, the run is repeated at a higher precision. An event that no precision decides ends the run, and
-    is reported. An interrupt (Ctrl-C) ends it, too; what was certified until then is returned in every case.
+    The float64 values of the scene are the exact input. Only certified comparisons choose the next impact; if they
+    don't decide, the run is repeated at a higher precision. An event that no precision decides ends the run, and is
+    reported. An interrupt (Ctrl-C) ends it, too. The result contains everything that was certified until then.
 
     Args:
-        scene: The scene, or its name in the catalogue; discs and walls of any number and kind, driven ones too.
-        digits: Decimal digits wanted: of each time, of velocities relative to the greatest speed at the start, of
+        scene: The scene, or its name in the catalogue.
+        digits: Requested decimal digits: of each time, of velocities relative to the greatest speed at the start, of
             positions relative to the greatest extent of the start.
         max_impacts: Stop after this many impacts; None for no limit.
         time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
-        max_precision_bits: Never compute with more bits than these.
-        tie_bits: An event that is still not decided when its bodies are known to this many bits is called degenerate.
-        progress: Called now and then with impacts so far, time reached in seconds, and bits of precision.
+        max_precision_bits: Greatest precision, bits.
+        tie_bits: An event is called degenerate if it is not decided when its bodies are known to this many bits.
+        progress: Called at intervals with impacts so far, time reached in seconds, and bits of precision.
 
     Returns:
-        The trace with its radii. Its final state is that at the end, or at the last certified impact where the run
-        ended before.
+        The trace with its radii. The trace's final state is that at the end, or at the last certified impact if the run
+        ended earlier.
 
     Raises:
         MissingExtraError: python-flint is not installed.
         InputError: An option is outside its range.
+
+    Examples:
+        >>> carom.certify("paper/late", digits=20)
+        CertifiedTrace of 'paper/late': 1 impact, 20 digits requested
+          until 1 s: certified to the end of the scene
+          0.37916666666666668444 s: disc 0 and disc 1
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     try:
-        import flint  # noqa: F401 - what follows needs it
+        import flint  # noqa: F401 - checks that it is installed
     except ModuleNotFoundError:
         raise MissingExtraError("certify needs python-flint", hints=["pip install 'carom[certify]'"]) from None
     from carom.solvers.certified.run import CertifiedRun

@@ -12,16 +12,17 @@ from carom.solvers.certified.two_frictions import BallFrictions
 
 
 class BallGround(NamedTuple):
-    """Ground of a disc in contact: the line on which its centre is then, with positions p along it.
+    """Ground of a disc in contact: the line on which its centre moves. Positions p are measured along it.
 
     Attributes:
         body: Body number of the obstacle.
-        nx: Normal of a length, exact where the wall's is; likewise `ny`. Along it is (ny, -nx).
+        nx: x component of the normal, like `ny`. The normal has any length, and is exact if the wall's is. (ny, -nx) is
+            along the ground.
         level: The line's distance from the origin along the normal.
-        presses: Gravity into it.
-        along: Gravity along it.
-        span: Positions of a face's ends.
-        never_met: Body numbers of the obstacles that a disc on a face does not meet there.
+        presses: Component of gravity into the ground.
+        along: Component of gravity along the ground.
+        span: Positions of the ends of a face.
+        never_met: Body numbers of the obstacles that a disc on a face never meets there.
     """
 
     body: int
@@ -40,7 +41,7 @@ class BallGround(NamedTuple):
         return x / self.length, y / self.length
 
     def going(self, part: arb) -> tuple[arb, arb]:
-        """Return the vector of a length along the ground."""
+        """Return the vector with a given length along the ground."""
         return part * self.ny / self.length, ZERO - part * self.nx / self.length
 
     def along_it(self, x: arb, y: arb) -> arb:
@@ -53,7 +54,7 @@ class BallGround(NamedTuple):
 
 
 class GlideState(NamedTuple):
-    """A disc on its ground: place, speed along it, slip, and the rim's speed."""
+    """A disc on its ground: position, speed along the ground, slip, and speed of the rim."""
 
     place: arb
     speed: arb
@@ -62,7 +63,7 @@ class GlideState(NamedTuple):
 
 
 class Bounce(NamedTuple):
-    """The last impact of a disc: its time, the body, the speed after it, and whether friction held slip and spin."""
+    """The last impact of a disc: time, body, speed after it, and whether friction held slip and spin."""
 
     time: arb
     body: int
@@ -71,7 +72,7 @@ class Bounce(NamedTuple):
 
 
 class BallMode(NamedTuple):
-    """A row of `Trace.modes` in balls; the impacts before it are not counted."""
+    """A row of `Trace.modes` in balls, without the number of impacts before it."""
 
     time: arb
     disc: int
@@ -88,7 +89,7 @@ class BallMode(NamedTuple):
 class End(NamedTuple):
     """End of a mode without an impact: the wait, the time, and the next state.
 
-    The disc has that state then, or it is over the end of its face.
+    The disc then has the next state, or its centre is over the end of its face.
     """
 
     wait: arb
@@ -99,10 +100,10 @@ class End(NamedTuple):
 
 
 class Gliding(NamedTuple):
-    """A disc in contact: start, ground, mode, rates of its speed and its rim's, and end (None for never).
+    """A disc in contact: start, ground, mode, rates of change of its speed and its rim's, and end (None for never).
 
-    `branch` is the branch of the law: the signs of friction and rolling resistance at their limits, and whether slip
-    and rim's speed are held. Discs of one inertia factor have exactly one rate by one branch.
+    `branch` is the branch of the contact law: the signs of friction and rolling resistance at their limits, and whether
+    slip and rim speed are held. Discs of one inertia factor on one branch have exactly the same rates.
     """
 
     since: arb
@@ -134,7 +135,7 @@ class Landing(NamedTuple):
 
 
 class Launch(NamedTuple):
-    """A disc that leaves the end of a face: the vertex, the time, and the powers of its squared gap from t^2 on."""
+    """A disc that leaves the end of a face: the vertex, the time, and its squared gap by powers of t, from t^2 on."""
 
     vertex: int
     time: arb
@@ -145,12 +146,12 @@ class ContactStates:
     """The contacts of all discs of an attempt.
 
     Attributes:
-        gliding: The contact of each disc; None in flight.
-        bounces: The last impact of each on a straight obstacle.
-        landings: The ends of bounces that are known to precede all other events of the disc.
-        stops: When each stops on a table; None for one that does not move, or without a table.
-        launched: How each has left the end of a face; None otherwise.
-        barred: Body numbers of obstacles that each certainly does not meet during its present motion.
+        gliding: The contact of each disc; None for a disc in flight.
+        bounces: The last impact of each disc on a straight obstacle.
+        landings: Ends of bounces that are known to precede all other events of the disc.
+        stops: When each disc stops on a table; None for a disc at rest, or without a table.
+        launched: How each disc has left the end of a face; None for other discs.
+        barred: Body numbers of obstacles that each disc certainly does not meet during its present motion.
     """
 
     def __init__(self, discs: int) -> None:
@@ -174,11 +175,11 @@ class ContactStates:
         return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
 
     def until(self, at: float, *discs: int) -> arb:
-        """Return an upper bound of the time from an instant to the first end of some discs' modes."""
+        """Return an upper bound of the time from an instant until the mode of one of the discs ends."""
         ends = [end.upper() - at for i in discs if (end := self.end_of(i)) is not None]
         return min(ends, default=arb("inf"))
 
     def launch(self, i: int, body: int) -> Launch | None:
-        """Return the departure of disc `i` from an obstacle, if that is the vertex around which its rim moved."""
+        """Return how disc `i` left the end of a face, if an obstacle is the vertex around which its rim moved."""
         launch = self.launched[i]
         return launch if launch is not None and launch.vertex == body else None

@@ -1,11 +1,12 @@
 """Contact in certified runs: discs that slide, roll and rest on straight walls below them.
 
-The law is that of `core/contact_law.h`, and the transitions are those of `core/contact.h`, in balls. What the law makes
-0 is exactly 0. The state of a disc in contact is relative to its wall, on a path of its own acceleration. For an impact
-it is released from its wall, and returned or left free after it. An undecided event ends the run and is named.
+The law of contact is as in `core/contact_law.h`, and the transitions are as in `core/contact.h`, in balls. Quantities
+that the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a path with its own
+acceleration. For an impact the disc is released from its wall. After the impact it returns or stays free. An undecided
+event ends the run and is named.
 
-Bounces are applied one by one until the requested digits do not distinguish them from the last. If all the remaining
-ones are then alike (each slips one way or is held, and so is each spin), they are summed as a geometric series.
+Bounces are applied one by one until the requested digits can't distinguish them from the last. All remaining bounces
+may then be alike: each slips one way or is held, and so is each spin. Such bounces are summed as a geometric series.
 """
 
 from __future__ import annotations
@@ -36,23 +37,23 @@ if TYPE_CHECKING:
 
 
 class BallContacts:
-    """Changes of the contacts of discs, which the bodies store."""
+    """Changes the contacts of discs, which the bodies store."""
 
     def __init__(self, bodies: BallBodies) -> None:
         self._bodies, self._states = bodies, bodies.contacts
-        self._was_on: dict[int, int] = {}  # the grounds of discs that an impact has released
+        self._was_on: dict[int, int] = {}  # the grounds from which an impact has released discs
 
-    # What may come ----------------------------------------------------------------------------------------------------
+    # Future events ----------------------------------------------------------------------------------------------------
 
     def meet_end(self, i: int, at: float) -> Meeting | None:
-        """Return the end of disc `i`'s mode, as a meeting with itself."""
+        """Return the end of disc `i`'s mode, as a meeting of the disc with itself."""
         time = self._states.end_of(i)
         if time is None:
             return None
         return Meeting(i, i, max(at, min(float_below(time), float_above(time))), time, float_above(time))
 
     def along_one(self, i: int, j: int, at: float, reach: arb) -> list[arb] | None:
-        """Return the gap of two discs on one ground along it, by powers of time from an instant on; None for others."""
+        """Return the gap of two discs on one ground, by powers of time from an instant on; None for other discs."""
         one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
             return None
@@ -70,7 +71,7 @@ class BallContacts:
     # The start --------------------------------------------------------------------------------------------------------
 
     def lying(self) -> Iterator[tuple[int, BallGround]]:
-        """Yield each disc that rests on a straight obstacle, to the accuracy of a float64 start, with its ground."""
+        """Yield each disc that rests on a straight obstacle within the accuracy of a float64 start, with its ground."""
         bodies = self._bodies
         for i, disc in enumerate(bodies.scene.discs):
             for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
@@ -87,7 +88,7 @@ class BallContacts:
                     break
 
     def begin(self, i: int, ground: BallGround) -> BallMode | Meeting:
-        """Place disc `i` on its ground, and begin its contact there; or return its impact, if it approaches."""
+        """Place disc `i` on its ground and begin its contact, or return its impact if it approaches the ground."""
         bodies, k = self._bodies, wall_index(ground.body)
         place, speed = ground.along_it(bodies.x[i], bodies.y[i]), ground.along_it(bodies.vx[i], bodies.vy[i])
         off, rim = ground.off_it(bodies.vx[i], bodies.vy[i]), bodies.surface(i)
@@ -113,7 +114,7 @@ class BallContacts:
         if landing is not None:
             return self._settle(i, landing.ground, landing.time, at, landing.state)
         if gliding is None or gliding.end is None:
-            raise TypeError(f"disc {i} goes on as it does")
+            raise TypeError(f"the mode of disc {i} does not end")
         end, state = gliding.end, gliding.after(gliding.end.wait)
         if end.over:
             return self._leave_face(i, gliding, state, at)
@@ -127,16 +128,16 @@ class BallContacts:
         self._fly(i, place, velocity, spin, time, at)
 
     def after_impact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
-        """Let disc `i`, after its release and impact, stay in contact with its wall or leave it.
+        """Keep disc `i` in contact with its wall after its release and impact, or let it leave.
 
         Raises:
-            Undecided: The disc is driven into its wall, which has no unique answer, or this cannot be decided.
+            Undecided: The disc is driven into its wall, which has no unique answer, or the outcome can't be decided.
         """
         bodies, ground = self._bodies, before.ground
         time, at = meeting.time, meeting.at
         x, y = bodies.place_at(i, time)
         vx, vy = bodies.velocity(i, time, at)
-        if not self._struck_along(i, ground, meeting, normal):
+        if not self._keeps_normal_speed(i, ground, meeting, normal):
             off = ground.off_it(vx, vy)
             if off > 0:
                 return self._record(i, ground, time, at, before.mode, Mode.FLIGHT)
@@ -151,8 +152,8 @@ class BallContacts:
         same = now is not None and now.mode is before.mode and now.rate.overlaps(before.rate)
         return None if same and now is not None and now.rim_rate.overlaps(before.rim_rate) else settled
 
-    def _struck_along(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
-        """Whether an impact leaves the speed of disc `i` along the normal of its ground exactly as it was."""
+    def _keeps_normal_speed(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
+        """Whether an impact leaves the speed of disc `i` along the normal of its ground exactly unchanged."""
         bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
         if other < 0:
             rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
@@ -165,7 +166,7 @@ class BallContacts:
         return (alike and theirs == ground.body) or ground.off_it(*normal).is_zero()
 
     def strike(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
-        """Release the discs of an impact that are in contact; return their contacts."""
+        """Release the discs of an impact that are in contact. Return their contacts."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:
@@ -178,7 +179,7 @@ class BallContacts:
     def _settle(
         self, i: int, ground: BallGround, time: arb, at: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
-        """Let disc `i` move in contact from a time and a state on."""
+        """Start the motion of disc `i` in contact, from a time and a state on."""
         bodies = self._bodies
         gliding, material = self._states.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
         if before is None:
@@ -188,7 +189,7 @@ class BallContacts:
         c = ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
         most = (arb(material.friction) * ground.presses, c * ground.presses)
         resists = not c.is_zero()
-        if resists and slip.is_zero():  # of two numbers that the law makes one
+        if resists and slip.is_zero():  # then speed and rim speed cancel exactly
             speed = ZERO if rim.is_zero() else speed
             rim = ZERO - speed
         signs = sign(slip), sign(rim) if resists else 0
@@ -215,9 +216,9 @@ class BallContacts:
         return self._record(i, ground, time, at, before, mode)
 
     def _put(self, i: int, at: float) -> None:
-        """Set the path of disc `i` to that of its contact."""
+        """Set the path of disc `i` to the path of its contact."""
         bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
-        assert gliding is not None  # noqa: S101 - it has just been put there
+        assert gliding is not None  # noqa: S101 - callers have just set it
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
         wait = gliding.since - arb(at)
         (ax, ay), (vx, vy) = ground.going(rate), ground.going(speed)
@@ -240,7 +241,7 @@ class BallContacts:
                 found.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
             elif not toward >= 0:
                 raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since))
-        found += self._over(i, gliding)
+        found += self._find_ends(i, gliding)
         for end in found:
             if all(end is other or end.wait < other.wait for other in found):
                 return end._replace(time=gliding.since + end.wait)
@@ -248,8 +249,8 @@ class BallContacts:
             raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since + found[0].wait))
         return None
 
-    def _over(self, i: int, gliding: Gliding) -> list[End]:
-        """Return the times at which a disc reaches ends of its face."""
+    def _find_ends(self, i: int, gliding: Gliding) -> list[End]:
+        """Return the times at which a disc reaches the ends of its face."""
         (place, speed, _, _), half, span = gliding.begun, gliding.rate / 2, gliding.ground.span
         if span is None:
             return []
@@ -263,7 +264,7 @@ class BallContacts:
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
         """Let disc `i`, which has reached an end of its face, fly off if it is fast enough."""
         bodies, ground, end = self._bodies, gliding.ground, gliding.end
-        assert end is not None and ground.span is not None  # noqa: S101, PT018 - which is what this is asked of
+        assert end is not None and ground.span is not None  # noqa: S101, PT018 - the disc is at the end of a face
         obstacle = bodies.obstacles[wall_index(ground.body)]
         last = bool(2 * state.place > ground.span[0] + ground.span[1])
         place = ground.span[last]
@@ -314,10 +315,10 @@ class BallContacts:
     # The end of bounces -----------------------------------------------------------------------------------------------
 
     def consider_landing(self, i: int, tolerance: arb | None) -> bool:
-        """Let disc `i` land after all remaining bounces, if they are alike and nothing else can come before.
+        """Let disc `i` land after all remaining bounces, if they are alike and no other event can come before.
 
-        The bounces must end within the part `tolerance` of the time so far. With None, this and the surroundings were
-        checked before.
+        The bounces must end within the fraction `tolerance` of the time so far. None means that this and the
+        surroundings were checked before.
         """
         bodies, bounce = self._bodies, self._states.bounces[i]
         if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:
@@ -331,7 +332,7 @@ class BallContacts:
         if tolerance is not None and not window <= tolerance * bounce.time:
             return False
         state = after_all(bodies, i, ground, bounce, hop, tolerance)
-        known = tolerance is None or window.is_zero()  # whether nothing else can come before
+        known = tolerance is None or window.is_zero()  # whether no other event can come before
         if state is None or not (known or is_alone(bodies, i, ground, bounce.time, window)):
             return False
         self._states.landings[i] = Landing(bounce.time + window, ground, state)
@@ -343,7 +344,7 @@ _RIM = End(ZERO, ZERO, rim=True)
 
 
 def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
-    """Return the ground that an obstacle is for disc `i`: it must be straight, at rest, and below the disc."""
+    """Return an obstacle as the ground of disc `i`, if it is straight, at rest, and below the disc; else None."""
     obstacle = bodies.obstacles[k]
     shape, belts = obstacle.shape, bodies.scene.arrays.belts_m_s
     if not isinstance(shape, Plane) or bodies.pulls[k] >= 0 or bodies.is_driven(k):

@@ -1,7 +1,7 @@
-"""Questions about the start of a scene that exact rational arithmetic answers: ties, grazes, and contact.
+"""Ties, grazes and contact at the start of a scene, decided by exact rational arithmetic.
 
-Times of impact on paths not yet changed are of the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0. For two
-discs ``P = -b, Q = D, A = a``; for a wall ``P = (p - q).n, Q = r^2 n.n, A = -v.n``.
+On paths that no impact has changed, times of impact have the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0.
+For two discs ``P = -b, Q = D, A = a``. For a wall ``P = (p - q).n, Q = r^2 n.n, A = -v.n``.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 
 def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
-    """Return the first pair of bodies that touch or overlap at the start and approach each other; None without any.
+    """Return the first pair of bodies that touch or overlap at the start and approach each other, if any.
 
-    Such a state has no past, so no certain future, except for a disc and the wall with which it has `begun` in contact.
-    Finite walls are not checked.
+    What follows from such a state is not certain. A disc and the wall with which it has `begun` in contact are
+    excepted. Finite walls are not checked.
     """
     for i, j in _near_bodies(bodies):
         body = bodies.trace_body(j)
@@ -42,7 +42,7 @@ def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy
             gap, speed, pull = offset * abs(offset) - rim2, -toward, bodies.pulls[wall_index(j)]
         if gap <= 0 and speed < 0:
             kind = Degenerate.TOUCHING_START if gap == 0 else Degenerate.OVERLAPPING_START
-        elif gap <= 0 and speed == 0 and pull < 0:  # it rests there
+        elif gap <= 0 and speed == 0 and pull < 0:  # the disc rests on the wall
             kind = Degenerate.RESTING_CONTACT
         else:
             continue
@@ -59,27 +59,27 @@ def exactly_grazing(bodies: BallBodies, i: int, j: int) -> bool:
 def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
     """Whether a disc on its first path, a parabola, turns back exactly where it touches a half-plane: no impact.
 
-    ``s^2 = 2 a (P - r |n|)`` with s, a and P the speed, gravity and the centre's offset along n.
+    The condition is ``s^2 = 2 a (P - r |n|)``, with s, a and P the speed, gravity and the centre's offset along n.
     """
     offset, rim2, toward = _root_form(bodies, i, wall_body(k))
     pull = dot(bodies.scene.gravity_m_s2, _plane(bodies, wall_body(k)).normal)
-    left = 2 * pull * offset - toward * toward  # 2 a r |n|, if it does
+    left = 2 * pull * offset - toward * toward  # 2 a r |n|, if the disc turns back there
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
 
 def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int, int]) -> bool:
-    """Whether two impacts on first paths, each known to take place, are at the very same instant.
+    """Whether two impacts on first paths, each of which certainly takes place, are at exactly the same instant.
 
     The function returns False for impacts on finite walls.
 
     ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is ``k + sqrt(C) = sqrt(B)`` with k = P2 A1 - P1 A2, C = A2^2 Q1 and
-    B = A1^2 Q2, which squaring twice decides.
+    B = A1^2 Q2. Squaring twice decides this.
     """
     if any(body < 0 and bodies.obstacles[wall_index(body)].kind is not None for body in (one[1], other[1])):
         return False
     (p1, q1, a1), (p2, q2, a2) = _root_form(bodies, *one), _root_form(bodies, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
-    double_product = b - k * k - c  # 2 k sqrt(C), if they are the same
+    double_product = b - k * k - c  # 2 k sqrt(C), if the instants are the same
     if _sign(double_product) != _sign(k) * _sign(c) or double_product**2 != 4 * k * k * c:
         return False
     return k >= 0 or k * k <= c  # the left side, a root, is not negative
@@ -87,7 +87,7 @@ def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[
 
 def _plane(bodies: BallBodies, body: int) -> Plane:
     shape = bodies.obstacles[wall_index(body)].shape
-    assert isinstance(shape, Plane)  # noqa: S101 - finite walls are not asked about here
+    assert isinstance(shape, Plane)  # noqa: S101 - callers pass no finite walls
     return shape
 
 
@@ -119,7 +119,7 @@ def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
 
 
 def _root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
-    """Return P, Q and A of a disc and any other body, a half-plane by its number among obstacles."""
+    """Return P, Q and A of a disc and another body. A half-plane is given by its number among obstacles."""
     scene = bodies.scene
     if second >= 0:
         a, b, c = _pair_terms(scene, first, second)

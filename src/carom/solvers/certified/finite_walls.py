@@ -1,10 +1,10 @@
-"""Times, as balls, at which a disc meets a face, a vertex or an arc: `docs/theory/walls.md` derives them.
+"""Times, as balls, at which a disc meets a face, a vertex or an arc. `docs/theory/walls.md` derives them.
 
-A face is met like a half-plane. A vertex and an arc's outer side are met like another disc, at the earlier root of ``|d
-+ t u| = R``, an arc's inner side at the later root. Under gravity the instant is where a quartic falls through zero. In
-all cases the contact must be on the edge. Near an end of the edge this may be undecided: the disc meets the edge or its
-continuation. The outline of the thickened wall joins both smoothly, so time and state after are the hulls of both.
-Everything is relative to the wall, on one leg of its path if it is driven.
+A disc meets a face like a half-plane. A disc meets a vertex or an arc's outer side like another disc, at the earlier
+root of ``|d + t u| = R``, and an arc's inner side at the later root. Under gravity the instant is where a quartic falls
+through zero. In all cases the contact must be on the edge. Near an end of the edge it may be undecided whether the disc
+meets the edge or its continuation. The outline of the thickened wall joins both smoothly, so the time and the state
+after are the hulls of both. Everything is relative to the wall, on one leg of its path if it is driven.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ class _Touch(NamedTuple):
 
 
 def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on an obstacle of a finite wall on a leg; None where it certainly never comes."""
+    """Return the impact of disc `i` on an obstacle of a finite wall on a leg; None if it certainly never comes."""
     launch = bodies.contacts.launch(i, second)
     if (
         launch is not None
-    ):  # its gap and the gap's rate were 0 then, so it is met again where the remaining powers fall through 0
+    ):  # the gap and its rate were 0 then, so the next contact is where the remaining powers fall through 0
         fall = next(falls_of(launch.powers), None)
         if fall is None:
             return None
@@ -91,15 +91,15 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
     x, y, vx, vy = bodies.seen(i, at, leg)
     law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
-    if straight and x * law.nx + y * law.ny < law.level:  # behind the edge, or next to it
+    if straight and x * law.nx + y * law.ny < law.level:  # the disc is behind the edge, or next to it
         return None
     meeting = to_plane(bodies, i, second, at, leg)
     if meeting is None or shape.stretch is None:
         return None if meeting is None else _Touch(meeting, On.INSIDE)
-    return _Touch(meeting, _foot(shape.stretch, *_flown(bodies, i, x, y, vx, vy, meeting.time - at)))
+    return _Touch(meeting, _foot(shape.stretch, *_fly(bodies, i, x, y, vx, vy, meeting.time - at)))
 
 
-def _flown(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
+def _fly(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
     """Return the position of disc `i` after a wait."""
     if not bodies.falls and bodies.acceleration[i] is None:
         return x + vx * wait, y + vy * wait
@@ -109,12 +109,12 @@ def _flown(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: a
 
 def _round_of(bodies: BallBodies, second: int) -> Round:
     shape = bodies.obstacles[wall_index(second)].shape
-    assert isinstance(shape, Round)  # noqa: S101 - which is what this is asked of
+    assert isinstance(shape, Round)  # noqa: S101 - callers pass round obstacles only
     return shape
 
 
 def _lets_by(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Whether an obstacle is a stop of an arc that disc `i` fits inside."""
+    """Whether an obstacle is a stop of an arc inside which disc `i` fits."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
@@ -127,7 +127,7 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.pull(i)
     powers = squared_gap((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
     for wait, meeting in contacts_ahead(bodies, i, second, at, powers, leg):
-        px, py = _flown(bodies, i, dx, dy, ux, uy, wait)
+        px, py = _fly(bodies, i, dx, dy, ux, uy, wait)
         on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
         if on is On.BESIDE:
             continue
@@ -141,7 +141,7 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
 
 def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
     law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
-    if law.reach <= 0:  # it does not fit inside
+    if law.reach <= 0:  # the disc does not fit inside
         return None
     x, y, ux, uy = bodies.seen(i, at, leg)
     dx, dy = x - law.cx, y - law.cy
@@ -150,10 +150,10 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _grazes(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
-    if c < 0 and not shape.inside:  # already within the circle, on the other side of the arc or next to it
+    if c < 0 and not shape.inside:  # the disc is within the circle, on the other side of the arc or next to it
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
-        # At the point next to the centre, or as far from there as the ball of D allows.
+        # At the point nearest to the centre, or as far from it as the ball of D allows.
         wait = ((ZERO - b) - _root(d)).union(_root(d) - b) / a
         if shape.sector is not None and _place(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
             return None
@@ -165,7 +165,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     px, py, time = dx + ux * wait, dy + uy * wait, arb(at) + wait
     on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
     begin = bodies.began(i, second, at)
-    past = ZERO if shape.inside else 2 * root / a  # time that a disc is within the circle of contact
+    past = ZERO if shape.inside else 2 * root / a  # how long a disc stays within the circle of contact
     if time < at if begin is None else time + past < begin:
         return None
     if begin is not None and not time > begin:
@@ -189,7 +189,7 @@ def _foot(stretch: Between, x: arb, y: arb) -> On:
 
 
 def _place(sector: Between, x: arb, y: arb) -> On:
-    """Return the position in a sector of a direction from its centre, counterclockwise from its begin."""
+    """Return the position of a direction in a sector, counterclockwise from the sector's begin."""
     (fx, fy), (lx, ly) = sector
     turns = []
     for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
@@ -209,7 +209,8 @@ def _place(sector: Between, x: arb, y: arb) -> On:
 def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
     """Whether a disc on its first path just touches a vertex, or an arc from outside, in passing: no impact.
 
-    ``u^2 (R + r)^2 = (d x u)^2`` with r the radius and half width is ``A + B R = 0``, which squaring decides.
+    The condition is ``u^2 (R + r)^2 = (d x u)^2``, with r the radius and half width. The condition has the form ``A + B
+    R = 0``, which squaring decides.
     """
     if not bodies.untouched(i) or bodies.is_driven(wall_index(second)):
         return False
@@ -223,16 +224,16 @@ def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
 
 
 def _root(square: arb) -> arb:
-    """Return the root of a ball's upper bound, 0 where that is negative."""
+    """Return the root of a ball's upper bound; 0 if that is negative."""
     return square.upper().max(ZERO).sqrt()
 
 
 def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degeneracy | None:
     """Return the first disc that touches or overlaps a finite wall at the start and approaches it; None if none does.
 
-    One that has `begun` in contact with that wall is left out.
+    A disc that has `begun` in contact with the wall is left out.
 
-    Balls of many bits decide about contact. Where they contain both contact and a gap, it is reported as contact, not
+    Balls of many bits decide about contact. If the balls contain both contact and a gap, contact is reported, as not
     proven.
     """
     with ctx.workprec(_START_BITS):
@@ -286,6 +287,6 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
             return None
     if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
         return None
-    if speed.is_zero():  # then it glides, or rests, or the surface bends away from it
+    if speed.is_zero():  # then the disc glides or rests, or the surface bends away from it
         return (Degenerate.RESTING_CONTACT, gap) if pull < 0 or not (pull >= 0) else None
     return (Degenerate.OVERLAPPING_START if gap < 0 else Degenerate.TOUCHING_START), gap

@@ -6,36 +6,36 @@ import math
 
 from flint import arb
 
-#: Relative error of rounding to a float64, and a little more.
+#: Relative error of rounding to a float64, slightly increased.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: Accuracy at which a ball's radius is within that excess.
+#: Accuracy at which a ball's radius is within that increase.
 NEGLIGIBLE_RADIUS_BITS = 100
 #: Relative margin of a length or a speed: far above float64's rounding, yet so small that a search finds few more
 #: pairs.
 SLACK = 2.0**-40
-#: Far above what is subnormal, or has subnormal roundings.
+#: Far above numbers that are subnormal, or whose roundings are.
 SMALLEST = 2.0**-900
 
 
 def float_below(ball: arb) -> float:
-    """Return a float64 no greater than anything in a ball of numbers from 0."""
+    """Return a float64 no greater than any number in a ball of numbers from 0."""
     lower = ball.lower()
     value = float(lower)  # python-flint 0.9 rounds to the nearest, which may be above
     return value if value <= lower else math.nextafter(value, 0.0)
 
 
 def float_above(ball: arb) -> float:
-    """Return a float64 no less than anything in a ball."""
+    """Return a float64 no less than any number in a ball."""
     upper = ball.upper()
     value = float(upper)
     return value if value >= upper else math.nextafter(value, math.inf)
 
 
 def nearest(ball: arb) -> tuple[float, float]:
-    """Return the float64 nearest to a ball's middle, and how far from it the truth can be.
+    """Return the float64 nearest to a ball's middle, and the greatest distance of the true value from it.
 
-    `float(ball)` (python-flint 0.9 rounds to the nearest) leaves an exact rest of at most a unit in the last place. 53
-    bits of the rest are added, and that sum is rounded correctly. The radius has 30 bits, so it is a float64.
+    `float(ball)` (python-flint 0.9 rounds to the nearest) leaves an exact rest of at most a unit in the last place.
+    This rest is added with 53 bits, and the sum is rounded correctly. The radius has 30 bits, so it is a float64.
     """
     if ball.is_zero():
         return 0.0, 0.0
@@ -53,7 +53,7 @@ def nearest(ball: arb) -> tuple[float, float]:
 
 
 def _nearest_out_of_range(ball: arb) -> tuple[float, float]:
-    """Compute `nearest`, scaled by a power of two, where float64 has too few bits for the rest."""
+    """Compute `nearest`, scaled by a power of two, if float64 has too few bits for the rest."""
     mantissa, exponent = ball.mid().man_exp()
     if mantissa == 0:
         return 0.0, math.nextafter(float(ball.rad()), math.inf)
@@ -66,12 +66,12 @@ def _nearest_out_of_range(ball: arb) -> tuple[float, float]:
 
 
 def quotient(part: arb, length: arb) -> tuple[float, float]:
-    """Return a float64 near the quotient of two balls, within 4 roundings of it, and how far the truth can be."""
+    """Return a float64 within 4 roundings of the quotient of two balls, and a bound of its error."""
     if part.is_zero():
         return 0.0, 0.0
     if min(part.rel_accuracy_bits(), length.rel_accuracy_bits()) >= NEGLIGIBLE_RADIUS_BITS:
         divided, divisor = float(part), float(length)
-        value = divided / divisor  # each is off by less than two halves of a unit, and divided to a half
+        value = divided / divisor  # each is off by less than two halves of a unit, and the quotient by another half
         if min(abs(value), abs(divided), divisor) > SMALLEST:
             return value, abs(value) * 6.0 * ROUNDING
     return nearest(+(part / length))

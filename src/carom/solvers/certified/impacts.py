@@ -1,9 +1,9 @@
 """Effect of an impact on discs, in ball arithmetic.
 
-Linear cases (walls, and discs that move exactly on one line parallel to an axis) are computed by linear identities, in
-which errors do not grow. Friction is added. Where it is not decided whether two bodies stick or slide, the hull of both
-is taken, since friction is continuous between the two. A state after an impact is given at `Meeting.at`, before the
-impact, on the new path extended backwards.
+Some cases are linear: walls, and discs that move exactly on one line parallel to an axis. Linear cases are computed by
+linear identities, in which errors do not grow. Friction is added. If it is not decided whether two bodies stick or
+slide, the hull of both is used, since friction is continuous between the two. A state after an impact is given at
+`Meeting.at`, before the impact, on the new path extended backwards.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class BallImpact(NamedTuple):
     """One certified impact: balls for time, normal (first to second, of the given length), velocities and spins after.
 
     Velocities `before` are given only under gravity; otherwise they are those after the previous impact. `second` is
-    the body's number in traces, `edge` the part of a finite wall that was hit.
+    the body's number in traces, and `edge` the part of a finite wall that was hit.
     """
 
     first: int
@@ -53,7 +53,7 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
     """Set all bodies to the state after a certain meeting, and return the event.
 
     Raises:
-        Undecided: The contact after it is not decided.
+        Undecided: The contact after the impact is not decided.
     """
     contacts, (first, second) = BallContacts(bodies), meeting[:2]
     if first == second:
@@ -76,7 +76,7 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
 
 
 def _straight(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairApproach:
-    """Return the remaining approach of two discs, with their paths replaced by the tangents at that instant."""
+    """Return the remaining approach of two discs whose paths are replaced by their tangents at the impact."""
     wait, places, speeds = near.wait, [], []
     for i in meeting[:2]:
         u, v = bodies.velocity(i, meeting.time, meeting.at)
@@ -106,7 +106,7 @@ def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
             _slide_pair(bodies, meeting, meeting.near, normal)
     else:
         edge = _edge(bodies, meeting)
-        velocity = _seen_from_wall(bodies, meeting)
+        velocity = _velocity_from_wall(bodies, meeting)
         normal = _bounce(bodies, meeting, meeting.near)
         rubbed = _slide_on_wall(bodies, meeting, velocity, normal)
         if isinstance(meeting.near, WallApproach):
@@ -122,7 +122,7 @@ def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
 
 
 def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
-    """Set a disc to the hull of the states after each of two impacts, one of which takes place, and return it."""
+    """Set a disc to the hull of the states after two possible impacts, of which one happens. Return the impact."""
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     begun, time = [state[i] for state in states], bodies.time[i]
     other = _carry_out(bodies, seam.other)
@@ -131,7 +131,7 @@ def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallI
         state[i] = value
     bodies.time[i] = time
     one = _carry_out(bodies, seam.one)
-    bodies.contacts.bounces[i] = None  # the disc has no unique wall of its last contact
+    bodies.contacts.bounces[i] = None  # the wall of the disc's last contact is not unique
     for state, value in zip(states, after_other, strict=True):
         state[i] = state[i].union(value)
     nx = (one.nx / one.length).union(other.nx / other.length)
@@ -141,7 +141,7 @@ def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallI
 
 
 def _edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
-    """Return the edge of a finite wall that an impact is on, and its kind; among several, the one at the position."""
+    """Return the edge of a finite wall that was hit, and its kind; of several, the one at the position."""
     obstacle = bodies.obstacles[wall_index(meeting.second)]
     if obstacle.kind is None:
         return NO_EDGE
@@ -162,8 +162,8 @@ def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, ar
     return *bodies.velocity(first, time, at), *((ZERO, ZERO) if leg is None else (leg.vx, leg.vy))
 
 
-def _seen_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
-    """Return the velocity of a disc at its impact, on its path until then, less the wall's."""
+def _velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
+    """Return the velocity of a disc relative to the wall at its impact, on its path until then."""
     vx, vy, ux, uy = _velocities(bodies, meeting)
     return vx - ux, vy - uy
 
@@ -194,9 +194,9 @@ def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[
 
 
 def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
-    """Return velocities and positions after an impact along one axis, each a mean of what was before.
+    """Return velocities and positions after an impact along one axis, each as a mean of the values before.
 
-    In ``x + share (gap)`` the error of x would count twice; as a mean of both positions it hardly grows.
+    In ``x + share (gap)`` the error of x would count twice. In a mean of both positions the error hardly grows.
     """
     return (
         law.keep_i * vi + law.share_i * vj,
@@ -214,7 +214,7 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
     law = bodies.wall_law(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
     leg = bodies.legs_from(meeting.second, meeting.at)[0]
     x, y, vx, vy = bodies.less(leg, meeting.at, *bodies.moved(i, meeting.at), bodies.vx[i], bodies.vy[i])
-    if near is not None:  # it comes at the speed ``root / |n|``
+    if near is not None:  # the disc arrives at the speed ``root / |n|``
         change = (_restitution(bodies, meeting) + 1) * near.root / (law.length * law.length)
         px, py = change * law.nx, change * law.ny
         x, y, vx, vy = x - px * near.wait, y - py * near.wait, vx + px, vy + py
@@ -233,7 +233,7 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
 
 
 def _bounce_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of a disc on a vertex or an arc, which it approaches at ``root / reach`` at contact."""
+    """Apply the impact of a disc on a vertex or an arc. The disc arrives there at the speed ``root / reach``."""
     i = meeting.first
     x, y = bodies.moved(i, meeting.at)
     change = near.law.change * near.root
@@ -249,7 +249,7 @@ def _restitution(bodies: BallBodies, meeting: Meeting) -> arb:
 
 
 def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
-    """Let friction act on two discs that collide: as `pair_tangential_impulse` of `core/impact.h`, at contact."""
+    """Apply friction to two discs at contact, like `pair_tangential_impulse` of `core/impact.h`."""
     i, j = meeting.first, meeting.second
     nx, ny, reach = normal
     law, scene = bodies.pair_law(i, j), bodies.scene
@@ -270,7 +270,7 @@ def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal
 def _slide_on_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
 ) -> BallFrictions:
-    """Apply friction and rolling resistance of a wall to a disc, given its relative velocity; return what they took."""
+    """Apply friction and rolling resistance of a wall to a disc; return the removed slip and rim speed."""
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]

@@ -1,7 +1,7 @@
-"""The end of infinitely many bounces in certified runs: the state of a disc then, and whether anything interferes.
+"""The end of infinitely many bounces in certified runs: the state of the disc then, and whether anything interferes.
 
-Bounces that are alike (they slip one way or are held, and so is the spin) change speed, slip and position by geometric
-series: `docs/theory/contact.md`.
+Bounces are alike if they all slip one way or are held, and so is the spin. Such bounces change speed, slip and position
+by geometric series: `docs/theory/contact.md`.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 def after_all(
     bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb, tolerance: arb | None
 ) -> GlideState | None:
-    """Return the state of a disc after all remaining bounces; None where these may differ in kind.
+    """Return the state of a disc after all remaining bounces; None if they may differ in kind.
 
-    The slip that friction gives back must be known to this part of the slip, or to any part if `tolerance` is None.
+    The slip that friction gives back must be known to the fraction `tolerance` of the slip; None allows any fraction.
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
@@ -65,15 +65,16 @@ def after_all(
 def _given_back(
     bodies: BallBodies, ground: BallGround, material: Material, bounce: Bounce, y: arb, state: GlideState
 ) -> GlideState | None:
-    """Return the state after bounces that give slip back; None where it is not decided whether any slip is left.
+    """Return the state after bounces that give slip back; None if it is not decided whether any slip is left.
 
-    With r the slip over the speed of approach, a bounce and its hop change r to ``(g(r) + A) / e``. With b the
-    tangential restitution and ``C = f (1 + e)(1 + y)``, g is ``-b r`` up to ``|r| = C / (1 + b)``, and r less C beyond.
-    So r stays within ``R = (C - |A|) / (1 - e)`` where ``|b| C / (1 + b) + |A|`` is at most ``e R``, and the slip ends
-    at 0 together with the approach, whichever bounces slide. Friction does not change ``y u - q``, which gives the
+    Let r be the slip over the speed of approach. A bounce and its hop change r to ``(g(r) + A) / e``. With b the
+    tangential restitution and ``C = f (1 + e)(1 + y)``, g is ``-b r`` up to ``|r| = C / (1 + b)``, and r minus C
+    beyond. So r stays within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip
+    ends at 0 together with the approach, whichever bounces slide. Friction does not change ``y u - q``, which gives the
     speed.
 
-    Otherwise a slip larger than all these impacts could end remains, known up to what they could take.
+    Otherwise some slip remains if it is larger than all these impacts could remove. The remaining slip is known up to
+    that amount.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)
@@ -96,15 +97,15 @@ def _given_back(
 def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
     """Whether disc `i` certainly meets only its ground for a while.
 
-    No impact, friction or wall at rest adds to the energy E of all discs, and gravity increases ``sqrt(2 E)`` by at
-    most ``sqrt(M) g`` a second. This bounds the speed of a disc.
+    Impacts, friction and walls at rest add nothing to the energy E of all discs, and gravity increases ``sqrt(2 E)`` by
+    at most ``sqrt(M) g`` a second. The energy bounds the speed of a disc.
     """
     discs = bodies.scene.discs
     if bodies.fastest_drive:
         return False
     movable = [j for j in range(len(bodies)) if bodies.movable[j]]
     if any(bodies.inverse_inertia_ratio[j].is_zero() and discs[j].spin_rad_s for j in movable):
-        return False  # whose rim can drive other discs by friction
+        return False  # a driven disc's rim can move other discs by friction
     energy = mass = ZERO
     for j in movable:
         (u, v), rim = map(arb, discs[j].velocity_m_s), arb(discs[j].radius_m) * discs[j].spin_rad_s
@@ -120,7 +121,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
         if bodies.movable[j]:
             fastest = most / arb(disc.mass_kg).sqrt()
             since = [(last - time).upper() for last in bodies.met[j].values()]
-            late = max([ZERO, *since])  # it may already have met another a little later
+            late = max([ZERO, *since])  # the disc may already have met another a little later
             far = far + fastest * (window + 2 * late) + bodies.strongest_pull() * late * late
         ox, oy = bodies.place_at(j, time)
         reach = arb(disc.radius_m) + arb(discs[i].radius_m) + far
@@ -135,7 +136,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
 
 
 def _is_beyond(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: arb) -> bool:
-    """Whether disc `i` is certainly farther than that from an obstacle."""
+    """Whether disc `i` is certainly farther than a distance from an obstacle."""
     (x, y), radius = place, bodies.scene.discs[i].radius_m
     shape = bodies.obstacles[k].shape
     if isinstance(shape, Round):
@@ -150,6 +151,6 @@ def _is_beyond(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: 
     (ax, ay), (bx, by) = (map(ball, point) for point in shape.stretch)
     half = ((ax - bx) ** 2 + (ay - by) ** 2).sqrt() / 2
     thick = (law.level - (law.nx * ax + law.ny * ay)) / law.length
-    if abs(law.nx * (x - ax) + law.ny * (y - ay)) > (thick + far) * law.length:  # on the other side
+    if abs(law.nx * (x - ax) + law.ny * (y - ay)) > (thick + far) * law.length:  # the disc is on the other side
         return True
     return bool(((2 * x - ax - bx) ** 2 + (2 * y - ay - by) ** 2).sqrt() / 2 > half + thick + far)

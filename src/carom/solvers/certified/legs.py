@@ -14,12 +14,12 @@ ZERO = arb(0)
 
 
 def ball(number: Fraction) -> arb:
-    """Return a ball that contains a rational number; it is exact if the working precision has all its digits."""
+    """Return a ball that contains a rational number. The ball is exact if the working precision has all digits."""
     return arb(fmpq(number.numerator, number.denominator))
 
 
 class BallLeg(NamedTuple):
-    """A leg of a driven body: from `begin_s` on, and before `end_s`, it has moved by (x, y) + t (vx, vy) at time t."""
+    """A leg of a driven body, from `begin_s` to `end_s`: at time t it has moved by (x, y) + t (vx, vy)."""
 
     begin_s: float
     end_s: float
@@ -34,8 +34,8 @@ class BallLeg(NamedTuple):
 
 
 def legs_of(drive: Drive) -> tuple[BallLeg, ...]:
-    """Return the legs of a path, each beginning at the exact sum of those before it."""
-    found, x, y = [], Fraction(0), Fraction(0)  # what the leg adds to its velocity times the time
+    """Return the legs of a path. A leg begins at the exact sum of the legs before it."""
+    found, x, y = [], Fraction(0), Fraction(0)  # part of the displacement that is not velocity times time
     before = (Fraction(0), Fraction(0))
     for leg in drive.legs:
         begin, (u, v) = Fraction(leg.begin_s), map(Fraction, leg.velocity)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class PairApproach(NamedTuple):
     """Two discs at `Meeting.at`: centres, relative position and velocity, and the remaining approach.
 
-    `root`, that of D, is the closing speed at contact times the sum of their radii; `wait` is in seconds. `pull` is the
-    relative acceleration of a falling disc and one that does not fall; else None.
+    `root` is the root of D: the closing speed at contact times the sum of the radii. `wait` is in seconds. `pull` is
+    the relative acceleration if one disc falls and the other does not; else None.
     """
 
     xi: arb
@@ -44,7 +44,7 @@ class PairApproach(NamedTuple):
         return x + self.pull[0] * half_square, y + self.pull[1] * half_square
 
     def slip(self) -> arb:
-        """Return their tangential relative speed at contact, times their distance."""
+        """Return the tangential relative speed of the discs at contact, times their distance."""
         if self.pull is None:  # u x d does not change along straight paths
             return self.ux * self.dy - self.uy * self.dx
         x, y = self.offset()
@@ -52,16 +52,16 @@ class PairApproach(NamedTuple):
 
 
 class WallApproach(NamedTuple):
-    """A disc that falls onto a wall: `root` is its speed at contact times the normal's length, `wait` is in seconds."""
+    """A disc that falls onto a wall. `root` is its speed at contact times the normal's length, `wait` is in seconds."""
 
     root: arb
     wait: arb
 
 
 class RoundApproach(NamedTuple):
-    """A disc that meets a vertex or an arc: (px, py) is its centre then, relative to the centre of that.
+    """A disc that meets a vertex or an arc. (px, py) is the disc's centre at contact, from the obstacle's centre.
 
-    `root` is the closing speed times the reach; `wait` is in seconds.
+    `root` is the closing speed times the reach. `wait` is in seconds.
     """
 
     law: RoundLaw
@@ -72,7 +72,7 @@ class RoundApproach(NamedTuple):
 
 
 class Seam(NamedTuple):
-    """An impact at a smooth joint of two obstacles, computed for each of the two."""
+    """An impact at a smooth joint of two obstacles, computed for both."""
 
     one: Meeting
     other: Meeting
@@ -82,15 +82,16 @@ class Meeting(NamedTuple):
     """A possible impact of two bodies on their present paths.
 
     Attributes:
-        first: Disc.
-        second: Disc of a higher number, or obstacle, as `wall_body` of its number; the same disc for the end of its
-            mode.
-        at: Float64 lower bound from which it was solved, seconds.
+        first: Number of a disc.
+        second: A disc with a higher number, or an obstacle as `wall_body` of its number. For the end of a mode the
+            second body is the same disc.
+        at: Float64 lower bound of the time from which the impact was solved, seconds.
         time: Ball that contains the time of impact; if undecided, the earliest possible time.
         latest: Float64 upper bound of `time`.
         decided: Whether the impact is certain.
-        resting: Whether it is undecided because the bodies may already be in contact, and not because of a graze.
-        turning: Whether it is undecided because a driven body may start another leg before.
+        resting: Whether the impact is undecided because the bodies may already be in contact, and not because of a
+            graze.
+        turning: Whether the impact is undecided because a driven body may start another leg before.
         proven: Whether the contact is certain, and only the order of impacts is undecided.
         near: Geometry of two discs, of a disc and a wall with gravity along its normal, or of a finite wall.
     """
@@ -108,7 +109,7 @@ class Meeting(NamedTuple):
 
     @property
     def obstacles(self) -> frozenset[int]:
-        """Obstacles that the disc may be touching then: one or, at a seam, two."""
+        """Obstacles that the disc may touch at the impact: one or, at a seam, two."""
         near = self.near
         return frozenset({near.one.second, near.other.second} if isinstance(near, Seam) else {self.second})
 
@@ -120,14 +121,14 @@ class Meeting(NamedTuple):
 def undecided(
     first: int, second: int, at: float, time: arb, *, resting: bool, proven: bool = False, turning: bool = False
 ) -> Meeting:
-    """Return a meeting that is not certain, `time` at the earliest."""
+    """Return a meeting that is not certain and happens at `time` at the earliest."""
     return Meeting(first, second, at, time, float_above(time), False, resting, proven, turning)
 
 
 def contacts_ahead(
     bodies: BallBodies, i: int, second: int, at: float, powers: Sequence[arb], leg: BallLeg | None
 ) -> Iterator[tuple[arb, Meeting]]:
-    """Yield the waits after which a gap falls through zero, during the bodies' present motion, and the meetings there.
+    """Yield the waits after which a gap falls through zero during the bodies' present motion, and the meetings then.
 
     The gap is given by powers of time from `at` on. A meeting is undecided if the fall is not certain, or not certainly
     after the start of both paths.

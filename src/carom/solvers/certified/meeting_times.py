@@ -1,10 +1,9 @@
-"""Times, as balls, at which two bodies meet: certified to meet, certified never to meet, or undecided.
+"""Times, as balls, at which two bodies meet: certainly, certainly never, or undecided.
 
-The time is solved from a float64 instant that is a proven lower bound, nearly equal to it, with the quadratic of
-`docs/theory/pic.md`. D does not change along the paths, and c is nearly 0, so the root's error is that of the distance
-alone.
+The time is solved with the quadratic of `docs/theory/pic.md`, from a float64 instant that is a proven lower bound and
+nearly equal. D does not change along the paths and c is nearly 0, so the root has only the error of the distance.
 
-A driven body is met leg by leg of its path: relative to each leg, and no later than the start of the next.
+The path of a driven body is treated leg by leg. An impact is relative to a leg, and must come before the next leg.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
-    """Return the impact of a disc on another body, known not to be before `at`; None where it certainly never comes."""
+    """Return the impact of a disc on another body, known not to be before `at`; None if it certainly never comes."""
     if disc == body:
         return BallContacts(bodies).meet_end(disc, at)
     if body < 0 and body in bodies.contacts.barred[disc]:
@@ -108,10 +107,10 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     time = arb(at) + wait
     begin = bodies.began(i, j, at)
     if begin is not None and not time > begin:
-        if root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin:  # had parted before the paths began
+        if root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin:  # they separated before the paths began
             return None
         touching = bool((time - begin).is_zero()) and not bodies.untouched(i, j)
-        # If they already overlap and approach each other, they meet at once.
+        # Discs that already overlap and approach each other meet at once.
         return undecided(i, j, at, begin if time < at else time, resting=True, proven=touching)
     near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
     return Meeting(i, j, at, time, float_above(time), near=near)

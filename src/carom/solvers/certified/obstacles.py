@@ -1,8 +1,9 @@
 """Exact features of walls that discs meet: half-planes, faces, vertices, and both sides of arcs.
 
-All numbers are rational in those of the scene. A finite wall's obstacles are its features, in the order of
-`carom.core.wall_features.features_of`. A face and an arc's side have a continuation at each end: a vertex, or the same
-side of a neighbour that continues them without a kink. A disc at such a joint touches both alike.
+All numbers are rational functions of those in the scene. A finite wall's obstacles are its features, in the order of
+`carom.core.wall_features.features_of`. A face and an arc's side have a continuation at each end. A continuation is a
+vertex, or the same side of a neighbour that continues them without a kink. A disc at a joint without a kink touches
+both neighbours alike.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ class Plane(NamedTuple):
     """A half-plane, or one side of an edge.
 
     Attributes:
-        point: On its surface, metres.
-        normal: Into the free side, of any length.
+        point: Point on the surface, metres.
+        normal: Vector into the free side, of any length.
         stretch: Edge of a face; None for a half-plane.
     """
 
@@ -47,11 +48,11 @@ class Round(NamedTuple):
     """A vertex, or one side of an arc or a circle.
 
     Attributes:
-        centre: Metres.
-        radius2: The square of the line's radius, 0 of a vertex, square metres.
+        centre: Centre, metres.
+        radius2: Square of the line's radius, square metres; 0 for a vertex.
         inside: Whether this is the side of the centre.
         sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for the whole circle.
-        stops2: Square of an arc's radius, for a point at which the arc stops discs that do not fit inside; else 0.
+        stops2: For a point at which an arc stops discs that do not fit inside, the square of the arc's radius; else 0.
     """
 
     centre: Exact
@@ -67,12 +68,12 @@ class Obstacle:
 
     Attributes:
         wall: Number of the wall.
-        shape: Its shape.
-        half_width: The wall is all points within this of the line, metres.
-        kind: Kind of the feature of an edge; None of a half-plane.
-        edges: Numbers of its edges; of a vertex that of the lower.
-        neighbours: Its continuations at the begin and end of its stretch or sector, as body numbers of obstacles; None
-            where there is none.
+        shape: Shape of the feature.
+        half_width: The wall consists of all points within this distance of the line, metres.
+        kind: Kind of the feature of an edge; None for a half-plane.
+        edges: Numbers of the feature's edges; for a vertex the number of the lower edge.
+        neighbours: Continuations at the begin and end of the stretch or sector, as body numbers of obstacles; None for
+            no continuation.
     """
 
     wall: int
@@ -84,7 +85,7 @@ class Obstacle:
 
 
 def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
-    """Return all obstacles of a scene, wall by wall; where all are half-planes, one for each wall."""
+    """Return all obstacles of a scene, wall by wall. Each half-plane is one obstacle."""
     found: list[Obstacle] = []
     widest = Fraction(float(scene.arrays.radius_m.max(initial=0.0)))
     for k, wall in enumerate(scene.arrays.walls):
@@ -96,19 +97,19 @@ def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
 
 
 def less(a: Exact, b: Exact) -> Exact:
-    """Return a vector less another."""
+    """Return the difference of two vectors."""
     return a[0] - b[0], a[1] - b[1]
 
 
 def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fraction:
-    """Return the inner product of two vectors, exactly."""
+    """Return the exact inner product of two vectors."""
     return Fraction(a[0]) * Fraction(b[0]) + Fraction(a[1]) * Fraction(b[1])
 
 
 def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
-    """Return the obstacles of a wall: the left and the right side of each run of edges, then its vertices and stops.
+    """Return the obstacles of a wall: left and right side of each run of edges, then its vertices and stops.
 
-    `before` is the number of obstacles of earlier walls; a disc's radius is `widest` at most, metres.
+    `before` is the number of obstacles of earlier walls. A disc's radius is at most `widest`, metres.
     """
     runs, thick = runs_of(outline), Fraction(outline.half_width)
     if outline.radius == 0.0:
@@ -143,14 +144,14 @@ def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list
 
 
 def _stop(side: Obstacle, arc: Round, way: Exact) -> Obstacle:
-    """Return the point of an arc, in a direction from its centre, that stops discs that do not fit inside."""
+    """Return the point of an arc that stops discs that do not fit inside, in a direction from the arc's centre."""
     ((cx, cy), radius2, *_), (_, left, _, right) = arc, quarters_of(way)
     shape = Round((cx + way[0], cy + way[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
     return replace(side, shape=shape, neighbours=(None, None))
 
 
 def _link(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
-    """Set the continuation of a side at an end of its run; for a clockwise arc at the other end of its sector."""
+    """Set the continuation of a side at an end of its run. A clockwise arc has it at the other end."""
     at_begin, at_end = sides[number].neighbours
     at_the_end = bool(end) == (run.turn >= 0)
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))
@@ -164,7 +165,7 @@ def _vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, thick: F
 
 
 def _sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
-    """Yield the left side of a run and its right side."""
+    """Yield the left side and the right side of a run."""
     a, b = exact(run.edge.a), exact(run.edge.b)
     if run.circle is None:
         ex, ey = less(b, a)

@@ -11,23 +11,23 @@ MOST_DIGITS = 10_000
 #: Enough for half a million impacts of 64 discs at packing .4, which would take about an hour.
 MAX_PRECISION_BITS = 65536
 
-#: Sixteen times as many. One exponential of a number of this length takes about a second; ctx.prec, a C long, can be
-#: far larger.
+#: Sixteen times the default. One exponential of a number of this length takes about a second. ctx.prec, a C long, can
+#: be far larger.
 MOST_PRECISION_BITS = 2**20
 
-#: Agreement of two times in this many bits is no accident of a start of 53 bits.
+#: Two times that agree in this many bits do not agree by accident, since a start has 53 bits.
 TIE_BITS = 512
 
-#: The bits of floats, rounded up to a word, are the minimum.
+#: The least precision: the bits of floats, rounded up to a word.
 LEAST_BITS = 64
 
 
 @dataclass(frozen=True)
 class CertifyOptions(DeclaredOptions):
-    """Options of a certified run, without its scene: see `carom.certify`.
+    """Options of a certified run, except its scene: see `carom.certify`.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     digits: int = option(15, whole(1, MOST_DIGITS), "Decimal digits to prove.", "--digits", "-d")
@@ -38,9 +38,9 @@ class CertifyOptions(DeclaredOptions):
     max_precision_bits: int = option(
         MAX_PRECISION_BITS,
         whole(LEAST_BITS, MOST_PRECISION_BITS),
-        "Never compute with more bits than these.",
+        "Greatest precision, in bits.",
         "--max-precision",
     )
     tie_bits: int = option(
-        TIE_BITS, whole(LEAST_BITS, MOST_PRECISION_BITS), "Bits that agree and still do not tell two events apart."
+        TIE_BITS, whole(LEAST_BITS, MOST_PRECISION_BITS), "Bits after which an undecided event ends the run."
     )

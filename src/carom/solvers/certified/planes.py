@@ -1,7 +1,7 @@
 """Times, as balls, at which a disc meets a half-plane, or the line of a face, on a straight path or a parabola.
 
-Under gravity the gap is ``w + s t + a t^2 / 2``. Its derivative where it is 0 is plus or minus the root of
-``D = s^2 - 2 a w``, so a path reaches the wall from the front at one instant at most: ``(-s - sqrt(D)) / a``.
+Under gravity the gap is ``w + s t + a t^2 / 2``. Where the gap is 0, its derivative is plus or minus the root of
+``D = s^2 - 2 a w``. So a path reaches the wall from the front at one instant at most: ``(-s - sqrt(D)) / a``.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 def to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a plane on a leg, along its path; None where it certainly never comes."""
+    """Return the impact of disc `i` on a plane on a leg, along its path; None if it certainly never comes."""
     if bodies.acceleration[i] is not None:
         return _glide_to_plane(bodies, i, second, at, leg)
     return (_fall_on_plane if bodies.pulls[wall_index(second)] else _meet_plane)(bodies, i, second, at, leg)
 
 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact on a plane of disc `i`, which is in contact with another."""
+    """Return the impact on a plane of disc `i`, which is in contact with another plane."""
     law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.seen(i, at, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
@@ -40,14 +40,14 @@ def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Bal
 
 
 def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a plane on a leg, along a path whose part along the normal is straight."""
+    """Return the impact of disc `i` on a plane on a leg, along a path whose component along the normal is straight."""
     law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.less(leg, at, *bodies.moved(i, at), bodies.vx[i], bodies.vy[i])
     speed = vx * law.nx + vy * law.ny
     if speed >= 0:
         return None
     gap = x * law.nx + y * law.ny - law.level
-    if not speed < 0:  # along the wall: at the earliest with the greatest speed in its ball
+    if not speed < 0:  # the disc may move along the wall: the greatest speed in its ball gives the earliest time
         time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
         return undecided(i, second, at, time, resting=not gap > 0)
     time = arb(at) - gap / speed
@@ -69,12 +69,12 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     if d < 0 or (d.is_zero() and pulled > 0) or _grazes(bodies, i, k):
         return None
     begin = bodies.since(i, second)
-    if not d > 0:  # turns back where it may just touch, or may rest on the wall
+    if not d > 0:  # the disc turns back where it may just touch the wall, or may rest on it
         root = d.lower().max(ZERO).sqrt().union(d.upper().sqrt())
         time = arb(at) + (ZERO - speed - root) / pull
     else:
         root = d.sqrt()
-        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # what subtracts nothing
+        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # without cancellation
         time = arb(at) + wait
     if time < begin or (d > 0 and time < at):  # before this path, which is known to be free of impacts until `at`
         return None

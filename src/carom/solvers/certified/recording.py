@@ -1,4 +1,4 @@
-"""Log of a certified run: impacts as float64 numbers with proven radii and as decimal numbers of proven digits."""
+"""Log of a certified run: impacts as float64 numbers with proven radii, and as decimal numbers of proven digits."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ if TYPE_CHECKING:
 
 Spins = tuple[float, float, float, float]
 
-#: Bits kept of a ball beyond the digits asked for.
+#: Bits of a ball that are kept in addition to the requested digits.
 GUARD_BITS = 64
-#: Decimal digits that every float64 holds.
+#: Decimal digits that every float64 can represent.
 MOST_FLOAT_DIGITS = 15
 BITS_A_DIGIT = math.log2(10)
 
 
 class Vector(NamedTuple):
-    """A vector as float64 numbers, with the radius of each."""
+    """A vector as float64 numbers, with a radius for each."""
 
     value: tuple[float, float]
     radius: tuple[float, float]
 
 
 class RecordedImpact(NamedTuple):
-    """One impact: values, their radii (in the same fields), and the time and the state after it as decimal numbers."""
+    """One impact: values, their radii in the same fields, and the time and the state after it as decimal numbers."""
 
     values: ImpactRecord
     radii: ImpactRecord
@@ -65,14 +65,14 @@ def enclosed(x: arb, y: arb) -> Vector:
 class Recording:
     """The log of a run: its impacts as far as they are known to the requested digits.
 
-    The log is kept over the attempts at rising precision; recorded impacts are not recorded again.
+    The log is kept over all attempts at rising precision. Recorded impacts are not recorded again.
 
     Attributes:
         digits: Requested decimal digits.
         bits: Bits to which balls are converted.
         rows: The impacts, in order.
         mode_rows: The changes of discs' modes, in order.
-        events: Number of events, each an impact or change and those that belong to it.
+        events: Number of events. An event is an impact or a change, and everything that belongs to it.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
@@ -103,11 +103,11 @@ class Recording:
         return impact_array(row.values for row in self.rows)
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
         return spin_array(row.values for row in self.rows) if self._turns else None
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the edges that they were on, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
+        """Return the edges of impacts, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
         return edge_array(row.values for row in self.rows) if self._has_edges else None
 
     def modes(self) -> NDArray[np.void] | None:
@@ -115,7 +115,7 @@ class Recording:
         return mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
 
     def last_s(self) -> float:
-        """Return when the last event was, seconds; 0 before the first."""
+        """Return the time of the last event, seconds; 0 before the first."""
         impacts, modes = self.rows[-1:], self.mode_rows[-1:]
         return max([0.0, *(row.values.time_s for row in impacts), *(row.values.time_s for row in modes)])
 
@@ -129,14 +129,14 @@ class Recording:
         self._skip = self.events
 
     def add(self, event: BallEvent) -> None:
-        """Append one event; it is converted later, many at a time."""
+        """Append one event. Events are converted later, many at a time."""
         if self._skip:
             self._skip -= 1
         else:
             self._pending.append(event)
 
     def convert(self) -> bool:
-        """Convert the added events; return False at the first that is not known to the requested digits."""
+        """Convert the added events. Return False at the first that is not known to the requested digits."""
         with ctx.workprec(self.bits):
             try:
                 return all(self._take(event) for event in self._pending)
@@ -160,7 +160,7 @@ class Recording:
         return True
 
     def _mode(self, mode: BallMode) -> RecordedMode | None:
-        """Convert a change of a disc's mode; None where it is not known to the requested digits."""
+        """Convert a change of a disc's mode; None if it is not known to the requested digits."""
         time, spin, spin_rate = +mode.time, +mode.spin, +mode.spin_rate
         place, velocity, acceleration = ([+part for part in vector] for vector in mode[5:8])
         good = (
@@ -185,7 +185,7 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = nearest(time)
         velocities = [enclosed(*after[:2]), enclosed(*after[2:])]
-        # These radii include float64's own rounding; if that alone exceeds the limit, the balls' radii decide.
+        # These radii include float64's own rounding. If that alone exceeds the limit, the balls' radii decide.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False
@@ -216,7 +216,7 @@ class Recording:
         return True
 
     def _spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
-        """Return the spins of an impact and their radii, and note those after it; a wall has none."""
+        """Return the spins of an impact and their radii, and store the spins after it. A wall has none."""
         if not self._turns:
             return None, None
         before = [self._spin[disc] for disc in discs]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Ending(Enum):
-    """How a certified run ended; the value is the sentence shown."""
+    """How a certified run ended. Reports show the value as a sentence."""
 
     COMPLETED = "certified to the end of the scene"
     MAX_IMPACTS = "stopped after the number of impacts asked for"
@@ -30,7 +30,7 @@ class Ending(Enum):
 
 
 class Degenerate(Enum):
-    """Why an event has no certain answer; the value is the sentence shown."""
+    """Why an event has no certain answer. Reports show the value as a sentence."""
 
     SHARED_INSTANT = "a disc has two impacts at one instant, and their order may decide what follows"
     TOUCHING_START = "two bodies touch exactly at the start and move towards each other"
@@ -53,12 +53,12 @@ class Degeneracy:
     Attributes:
         kind: Kind of event.
         bodies: The bodies that take part, in ascending order; walls as `carom.model.trace.wall_body`.
-        earliest_s: Lower bound of its time, seconds.
-        latest_s: Upper bound of its time, seconds; infinity where a graze may not be a contact at all; for a collapse,
-            the last of the counted impacts.
-        proven: Whether exact arithmetic proves its kind. Otherwise the event was not decided although the state was
+        earliest_s: Lower bound of the event's time, seconds.
+        latest_s: Upper bound of the event's time, seconds. Infinity if a graze may not be a contact at all; for a
+            collapse, the last of the counted impacts.
+        proven: Whether exact arithmetic proves the kind. Otherwise the event was not decided although the state was
             known to `bits` bits.
-        bits: Bits to which the state of its bodies was known.
+        bits: Bits to which the state of the bodies was known.
     """
 
     kind: Degenerate
@@ -78,7 +78,7 @@ class Degeneracy:
 
 
 class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer
-    """The next event is not decided at this precision; contains the report if no precision decides it."""
+    """The next event is not decided at this precision. Contains the report if no precision decides it."""
 
     def __init__(self, degeneracy: Degeneracy) -> None:
         super().__init__(str(degeneracy))
@@ -87,29 +87,34 @@ class Undecided(Exception):  # noqa: N818 - not an error: a signal to look close
 
 @dataclass(frozen=True, repr=False, eq=False)
 class CertifiedTrace(ByValue, Drawn):
-    """A trace with a proven bound on the error of every number in it; compared by value, without a hash.
+    """A trace with a proven bound on the error of every number. Compared by value; there is no hash.
 
     Attributes:
         trace: The method is "certified". Each number is the float64 nearest to the middle of the ball that is proven to
-            contain the true value. It ends with the last impact that was certified, or with the scene.
-        radii: Structured array shaped as ``trace.impacts``: the greatest difference of each number from the truth, with
-            its rounding to float64. The fields `first` and `second` repeat the bodies.
-        final_position_radius_m: Shape ``(n, 2)``, the same for `trace.final_position_m`.
-        final_velocity_radius_m_s: Shape ``(n, 2)``, the same for `trace.final_velocity_m_s`.
-        spin_radii: Structured array shaped as ``trace.spins``, the same for these; None as they.
-        final_spin_radius_rad_s: Shape ``(n,)``, the same for `trace.final_spin_rad_s`.
-        mode_radii: Structured array shaped as ``trace.modes``, the same for these; None as they.
+            contain the true value. The trace ends with the last certified impact, or with the scene.
+        radii: Structured array shaped like ``trace.impacts``: the greatest difference of each number from the true
+            value, rounding to float64 included. The fields `first` and `second` repeat the bodies.
+        final_position_radius_m: Radii of `trace.final_position_m`, shape ``(n, 2)``.
+        final_velocity_radius_m_s: Radii of `trace.final_velocity_m_s`, shape ``(n, 2)``.
+        spin_radii: Radii of ``trace.spins``, a structured array; None if that is.
+        final_spin_radius_rad_s: Radii of `trace.final_spin_rad_s`, shape ``(n,)``.
+        mode_radii: Radii of ``trace.modes``, a structured array; None if that is.
         digits: The requested decimal digits.
-        decimals: For more than 15 digits: time and velocities after, ``(t, x1, y1, x2, y2)``, of each impact as decimal
-            numbers of which every digit is right to one unit in the last one; then its discs' spins after, where
-            anything turns. Empty where float64 can hold the digits.
+        decimals: For more than 15 digits: time and velocities after each impact, ``(t, x1, y1, x2, y2)``, and the spins
+            of its discs after it if anything turns. Every digit of these decimal numbers is right, to one unit in the
+            last. Empty if float64 can represent the digits.
         ending: How the run ended.
-        degeneracy: The event that stopped it; None where none did.
+        degeneracy: The event that stopped the run; None if none did.
         commuted: Pairs of indices of impacts whose order is unknown and irrelevant.
         precision_bits: Initial bits of the last attempt.
         bits_lost: Bits of accuracy lost in the worst disc until the end.
         replays: Number of restarts at a higher precision.
         elapsed_s: Elapsed seconds; not compared.
+
+    Examples:
+        >>> found = carom.certify("classics/gas", max_impacts=3)
+        >>> len(found.trace.impacts)
+        3
     """
 
     trace: Trace
@@ -134,10 +139,10 @@ class CertifiedTrace(ByValue, Drawn):
 
 
 def proven_decimal(value: float, radius: float) -> str:
-    """Return a value known to within `radius` with as many digits as are proven.
+    """Return a value known to within `radius`, with as many digits as are proven.
 
-    With k decimals the truth is within ``radius + 10^-k / 2`` of what is shown; k is chosen so that this is at most one
-    unit in the last digit. Where not even the first digit is proven, a bound is shown instead.
+    With k decimals the true value is within ``radius + 10^-k / 2`` of the shown one. k is chosen so that this is at
+    most one unit in the last digit. If not even the first digit is proven, a bound is shown instead.
     """
     if radius == 0.0:
         return repr(value)

@@ -1,8 +1,8 @@
-"""Discs in a row, on a line of any direction, between two bodies that leave them no room.
+"""Discs in a row between two bodies that leave them no room. The row is on a line of any direction.
 
-The mirror image of a motion is a motion. So discs with centres exactly on a line, and nothing that moves, pulls or
-turns them off it, stay on it by symmetry. Their room is the distance between the ends of the row less their widths, and
-is linear in time.
+The mirror image of a motion is a motion. So by symmetry discs stay on a line if their centres are exactly on it and
+nothing moves, pulls or turns them off. The room of the discs is the distance between the ends of the row minus their
+widths. The room is linear in time.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.recording import Recording
 
-#: Impacts of a disc, to and fro between two closing bodies, after which it counts as crushed.
+#: Impacts of a disc between two closing bodies after which it counts as crushed.
 CRUSH = 256
 
 
 class _Facing(NamedTuple):
-    """Last contact of a disc at one end of a row with the body there.
+    """Last contact of the disc at one end of a row with the body there.
 
     Attributes:
         body: The body.
@@ -51,7 +51,7 @@ class _Facing(NamedTuple):
 def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return when discs that strike each other in a row, and a body at each end, have no room left.
 
-    The result is exact. The centres, velocities and normals of the scene lie on one line, the discs have struck nothing
+    The result is exact. The centres, velocities and normals of the scene are on one line, the discs have struck nothing
     else so far, and nothing else moves. If both ends move, the scene has no other bodies.
     """
     last = [row.values for row in log.rows[-CRUSH:]]
@@ -69,7 +69,7 @@ def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     }
     if struck != pairs or not _is_alone(row, bodies) or _loses_or_slips(row, bodies):
         return None
-    ends = [_facing(last, row[0], row[1]), _facing(last, row[-1], row[-2])]
+    ends = [_find_facing(last, row[0], row[1]), _find_facing(last, row[-1], row[-2])]
     obstacles = [_obstacle(bodies, end) for end in ends]
     line = _line(row, obstacles, bodies)
     if line is None:
@@ -78,7 +78,7 @@ def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     now, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
         place, speed, ends_s = _surface(end, obstacle, line, bodies, now)
-        sign = 1 if dot(end.normal, line) > 0 else -1  # the discs are on the right of it
+        sign = 1 if dot(end.normal, line) > 0 else -1  # the discs are on the body's right
         room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
     for disc in row[1:-1]:
         room = room - 2 * arb(bodies.scene.discs[disc].radius_m)
@@ -92,7 +92,7 @@ def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
-    """Return the bodies of some pairs in their order, if they are a row between two immovable or driven bodies."""
+    """Return the bodies of some pairs in order, if they are a row between two immovable or driven bodies."""
     beside: dict[int, list[int]] = {}
     for first, second in pairs:
         beside.setdefault(first, []).append(second)
@@ -120,7 +120,7 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _key(body: int, bodies: BallBodies) -> int:
-    """Return the number of a body in the balls; a wall has that of its first obstacle."""
+    """Return the number of a body in the balls. A wall has the number of its first obstacle."""
     if body >= 0:
         return body
     return wall_body(next(k for k, one in enumerate(bodies.obstacles) if one.wall == wall_index(body)))
@@ -139,7 +139,7 @@ def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:
     return runs or any(scene.discs[body].spin_rad_s for body in row if body >= 0)
 
 
-def _facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
+def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
     """Return the last contact of a disc with the body at its end of a row."""
     found = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
     nx, ny = found.normal
@@ -160,7 +160,7 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         return dot(away, away)
 
     facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
-    # A disc never leaves the side of a wall that it begins on; of two vertices on a line it meets the nearer.
+    # A disc never leaves its side of a wall. A disc on a line with two vertices meets the nearer.
     rounds = [
         (away2(shape), one)
         for one in fits
@@ -170,7 +170,7 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
 
 
 def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
-    """Return the direction of the line on which a row is and stays, exactly; None if there is none."""
+    """Return the exact direction of the line on which a row is and stays; None if there is none."""
     scene, start = bodies.scene, _centre_of(bodies, row[1])
     if obstacles[0] is None:
         line = less(start, _centre_of(bodies, row[0]))

@@ -1,7 +1,7 @@
-"""Certified run: impact after impact at one precision, and again at a higher one where that does not decide.
+"""Certified run: impact after impact at one precision, repeated at a higher one if that precision does not decide.
 
-The order of impacts that is certified at one precision is kept at the next; only the dynamics is computed again. As the
-balls grow, the working precision is lowered with them, so that no meaningless bits are computed.
+The order of impacts that is certified at one precision is kept at the next. Only the dynamics is computed again. As the
+balls grow, the working precision is lowered, so that no meaningless bits are computed.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ if TYPE_CHECKING:
 
 #: Impacts between two checks of accuracy and progress.
 _CHUNK = 32
-#: Bits of the first attempt beyond the digits asked for: some hundreds of impacts for most scenes.
+#: Bits of the first attempt in addition to the requested digits: enough for some hundreds of impacts in most scenes.
 _FIRST_BITS = 160
 #: Bits by which the working precision exceeds the best known disc's accuracy.
 _GUARD_BITS = 24
-#: The precision is raised to an eighth more than the bits lost so far predict. It is raised at most eightfold, since
-#: the first impacts predict little, and at least by half.
+#: The precision is raised to an eighth more than the bits lost so far predict. The precision is raised by at most a
+#: factor of eight, since the first impacts predict little, and by at least half.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: The working precision is lowered when the useful part is less than this.
+#: The working precision is lowered if its useful fraction is less than this.
 _LOWER_AT = 0.9
-#: Outcomes of impacts without end.
+#: Outcomes with infinitely many impacts.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
-#: Ends after which a run can be advanced further.
+#: Endings after which a run can be advanced further.
 _GOES_ON = {
     None: Outcome.COMPLETED,
     Ending.COMPLETED: Outcome.COMPLETED,
@@ -57,12 +57,12 @@ _GOES_ON = {
 }
 
 
-#: Marks an event of the start.
+#: Key of an event of the start.
 _START = (-1, -1, 0.0)
 
 
 class Goal(NamedTuple):
-    """Goal of a run: a time (undamped), a number of impacts, or an instant of the computer's clock."""
+    """Goal of a run: a time (undamped), a number of impacts, and an instant of the computer's clock."""
 
     time: arb
     impacts: float
@@ -80,12 +80,12 @@ class Stop(NamedTuple):
 class CertifiedRun:
     """Run of a scene with proven digits, a `carom.solvers.run.Run`.
 
-    A run in pieces has the same digits as one in a single piece. Radii can differ beyond them, since the precision is
-    chosen for the goal of the run. A run that ended before its requested time or impact goes no further.
+    A run in pieces has the same digits as a run in one piece. Radii can differ, since the precision is chosen for the
+    goal of a run. A run that ended before the requested time or impact can't be advanced further.
 
     Attributes:
         ending: How the last call ended; None before the first.
-        degeneracy: The event that no tried precision has decided, if there is one.
+        degeneracy: The event that no precision decided; None if there is none.
         replays: Number of restarts at a higher precision.
         precision_bits: Initial bits of the last attempt.
     """
@@ -133,11 +133,11 @@ class CertifiedRun:
         Args:
             time_s: Seconds from the start.
             max_impacts: Stop after this many impacts in all; None for no limit.
-            progress: Called now and then with impacts and seconds.
+            progress: Called at intervals with the number of impacts so far and the time reached, seconds.
             time_budget_s: Limit of elapsed seconds; None for no limit.
 
         Raises:
-            InputError: `time_s` is NaN, or `max_impacts` no number of impacts.
+            InputError: `time_s` is NaN, or `max_impacts` is not a number of impacts.
         """
         require_goal(time_s, max_impacts)
         if self.ending not in _GOES_ON:
@@ -149,8 +149,8 @@ class CertifiedRun:
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
         while stop.ending is None:
-            stop = self._judged(attempt.advance(goal), attempt)
-            if attempt.has_replayed:  # the attempt before it cannot improve the estimate any more
+            stop = self._judge(attempt.advance(goal), attempt)
+            if attempt.has_replayed:  # the attempt before it can't improve the estimate any more
                 self._attempt = attempt
             if stop.ending is None:
                 self.precision_bits = self._next_bits(attempt, stop, goal)
@@ -183,7 +183,7 @@ class CertifiedRun:
     def result(self) -> CertifiedTrace:
         """Return the certified part of the run, with the state at the exact instant `time_s`."""
         attempt, impacts = self._attempt, len(self.log)
-        # An interrupt, or an undecided contact, may have cut an event in two.
+        # An interrupt or an undecided contact may have cut an event in two.
         if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
             attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
             if attempt.advance(Goal(self._undamped(self.time_s), impacts, math.inf, None)).ending is Ending.INTERRUPTED:
@@ -241,7 +241,7 @@ class CertifiedRun:
         with ctx.workprec(self._most_bits):
             return undamped(self.scene.damping_per_s, arb(time_s))
 
-    def _judged(self, stop: Stop, attempt: Attempt) -> Stop:
+    def _judge(self, stop: Stop, attempt: Attempt) -> Stop:
         """Decide whether more precision may help after an attempt that did not reach its end."""
         trouble = stop.degeneracy
         if stop.ending is not None:
@@ -254,7 +254,7 @@ class CertifiedRun:
         return Stop(Ending.DEGENERATE if undecided else Ending.PRECISION_CAP, trouble)
 
     def _next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
-        """Return the sufficient precision that the bits lost so far predict."""
+        """Return the precision that suffices according to the bits lost so far."""
         done = max(len(attempt.events), 1)
         reached_s = max(attempt.bodies.time)
         expected = done * (float_above(goal.time) / reached_s) if reached_s > 0 else math.inf
@@ -262,7 +262,7 @@ class CertifiedRun:
         lost = attempt.bits_lost() / done
         wanted = self._digits_bits + (lost * target * _MARGIN if lost else 0) + _FIRST_BITS
         wanted = min(wanted, attempt.bits * _MOST_RISE)
-        if stop.degeneracy is not None:  # enough to resolve this event
+        if stop.degeneracy is not None:  # enough bits to resolve this event
             wanted = max(wanted, attempt.bits + self._tie_bits - stop.degeneracy.bits + _FIRST_BITS)
         return min(math.ceil(max(wanted, attempt.bits * _LEAST_RISE)), self._most_bits)
 
@@ -274,9 +274,9 @@ class Attempt:
         bits: Initial precision.
         precision: Working precision.
         bodies: State of the bodies after the last impact.
-        events: Its events in a form that can be repeated: the bodies, and a lower bound of the time.
-        impacts: Number of impacts among them.
-        is_cut: Whether the last of them was interrupted because it is undecided.
+        events: Events in a form that can be repeated: the bodies, and a lower bound of the time.
+        impacts: Number of impacts among the events.
+        is_cut: Whether the last event was interrupted because it is undecided.
         commuted: Pairs of neighbouring impacts whose order is unknown and irrelevant.
     """
 
@@ -315,13 +315,13 @@ class Attempt:
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.lying()) if self.bodies.falls else ():
             begun = contacts.begin(i, ground)
-            self._happened(
+            self._add_event(
                 carry_out(self.bodies, begun) if isinstance(begun, Meeting) else BallEvent(None, (begun,)), _START
             )
 
     @property
     def has_replayed(self) -> bool:
-        """Whether all events that were certified before have been repeated."""
+        """Whether all previously certified events have been repeated."""
         return len(self.events) >= len(self._known)
 
     def bits_lost(self) -> int:
@@ -374,7 +374,7 @@ class Attempt:
                 return Stop(None, undecided.degeneracy if self._log.convert() else None)
             if choice is None or at_limit:
                 return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
-            if not choice.meeting.time <= goal.time:  # within the last unit of a time that is no float64
+            if not choice.meeting.time <= goal.time:  # within the last unit of a time that is not a float64
                 if choice.meeting.time > goal.time:
                     return self._end(Ending.COMPLETED)
                 selection.is_at_the_end(choice.meeting)
@@ -391,14 +391,14 @@ class Attempt:
     def _end(self, ending: Ending) -> Stop:
         return Stop(ending if self._log.convert() and self._log.state_is_good(self.bodies) else None)
 
-    def _happened(self, event: BallEvent, how: tuple[int, int, float]) -> None:
+    def _add_event(self, event: BallEvent, how: tuple[int, int, float]) -> None:
         self._log.add(event)
         self.events.append(how)
         self.impacts += event.impact is not None
 
     def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
-        """Apply and record an event; at intervals convert events, lower the precision, and check whether to stop."""
-        self._happened(carry_out(self.bodies, meeting), meeting[:3])
+        """Apply and record an event. At intervals convert events, lower the precision, and check whether to stop."""
+        self._add_event(carry_out(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:
             return None
         if not self._log.convert():

@@ -1,11 +1,11 @@
-"""Selection of the next impact by certified comparisons; what they do not decide is reported as undecided.
+"""Selection of the next impact by certified comparisons, which report it as undecided if they can't decide.
 
 The event with the least lower bound is solved in balls, which raises its bound. When the least bound belongs to a
-solved event, all events whose bounds do not exceed its time are its rivals and are also solved. The event is next if it
-is certainly before each rival, or if the two commute.
+solved event, its rivals are also solved: all events whose bounds do not exceed its time. The event is next if it is
+certainly before each rival, or if the two commute.
 
 A bound that is no later than the start of both paths carries no information, and may be far from the impact. So the
-first solution only gives a bound, from which the event is solved again when it has the least one.
+first solution only gives a bound. When this bound is the least, the event is solved again from it.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Selection:
             self.bounds.raise_to(i, i, self.bodies.time[i])
 
     def changed(self, meeting: Meeting) -> None:
-        """Update the state after an applied impact."""
+        """Update the selection after an applied impact."""
         for i in self._moved_by(meeting):
             for key in self._of[i]:
                 self._meetings.pop(key, None)
@@ -90,7 +90,7 @@ class Selection:
                 meeting = self._solve(bound, disc, body)
                 if meeting is None or not meeting.decided or meeting.latest > self.end_s:
                     continue
-                if len(bounds.up_to(meeting.latest)) == 1:  # all others are above the greatest value of its time
+                if len(bounds.up_to(meeting.latest)) == 1:  # all other bounds are later than this impact
                     return Choice(meeting, False)
                 continue
             limit, rivals = -math.inf, [(bound, disc, body)]
@@ -102,11 +102,11 @@ class Selection:
             self._solve(*min(unsolved))
 
     def _latest(self, rivals: list[tuple[float, int, int]]) -> float:
-        """Return the greatest upper bound of those of these impacts that are solved."""
+        """Return the greatest upper bound of the solved impacts among these."""
         return max(self._meetings[rival[1:]].latest for rival in rivals if rival[1:] in self._meetings)
 
     def _solve(self, at: float, disc: int, body: int) -> Meeting | None:
-        """Solve one impact in balls from its bound, and raise the bound; return the impact if one may be near it."""
+        """Solve one impact in balls from its bound, and raise the bound. Return the impact if one may be near it."""
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:
             raise OutOfTime
@@ -130,7 +130,7 @@ class Selection:
             if candidate.time > self.end_s:
                 continue
             if not candidate.decided:
-                blocking = blocking or Undecided(self._unresolved(candidate))
+                blocking = blocking or Undecided(self._report_unresolved(candidate))
                 continue
             commutes = False
             for rival in meetings:
@@ -139,17 +139,17 @@ class Selection:
                 if rival.decided and candidate.time.overlaps(rival.time) and self._commute(candidate, rival):
                     commutes = True
                     continue
-                blocking = blocking or Undecided(self._tied(candidate, rival))
+                blocking = blocking or Undecided(self._report_tie(candidate, rival))
                 break
             else:
                 if not candidate.time <= self.end_s:
                     self.is_at_the_end(candidate)
                 return Choice(candidate, commutes)
-        assert blocking is not None  # noqa: S101 - one meeting at least may be in time, and none was returned
+        assert blocking is not None  # noqa: S101 - at least one meeting may be in time, and none was returned
         raise blocking
 
     def is_at_the_end(self, meeting: Meeting) -> NoReturn:
-        """Raise that it cannot be decided whether an impact belongs to the scene.
+        """Raise the error that it can't be decided whether an impact belongs to the scene.
 
         Raises:
             Undecided: Always.
@@ -169,11 +169,11 @@ class Selection:
         return {body for body in (meeting.first, meeting.second) if body >= 0 and self.bodies.movable[body]}
 
     def _out_of_reach(self, i: int, j: int, window: arb) -> bool:
-        """Whether two discs are so far apart that they cannot meet in the window, whatever the effect of these impacts.
+        """Whether two discs are so far apart that they can't meet in the window, whatever the effect of these impacts.
 
-        No impact with a partner of speed s leaves a disc of speed v with more than ``v + 2 (v + s)``; the partners'
-        speeds are among all discs' speeds. Friction adds no more than twice the slip, ``2 (v + s)`` and the speeds of
-        both rims, to that.
+        After an impact with a partner of speed s, a disc of speed v has at most ``v + 2 (v + s)``. The partners' speeds
+        are among all discs' speeds. Friction adds at most twice the slip, which is ``2 (v + s)`` plus the speeds of
+        both rims.
         """
         bodies = self.bodies
         at = float(window.mid())
@@ -183,20 +183,21 @@ class Selection:
         fastest, most = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
             fastest, most = max([fastest, *(abs(bodies.surface(k)).upper() for k in range(len(bodies)))]), 13
-        # Both may move at 5 (13) times the fastest speed for twice the window's length, and from `at` to the window.
+        # Both discs may move at 5 (13 with friction) times the fastest speed, for twice the window and from `at` to the
+        # window.
         length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
         gained = bodies.strongest_pull() * (window.upper() + length)  # the velocities are those at time 0
         reach = bodies.pair_law(i, j).reach + 2 * most * (fastest + gained) * length
         return bool(dx * dx + dy * dy > reach * reach)
 
-    def _unresolved(self, meeting: Meeting) -> Degeneracy:
+    def _report_unresolved(self, meeting: Meeting) -> Degeneracy:
         kind = Degenerate.RESTING_CONTACT if meeting.resting else Degenerate.GRAZE
         kind = Degenerate.AT_A_TURN if meeting.turning else kind
         return self._report(kind, (meeting,), meeting.time)
 
-    def _tied(self, one: Meeting, other: Meeting) -> Degeneracy:
+    def _report_tie(self, one: Meeting, other: Meeting) -> Degeneracy:
         if not other.decided:
-            return self._unresolved(other)
+            return self._report_unresolved(other)
         shared = self._moved_by(one) & self._moved_by(other)
         kind = Degenerate.SHARED_INSTANT if shared else Degenerate.SIMULTANEOUS_NEIGHBOURS
         return self._report(kind, (one, other), one.time.union(other.time))

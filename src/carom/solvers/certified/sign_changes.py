@@ -1,8 +1,8 @@
 """Instants at which a polynomial of balls falls through zero: certain, certainly none, or undecided.
 
-The time from now on is halved until on each piece the polynomial or its slope has one sign, by Taylor's expansion about
-the middle. A fall is certain where only pieces of negative slope separate a place above zero from one below. What
-remains open is so near to a touch of zero that this precision cannot decide it.
+The time from now on is halved until, on each piece, the polynomial or its slope has one sign by Taylor's expansion
+about the middle. A fall is certain if only pieces of negative slope separate a place above zero from one below. What
+remains open is so near to a touch of zero that this precision can't decide it.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from flint import arb, arb_poly, ctx
 
 from carom.solvers.certified.legs import ZERO
 
-#: The first pieces are the horizon times 2 to the powers from minus this one to 0.
+#: The lengths of the first pieces are the horizon times powers of two, with exponents from minus this number to 0.
 _FIRST = 8
-#: A piece is left open after this many halvings beyond half the bits, at which a touch of zero shows. It is also left
-#: open if the polynomial changes along it by at most this many times its balls' radius.
+#: A piece is left open after this many halvings more than half of the bits, where a touch of zero is visible. A piece
+#: is also left open if the polynomial changes along it by at most this many times the radius of its balls.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 
 
 class Fall(NamedTuple):
-    """A fall through zero: its time, and whether it is certain; an uncertain one may be anywhere in the ball."""
+    """A fall through zero: its time, and whether it is certain. An uncertain fall may be anywhere in the ball."""
 
     time: arb
     certain: bool
@@ -32,15 +32,15 @@ class Fall(NamedTuple):
 class _Piece(NamedTuple):
     low: arb
     high: arb
-    slope: int  # its sign, 0 where that is open
+    slope: int  # its sign; 0 if that is open
 
 
 def squared_gap(
     place: tuple[arb, arb], velocity: tuple[arb, arb], pull: tuple[arb, arb], reach2: arb, *, inside: bool = False
 ) -> list[arb]:
-    """Return the squared distance from the origin less a squared reach, or minus that from inside, by powers of time.
+    """Return the squared distance from the origin minus a squared reach, by powers of time; its negative from inside.
 
-    `place`, `velocity` and `pull`, the acceleration, are those now.
+    `place`, `velocity` and `pull`, the acceleration, are the present ones.
     """
     (x, y), (u, v), (a, b) = place, velocity, pull
     powers = [x * x + y * y - reach2, 2 * (x * u + y * v), u * u + v * v + x * a + y * b, u * a + v * b]
@@ -49,10 +49,10 @@ def squared_gap(
 
 
 def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
-    """Yield the instants from 0 on, and no later than `until`, at which a polynomial falls through zero, in order.
+    """Yield the instants from 0 up to `until` at which a polynomial falls through zero, in order.
 
-    Its coefficients are given lowest power first. A polynomial that begins below zero must rise first; if it begins at
-    exactly zero, its lowest remaining power decides.
+    Coefficients are given lowest power first. A polynomial that begins below zero must rise first. If a polynomial
+    begins at exactly zero, its lowest remaining power decides.
     """
     left = list(powers)
     while left and left[-1].is_zero():
@@ -96,18 +96,18 @@ def _of_parabola(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
 
 
 def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on pieces between two places of known signs; 0 of the first is not known."""
+    """Return the fall on pieces between two places of known signs. A first sign of 0 is not known."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None
     low, high = pending[0].low, pending[-1].high
     if slopes == {-1}:
-        return Fall(_refined(polynomial, low, high), certain=True)
+        return Fall(_refine_zero(polynomial, low, high), certain=True)
     return Fall(low.union(high), certain=False)
 
 
 def _pieces(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None, int]]:
-    """Yield pieces of the line up to a horizon, in order, and the sign at the end of each, 0 where that is open.
+    """Yield pieces of the time up to a horizon, in order, with the sign at the end of each; 0 if the sign is open.
 
     A piece without a zero is None.
     """
@@ -162,10 +162,10 @@ def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
     return (4 * bound + arb((1, -1000))).upper().min(end)
 
 
-def _refined(polynomial: arb_poly, low: arb, high: arb) -> arb:
+def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
     """Return the zero between two instants, between which the polynomial falls, as narrowly as its balls permit.
 
-    Both instants are kept, because one ball around them reaches further, where there may be another zero.
+    Both instants are kept, because one ball around them would reach further, where there may be another zero.
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()

@@ -1,6 +1,6 @@
 """Deceleration of discs in certified runs: by damping, and by a table.
 
-With damping the times of the undamped run are mapped, see `carom.model.damping`. On a table each disc has the same
+With damping, the times of the undamped run are converted, see `carom.model.damping`. On a table every disc has the same
 deceleration, against its motion, until it stops.
 """
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 
 
 def undamped(damping_per_s: float, time: arb) -> arb:
-    """Return the time in which an undamped disc gets as far as a damped one in a given time."""
+    """Return the time in which an undamped disc moves as far as a damped one does in a given time."""
     return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
 def kept(damping_per_s: float, undamped_time: arb) -> arb:
-    """Return the remaining part of a speed at a time."""
+    """Return the remaining fraction of a speed at a time."""
     return 1 - damping_per_s * undamped_time
 
 
 def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
-    """Let the table act on disc `i`, which moves straight at a new velocity from a time on.
+    """Apply the table's deceleration to disc `i`, which moves straight with a new velocity from a time on.
 
     Raises:
-        Undecided: It cannot be decided whether the disc moves.
+        Undecided: It can't be decided whether the disc moves.
     """
     vx, vy = bodies.velocity(i, time, at)
     if vx.is_zero() and vy.is_zero():

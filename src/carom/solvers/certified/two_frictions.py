@@ -1,8 +1,8 @@
-"""`core/contact_law.h` in balls: what friction and rolling resistance take of slip and rim speed, or hold at 0.
+"""`core/contact_law.h` in balls: slip and rim speed that friction and rolling resistance remove, or hold at 0.
 
-`stick` is the clip of `core/impact.h` between sticking and sliding.
+`stick` is the limit between sticking and sliding in `core/impact.h`.
 
-Forces are clipped, which is continuous. Where it is not decided on which side of a limit they are, the ball contains
+Forces are clipped, which is continuous. If it is not decided on which side of a limit a force is, its ball contains
 both.
 """
 
@@ -16,7 +16,7 @@ from carom.solvers.certified.legs import ZERO
 
 
 class BallFrictions(NamedTuple):
-    """As `Frictions` of `core/contact_law.h`, of balls; None where it is not decided what is held."""
+    """Like `Frictions` of `core/contact_law.h`, with balls; None where it is not decided what is held."""
 
     friction: arb
     rolling: arb
@@ -25,17 +25,17 @@ class BallFrictions(NamedTuple):
 
 
 def sign(ball: arb) -> int | None:
-    """Return the sign of all of a ball; None where it has more than one."""
+    """Return the sign of all numbers in a ball; None if they have more than one."""
     return 0 if ball.is_zero() else 1 if ball > 0 else -1 if ball < 0 else None
 
 
 def cut(x: arb, most: arb) -> arb:
-    """Return x, clipped to between minus and plus `most`."""
+    """Return x, limited to the range from minus `most` to `most`."""
     return x.min(most).max(ZERO - most)
 
 
 def stick(sticking: arb, most: arb) -> BallFrictions:
-    """Return what friction alone takes, up to sticking and up to `most`, the limit of the cone."""
+    """Return what friction alone removes: enough for sticking, but at most `most`, the limit of the cone."""
     return BallFrictions(cut(sticking, most), ZERO, sticks=_within(sticking, most), blocks=False)
 
 

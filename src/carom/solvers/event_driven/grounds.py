@@ -1,4 +1,4 @@
-"""Grounds of a run under gravity: the half-planes and straight faces that a disc can slide, roll or rest on."""
+"""Grounds under gravity: the half-planes and straight faces on which a disc can slide, roll or rest."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from carom.core.wall_features import WallFeature
     from carom.model.disc_arrays import DiscArrays
 
-#: Mark of a smooth continuation of the wall behind the end of a face: `NO_OBSTACLE` of state.h.
+#: Marks the end of a face behind which the wall goes on smoothly: `NO_OBSTACLE` of state.h.
 NO_OBSTACLE = -1
 
 
 class Grounds(NamedTuple):
-    """Data on each feature of all walls that lasting contact needs.
+    """Data for lasting contact, on each feature of all walls.
 
     Attributes:
-        rows: Whether a disc can be in contact with it, the numbers of the vertices over its two ends, and how many
-            features a disc on it never meets, shape ``(features, 4)``.
-        never_met: The numbers of these features, of each ground in turn.
+        rows: Whether a disc can be in contact with the feature, the numbers of the vertices over its two ends, and how
+            many features a disc on it never meets, shape ``(features, 4)``.
+        never_met: The numbers of the features that a disc never meets, one ground after another.
     """
 
     rows: NDArray[np.float64]
@@ -37,7 +37,7 @@ class Grounds(NamedTuple):
 def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
     """Return the grounds of a start.
 
-    Driven walls are no grounds, and of finite walls only straight faces are.
+    Driven walls are not grounds. Finite walls have only straight faces as grounds.
 
     Args:
         start: The discs and walls.
@@ -68,7 +68,7 @@ def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature
 
 
 class _Surroundings:
-    """The features of a finite wall by where they are."""
+    """The features of a finite wall, by their positions."""
 
     def __init__(self, outline: Outline, parts: dict[int, WallFeature]) -> None:
         self._vertices: dict[tuple[Point, float], int] = {}
@@ -90,8 +90,8 @@ class _Surroundings:
     def of_face(self, face: Face) -> tuple[tuple[int, int], list[int]]:
         """Return the vertices over the ends of a face, and the features that a disc on it never meets.
 
-        These are the face and its other side, the vertices, and any arc with which the wall goes on smoothly: rounding
-        would decide which of it and the face comes first.
+        The features are the face, its other side, the vertices, and any arc with which the wall goes on smoothly.
+        Rounding would decide whether the disc meets the arc or the face first.
         """
         first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
         never = [*self._faces[frozenset((face.a, face.b))]]

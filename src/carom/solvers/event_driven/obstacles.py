@@ -1,4 +1,4 @@
-"""Obstacles of a run as the core reads them: the features of each wall in turn; a half-plane is one feature."""
+"""Obstacles of a run in the form that the core reads: the features of each wall. A half-plane is one feature."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ MOST_OBSTACLES = 67_108_863
 
 
 class Obstacles:
-    """The obstacles of a start whose walls are not all half-planes with the scene's own coefficients, or are driven.
+    """The obstacles of a start, if a wall is finite, driven or a belt, or has its own coefficients.
 
     Attributes:
-        rows: Their numbers, one row each, as `carom.core.numbered.numbers_of` returns them.
+        rows: Data of each obstacle, as `carom.core.numbered.numbers_of` returns them.
         driven: Driven bodies, and walls whose surface moves, one row each: see `driven_rows`.
-        legs: The legs of their paths, likewise.
+        legs: The legs of their paths, one row each.
     """
 
     def __init__(self, start: DiscArrays) -> None:
@@ -69,7 +69,7 @@ class Obstacles:
         return are_decidable(first.feature, second.feature, elastic=elastic)
 
     def edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
-        """Return the edges that impacts were on, of `carom.model.trace.EDGE_DTYPE`, from rows of `CONTACT_DTYPE`."""
+        """Return the edges of impacts, as `carom.model.trace.EDGE_DTYPE`, from rows of `CONTACT_DTYPE`."""
         return np.array([self._edge(*contact) for contact in contacts.tolist()], dtype=EDGE_DTYPE)
 
     def _edge(self, x: float, y: float, obstacle: int) -> tuple[int, int]:

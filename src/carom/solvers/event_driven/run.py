@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from carom.solvers.run import Progress, Start
 
-#: Events a call of the kernel, about a tenth of a second; progress and Ctrl-C are handled between calls.
+#: Events in a call of the kernel, about a tenth of a second. Progress and Ctrl-C are handled between calls.
 _EVENTS = 100_000
 #: `Ending` of state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
@@ -46,8 +46,8 @@ class Acceleration(NamedTuple):
 
     Attributes:
         gravity_m_s2: Uniform gravity.
-        table_deceleration_m_s2: Deceleration of every disc by a table; 0 without.
-        wall_rolling_resistance: Coefficient of rolling resistance of every disc and wall.
+        table_deceleration_m_s2: Deceleration of every disc by a table; 0 without a table.
+        wall_rolling_resistance: Coefficient of rolling resistance between any disc and any wall.
     """
 
     gravity_m_s2: tuple[float, float]
@@ -67,33 +67,39 @@ class RunState(NamedTuple):
     kernel: Mapping[str, Any]  # see `Kernel.state` in pic.pyx
     time_s: float
     reached: tuple[float, float]
-    fixed: Mapping[str, Any]  # what no impact changes, by name, except radii and masses, which the kernel's rows hold
+    fixed: Mapping[str, Any]  # what impacts don't change, by name, except radii and masses, which the kernel stores
     ended: Outcome | None  # how an impact has ended the run
     notes: tuple[str, ...]
 
 
 class EventDrivenRun:
-    """A PIC run that can be advanced in any number of pieces, which do not change the result.
+    """A PIC run that can be advanced in any number of pieces. The pieces do not change the result.
 
-    A `carom.solvers.run.Run` for any number of discs: a million as `DiscArrays`. Under gravity discs slide, roll and
-    rest on straight walls. Any other contact that lasts ends the run, see `carom.model.trace.Outcome` and `notes`.
+    A `carom.solvers.run.Run` for any number of discs; a million are possible as `DiscArrays`. Under gravity discs
+    slide, roll and rest on straight walls. Any other lasting contact ends the run: see `carom.model.trace.Outcome` and
+    `notes`.
 
     Args:
         start: A scene, or discs and walls as arrays.
-        record: Which impacts to record: "all" or "none". Counts a disc are always kept, see `impacts_per_disc`.
+        record: Which impacts to record: "all" or "none". Impacts are always counted, see `impacts_per_disc`.
         window_s: Record only impacts reported within these times.
-        contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113): an impact of
-            a disc whose last one is more recent than this loses no energy: it is elastic, without friction. That ends
+        contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). A disc whose
+            last impact is more recent than this has an impact without loss of energy or friction. A contact time ends
             inelastic collapse. 0 for none.
-        resume: The state of an earlier run to go on from: of discs of the same radii, masses and moments of inertia,
-            the same walls, coefficients and contact time. Places, velocities and spins are the state's.
+        resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
+            and contact time must be the same. Positions, velocities and spins are those of the state.
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
-        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. It changes no result.
+        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. This changes no result.
 
     Raises:
         InputError: The scene has damping, or a contact time with gravity or a table that slows discs. Walls have more
             sides and vertices than can be numbered. Discs given as arrays overlap. An option is outside its range.
-            `resume` is the state of a run of another scene; the message names what differs.
+            `resume` is the state of a run of another scene. The message names what differs.
+
+    Examples:
+        >>> run = carom.EventDrivenRun(carom.scene("classics/gas"))
+        >>> run.advance_to(0.5).name, run.time_s, run.counts["impacts"]
+        ('COMPLETED', 0.5, 26)
     """
 
     def __init__(
@@ -110,6 +116,11 @@ class EventDrivenRun:
         self.options = RunOptions.of(record, window_s, contact_duration_s)
         duration_s, acceleration = 0.0, None
         if not isinstance(start, DiscArrays):
+            if not hasattr(start, "arrays"):
+                raise InputError(
+                    f"start must be a Scene or DiscArrays, got {shown(start)}",
+                    hints=["carom.scene returns a scene of the catalogue by its name"],
+                )
             if damping_per_s := getattr(start, "damping_per_s", 0.0):
                 raise InputError(
                     f"damping_per_s is {damping_per_s}: EventDrivenRun does not support damping; solve_pic does"
@@ -151,11 +162,11 @@ class EventDrivenRun:
             self._ended, self.notes = resume.ended, resume.notes
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.
+        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
 
         Raises:
-            InputError: `time_s` is NaN, `max_impacts` no number of impacts, or two discs met so far out that floats do
-                not tell their centres apart.
+            InputError: `time_s` is NaN, or `max_impacts` is not a number of impacts. Two discs met so far from the
+                origin that floats can't distinguish their centres.
         """
         require_goal(time_s, max_impacts)
         if self._ended is not None:
@@ -182,7 +193,7 @@ class EventDrivenRun:
         return _OUTCOMES[ended]
 
     def _note(self, ended: int, reached_s: float) -> str:
-        """Return the note on a run that an impact, or contact, has ended."""
+        """Return the note on a run that an impact or a contact has ended."""
         if ended == _CRUSHED:
             crush = self._kernel.crush
             return crushing_note(crush["disc"], tuple(crush["between"]), crush["time"])
@@ -193,7 +204,7 @@ class EventDrivenRun:
         return self._contact_note(ended, **self._kernel.contact_end)
 
     def _contact_note(self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool) -> str:
-        """Return the note on the contact in which a run has ended: see `ContactEnd` in accelerated.h."""
+        """Return the note on the contact that has ended a run: see `ContactEnd` in accelerated.h."""
         why = ", after infinitely many impacts" if after_bounces else ""
         if ended == _EDGE:
             wall = body_name(other)
@@ -205,15 +216,15 @@ class EventDrivenRun:
         return f"disc {disc} {'comes to rest' if after_bounces else 'rests'} on {body_name(other)}{why}"
 
     def positions(self) -> NDArray[np.float64]:
-        """Centres now, metres, shape ``(n, 2)``."""
+        """Return the present centres, metres, shape ``(n, 2)``."""
         return self._kernel.states(*self._reached)[:, :2].copy()
 
     def velocities(self) -> NDArray[np.float64]:
-        """Velocities now, metres a second, shape ``(n, 2)``."""
+        """Return the present velocities, metres a second, shape ``(n, 2)``."""
         return self._kernel.states(*self._reached)[:, 2:].copy()
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the present spins, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
         return self._kernel.spins_at(*self._reached)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
@@ -221,7 +232,7 @@ class EventDrivenRun:
         return self._kernel.impact_counts
 
     def state(self) -> RunState:
-        """Return a copy of the run's state, to go on from later."""
+        """Return a copy of the run's state, from which it can be continued later."""
         return RunState(self._kernel.state(), self.time_s, self._reached, self._fixed, self._ended, self.notes)
 
     @property
@@ -233,27 +244,27 @@ class EventDrivenRun:
     def counts(self) -> dict[str, int]:
         """Work so far, by name.
 
-        Impacts, those on walls, predictions after impacts, stale events, cell crossings, looks at all that finite walls
-        consist of (for a disc beyond the cells), choices of other cells, and new epochs.
+        The counts are impacts, impacts on walls, predictions after impacts, stale events, cell crossings, scans of all
+        features of finite walls (for a disc beyond the cells), choices of other cells, and new epochs.
         """
         counts = self._kernel.counts
         return {name: counts[name] for name in _SHOWN}
 
     @property
     def bytes_per_disc(self) -> float:
-        """Memory of the run a disc, recorded impacts left out."""
+        """Memory of the run per disc, without recorded impacts."""
         return self._kernel.nbytes / len(self._kernel.discs)
 
 
 def _obstacles_of(start: DiscArrays, *, accelerate: bool) -> Obstacles | None:
-    """Return the features of the walls that discs can meet; None where the walls themselves are the obstacles."""
+    """Return the features of the walls that discs can meet; None if the walls themselves are the obstacles."""
     obstacles = None if start.has_plain_walls and not (start.driven or accelerate) else Obstacles(start)
     if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
         raise InputError(f"walls have {count} sides and vertices: at most {MOST_OBSTACLES} can be numbered")
     return obstacles
 
 
-#: Coefficients of a start. They, the walls, and the discs' radii, masses and inertia are all that no impact changes.
+#: Coefficients of a start. Impacts change neither these coefficients nor walls, radii, masses and moments of inertia.
 _LAW = (
     *("restitution", "wall_restitution", "wall_materials"),
     *("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"),
@@ -262,14 +273,14 @@ _LAW = (
 
 
 def _fixed_of(start: DiscArrays, contact_duration_s: float) -> dict[str, Any]:
-    """Return by name what no impact changes, except for radii and masses, which the kernel copies."""
+    """Return by name what impacts don't change, except for radii and masses, which the kernel copies."""
     law = {name: getattr(start, name) for name in _LAW}
     inertia = start.inertia.copy() if start.turns else None
     return {"inertia_factor": inertia, "walls": start.walls, **law, "contact_duration_s": contact_duration_s}
 
 
 def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.void]) -> None:
-    """Refuse a state of other discs, walls or coefficients: a run resumed from it would mix two scenes."""
+    """Refuse a state with other discs, walls or coefficients: a run resumed from it would mix two scenes."""
     if not isinstance(state, RunState):
         raise InputError(f"resume must be what EventDrivenRun.state() returns, got {shown(state)}")
     theirs = state.kernel["discs"].view(discs.dtype)
@@ -279,9 +290,9 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
         _require_equal(name, discs[field], theirs[field])
     for name, value in fixed.items():
         other = state.fixed[name]
-        if (value is None) != (other is None):  # of the inertia, without which no spins are kept
+        if (value is None) != (other is None):  # only the inertia can be None; no spins are stored then
             has, got = ("with", "without") if other is None else ("without", "with")
-            raise InputError(f"resume must be the state of a run {has} friction or spin, as this one, got one {got}")
+            raise InputError(f"resume must be the state of a run {has} friction or spin, like this run, got one {got}")
         if isinstance(value, np.ndarray):
             _require_equal(name, value, other)
         elif value != other:
@@ -293,6 +304,6 @@ def _require_equal(name: str, values: NDArray[np.float64], others: NDArray[np.fl
     differ = np.flatnonzero(values != others)
     if len(differ):
         raise InputError(
-            f"resume must be the state of a run of the same {name}: that of disc {differ[0]} differs, "
-            f"and that of {len(differ) - 1} others"
+            f"resume must be the state of a run of the same {name}: disc {differ[0]} differs, "
+            f"and {len(differ) - 1} other discs"
         )

@@ -17,14 +17,15 @@ if TYPE_CHECKING:
 class FrameClock:
     """Instants of the frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
-    Seconds from frame to frame, or frames a second: the other is 1, so that neither form is rounded twice.
+    A frame has a length in seconds or a rate in frames per second. The unused one is 1, so that neither is rounded
+    twice.
     """
 
     step_s: float = 1.0
     rate_hz: float = 1.0
 
     def in_units(self, units: Units) -> FrameClock:
-        """Return the same clock in units that are a power of two of a second; no instant is rounded again."""
+        """Return the same clock in other units, which are a power of two of a second. No instant is rounded again."""
         if self.rate_hz != 1.0:
             return FrameClock(rate_hz=units.seconds(self.rate_hz))
         return FrameClock(step_s=units.of_seconds(self.step_s))
@@ -39,7 +40,7 @@ class FrameClock:
         return frame * self.step_s / self.rate_hz
 
     def frames_before(self, time_s: float) -> int:
-        """Return the number of frames before a time, without one that differs from it by rounding only.
+        """Return the number of frames before a time. A frame that differs from it only by rounding is not counted.
 
         Raises:
             InputError: The time is not a finite number of seconds, 0 or more.

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
 
-#: Skipping is given up once it has wasted this many times the work of one search around all discs. The search happens
-#: at the start, and again where bounds have run out. The number is chosen, not tuned.
+#: Skipping is given up once it has wasted this many times the work of one search around all discs. This search takes
+#: place at the start, and again whenever bounds have run out. The number is chosen, not tuned.
 MOST_WASTE = 2.0
-#: Tests per call of the loop: some hundredths of a second, for progress and Ctrl-C.
+#: Tests in a call of the loop: some hundredths of a second, so that progress and Ctrl-C are handled.
 _WORK = 2.0**23
 #: Edge of a recorded contact, as in core/chain_distance.h.
 _EDGE_KINDS = 4
@@ -37,8 +37,8 @@ _EDGE_KINDS = 4
 class FrameRun:
     """A PIT run in progress: `carom.solvers.run.Run`.
 
-    The discs are where the last frame passed left them, and states at other times are computed from there. So pieces
-    that end between frames change no bit.
+    The discs stay where the last passed frame left them. States at other times are computed from there, so pieces that
+    end between frames change no bit.
 
     Args:
         loop: The loop over the frames.
@@ -63,7 +63,7 @@ class FrameRun:
 
     @property
     def frames(self) -> int:
-        """Frames passed: tested, or skipped because nothing could be found at them."""
+        """Frames passed: tested, or skipped because no test at them could find anything."""
         return self._loop.frames
 
     @property
@@ -72,7 +72,7 @@ class FrameRun:
         return self._loop.counts
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Pass every frame before `time_s`, or until there have been `max_impacts` in all.
+        """Pass every frame before `time_s`, or pass frames until there have been `max_impacts` in all.
 
         A frame at `time_s` itself is not passed. A frame is never split, so the run may have more impacts than
         `max_impacts`.
@@ -80,10 +80,10 @@ class FrameRun:
         Args:
             time_s: Seconds from the start.
             max_impacts: Number of impacts, counted from the start of the run; None for no limit.
-            progress: Called now and then with the number of impacts so far and the time reached.
+            progress: Called at intervals with the number of impacts so far and the time reached.
 
         Raises:
-            InputError: The time is not a finite number, 0 or more, or `max_impacts` no number of impacts.
+            InputError: The time is not a finite number, 0 or more, or `max_impacts` is not a number of impacts.
         """
         require_goal(time_s, max_impacts)
         outcome = self._advance(self.clock.frames_before(time_s), max_impacts, progress)
@@ -91,7 +91,7 @@ class FrameRun:
         return outcome
 
     def advance_frames(self, frames: int) -> None:
-        """Pass this many frames, and go to the instant of the one that follows."""
+        """Pass this many frames, and go to the instant of the next one."""
         self._advance(self.frames + frames, None, None)
         self.time_s = max(self.time_s, self.clock.time_s(self.frames))
 
@@ -155,7 +155,7 @@ def _pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) 
 
 
 def edges_of_contacts(contacts: NDArray[np.void]) -> NDArray[np.void]:
-    """Return the edges, of `trace.EDGE_DTYPE`, of recorded contacts: `recorded_edge` of core/pit_separation.h."""
+    """Return the edges of recorded contacts, as `trace.EDGE_DTYPE`: `recorded_edge` of core/pit_separation.h."""
     edges = np.full(len(contacts), np.array(NO_EDGE, EDGE_DTYPE))
     number, kind = np.divmod(contacts["feature"], _EDGE_KINDS)
     is_edge = contacts["feature"] >= 0
@@ -171,13 +171,18 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
     Args:
         scene: The scene, or its name in the catalogue.
         frame_rate_hz: Frames a second; the scene's own by default.
-        skipping: Whether to leave out tests that can find nothing; only the work counts differ.
+        skipping: Whether to leave out tests that can find nothing. Only the work counts differ.
 
     Raises:
-        InputError: The frame rate is not a positive number, or gives frames without end.
+        InputError: The frame rate is not a positive number, or gives too many frames.
+
+    Examples:
+        >>> len(carom.solve_pit("paper/missed", frame_rate_hz=24).impacts)  # there is one, between two frames
+        0
+        >>> len(carom.solve_pit("paper/missed", frame_rate_hz=240).impacts)
+        1
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     rate, _ = frames_of(scene, frame_rate_hz)
     clock = FrameClock(rate_hz=rate)
     run = pit_run(scene, clock, skipping=skipping)

@@ -1,12 +1,11 @@
 """Algorithm 1 of the source paper: PIT, the periodic interference test, for discs and half-planes on straight paths.
 
-At each frame, and nowhere else, each pair is tested: do the bodies approach? Do they overlap? If both, they get new
-velocities, along the line of centres as it is at that frame. Positions are never corrected. So an impact is late by up
-to a frame, its normal is turned by the distance that the discs moved meanwhile, and an impact whose overlap is between
-two frames is missed.
+Each pair is tested at each frame, and at no other time. If the bodies approach and overlap, they get new velocities
+along the line of centres at that frame. Positions are never corrected. So an impact is late by up to a frame, and its
+normal is turned by the motion of the discs until then. An impact whose overlap is between two frames is missed.
 
-This is the definition to read and to test against. `carom.solve_pit` gives the same bits, skips frames at which nothing
-can be found, and supports every kind of body and motion.
+This module is the definition, to read and to test against. `carom.solve_pit` gives the same bits, skips frames at which
+nothing can be found, and supports every kind of body and motion.
 """
 
 from __future__ import annotations
@@ -31,13 +30,13 @@ class MovingDisc:
     """A disc at the present frame.
 
     Attributes:
-        x: Centre, metres.
-        y: Likewise.
-        vx: Velocity, metres a second.
-        vy: Likewise.
-        radius: Metres.
+        x: x coordinate of the centre, metres.
+        y: y coordinate of the centre, metres.
+        vx: x component of the velocity, metres a second.
+        vy: y component of the velocity, metres a second.
+        radius: Radius, metres.
         inverse_mass: One over the mass; 0 for a disc that no impact moves.
-        last_partner: Body that its last impact was with; a wall is negative.
+        last_partner: Number of the body of its last impact; a wall's is negative.
     """
 
     x: float
@@ -54,7 +53,7 @@ class MovingDisc:
         return self.vx, self.vy
 
     def move(self, seconds: float) -> None:
-        """Move straight on."""
+        """Move on in a straight line."""
         if self.inverse_mass > 0.0:
             self.x += self.vx * seconds
             self.y += self.vy * seconds
@@ -65,7 +64,7 @@ class PitResult:
     """Result of Algorithm 1.
 
     Attributes:
-        impacts: The impacts in their order.
+        impacts: The impacts in order.
         discs: The discs at the end.
     """
 
@@ -81,11 +80,10 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
         frame_rate_hz: Frames a second; the scene's own by default.
 
     Raises:
-        InputError: The scene has more than straight motion of discs before half-planes, or the frame rate is not a
+        InputError: The scene has more than discs and half-planes on straight paths, or the frame rate is not a
             positive number.
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     _require_simple(scene)
     clock = FrameClock(rate_hz=frames_of(scene, frame_rate_hz)[0])
     discs = [
@@ -110,7 +108,7 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
 
 
 def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
-    """Return whether two discs approach, and touch or overlap: the test of PIT."""
+    """Return whether two discs approach and also touch or overlap: the test of PIT."""
     if first.inverse_mass == second.inverse_mass == 0.0:
         return False
     dx, dy = second.x - first.x, second.y - first.y
@@ -119,17 +117,17 @@ def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
 
 
 def does_wall_interfere(disc: MovingDisc, wall: HalfPlane) -> bool:
-    """Return whether a disc approaches a half-plane, and touches or overlaps it."""
+    """Return whether a disc approaches a half-plane and also touches or overlaps it."""
     x, y, nx, ny = wall
     approaches = disc.vx * nx + disc.vy * ny < 0.0
     return approaches and (disc.x - x) * nx + (disc.y - y) * ny <= disc.radius
 
 
 def collide_discs(first: MovingDisc, second: MovingDisc, i: int, j: int, time_s: float, e: float) -> ImpactRecord:
-    """Give two discs their velocities after an impact along the line of centres; return its record.
+    """Give two discs their velocities after an impact along the line of centres. Return the record of the impact.
 
-    With d from the first centre to the second and u the relative velocity, the impulse on the first is ``f d``. The
-    square of d is not rooted, so no rounding of its length does work.
+    Let d be the vector from the first centre to the second. The impulse on the first disc is ``f d``. Only the square
+    of d is used, without a root, so no rounding of its length does work.
     """
     dx, dy = second.x - first.x, second.y - first.y
     along = dx * (second.vx - first.vx) + dy * (second.vy - first.vy)
@@ -145,7 +143,7 @@ def collide_discs(first: MovingDisc, second: MovingDisc, i: int, j: int, time_s:
 
 
 def collide_wall(disc: MovingDisc, wall: HalfPlane, i: int, k: int, time_s: float, e: float) -> ImpactRecord:
-    """Give a disc its velocity after an impact on a half-plane; return its record."""
+    """Give a disc its velocity after an impact on a half-plane. Return the record of the impact."""
     _, _, nx, ny = wall
     along, before = disc.vx * nx + disc.vy * ny, disc.velocity
     disc.vx -= (1.0 + e) * along * nx
@@ -160,7 +158,7 @@ def _move(discs: list[MovingDisc], seconds: float) -> None:
 
 
 def _just_met(disc: MovingDisc, partner: int) -> bool:
-    """Return whether a disc is on the path that its impact with a partner gave it: then it does not approach it."""
+    """Return whether the disc's last impact was with this partner. The disc then does not approach the partner."""
     return disc.inverse_mass == 0.0 or disc.last_partner == partner
 
 

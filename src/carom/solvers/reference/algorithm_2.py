@@ -1,8 +1,8 @@
 """Algorithm 2 of the source paper: PIC frame by frame, with a stop at each impact before the next frame.
 
-The printed algorithm applies one impact a frame; its own figure 9 needs several. Here a frame ends when no impact is
-left in it, as in the figure. The run computes all pairs at each impact, without a queue, as the paper does. The state
-of a disc is that at its last impact, so frames add no rounding: all bits are those of `carom.solve_pic`.
+The printed algorithm applies one impact in a frame, but the paper's figure 9 needs several. Here a frame ends when it
+has no more impacts, as in the figure. The run computes all pairs at each impact, without a queue, as the paper does.
+The state of a disc is stored at its last impact, so frames add no rounding: all bits are those of `carom.solve_pic`.
 """
 
 from __future__ import annotations
@@ -22,10 +22,14 @@ def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = Non
         frame_rate_hz: Frames a second; the scene's own by default.
 
     Raises:
-        InputError: The frame rate is not a positive number, or gives frames without end.
+        InputError: The frame rate is not a positive number, or gives too many frames.
+
+    Examples:
+        >>> trace = carom.solve_pic_framewise("paper/missed", frame_rate_hz=24)
+        >>> len(trace.impacts), trace.counts["frames"]
+        (1, 24)
     """
-    if isinstance(scene, str):
-        scene = as_scene(scene)
+    scene = as_scene(scene)
     rate, frames = frames_of(scene, frame_rate_hz)
     run = pic_run(scene, all_pairs=True)
     outcome = Outcome.COMPLETED

@@ -1,1 +1,1 @@
-"""The largest step that is good enough for a scene."""
+"""Study: the largest time step at which each engine is accurate enough for a scene."""

@@ -1,4 +1,4 @@
-"""`carom.advise`: the adviser from Python."""
+"""`carom.advise`: the advice study from Python."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ShownAdvice(Advice):
-    """Advice, with its displays."""
+    """Advice that can be printed, shown in a notebook and plotted."""
 
     def __repr__(self) -> str:
         return plain_text(advice_document(self))
 
     def _repr_html_(self) -> str | None:
-        """Return its lines and its picture as HTML; None where the extra `report` is missing."""
+        """Return the advice as HTML, with a picture; None if the extra `report` is missing."""
         return with_picture(partial(draw_advice, self), title_of(self), repr(self))
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the direction error against the step, a line a method, the demand as a line, and return the axes.
+        """Draw direction error against step, one line per method and one for the target, and return the axes.
 
         Raises:
             MissingExtraError: The extra `report` is not installed.
@@ -54,25 +54,29 @@ def advise(
     pool: Pool | None = None,
     **options: Any,
 ) -> ShownAdvice:
-    """Find the largest step at which each engine misses no impact of a scene, and meets an accuracy target.
+    """Find the largest steps at which each engine misses no impact of a scene and meets an accuracy target.
 
-    The result prints like `carom advise`, displays itself in a notebook, and has `plot()` for the error against the
-    step.
+    The result prints like `carom advise`, is displayed in a notebook, and has `plot()` for the error against the step.
 
     Args:
         scene: The scene, or its name in the catalogue.
-        engine_names: Names of adapters; by default all installed ones.
+        engine_names: Names of adapters (default: all installed ones).
         progress: Called with (done, all, what).
-        pool: Pool that tries steps; it stays open. By default a new pool, which is closed.
+        pool: Worker pool, which stays open. By default, a new pool is used and closed.
         options: ``direction_error_rad``, ``profiles``, ``scheduler`` and the other fields of
             `carom.studies.advise.options.AdviceOptions`.
 
     Raises:
-        InputError: The scene has no reference or no impact, or an option makes no sense.
-        UnknownNameError: There is no such scene or engine.
+        InputError: The scene has no reference or no impact, or an option is invalid.
+        UnknownNameError: The scene or an engine does not exist.
+
+    Examples:
+        >>> advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1)
+        >>> advice.scene.name
+        'paper/late'
     """
     scene = as_scene(scene)
-    asked = AdviceOptions(engines=engine_names, **options)
+    asked = AdviceOptions.passed("advise", options, engines=engine_names)
     asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:

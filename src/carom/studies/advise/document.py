@@ -1,4 +1,4 @@
-"""Document of `carom advise`: the answer, its evidence, and the deciding impact."""
+"""Document of `carom advise`: the recommended steps, the evidence for them, and the deciding impact."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ from carom.studies.advise.run import Advice, Advised, Cause, HardImpact, SearchE
 from carom.studies.advise.step_search import CONFIRM, in_a_frame
 from carom.support.folders import write_files
 
-#: Purpose of a folder of advice.
+#: Name of the study in its output folders.
 PURPOSE = "advise"
 
-#: With this number of steps or more only the first and the last are named.
+#: From this number of steps on, only the first and the last are named.
 _MANY = 4
 
 
 def advice_document(advice: Advice, asked: str = "") -> Document:
-    """Return the answers, a row a method, with omissions; the method with the longest step is first.
+    """Return a document with one row per method. The method with the largest step is first.
 
     Args:
         advice: The advice.
-        asked: The scene as the word of a command; by default its name, for which the commands need a scene of the
+        asked: The scene as a command-line argument. The default is its name, which only works for scenes of the
             catalogue.
     """
     rows = sorted(advice.answers, key=lambda one: (_cut(advice, one), _order(one.demand), _order(one.never_misses)))
@@ -63,9 +63,9 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
             Column(f"at {frame}", lambda answer: _at_a_frame(advice, answer)),
         ),
         rows,
-        title=f"{advice.scene.name}, fewest steps that pass:",
-        note="Every tested step at or below these passes; steps between were not checked. Fails: starts with a "
-        "missed or spurious impact.",
+        title=f"{advice.scene.name}, fewest steps per second that pass:",
+        note="Every tested step of this size or smaller passes. Steps between tested ones were not checked. Fails: "
+        "number of start positions with a missed or spurious impact.",
     )
     evidence = Table(
         (
@@ -78,7 +78,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
             Column("engine", lambda answer: str(answer.steps), "steps", number=True),
         ),
         rows,
-        title="Steps per second that pass, from the first to the finest tested:",
+        title="Steps per second that pass, from the largest step to the finest tested:",
         only=IN_FULL,
     )
     answer, *more = _answers(advice)
@@ -90,7 +90,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
     if rows:
         sections += [
             Section("Error against step", (Figures((figure,), large=True),), only=PAGE),
-            Section("To paste", tuple(_pasted(advice, rows, asked or advice.scene.name))),
+            Section("Code to paste", tuple(_pasted(advice, rows, asked or advice.scene.name))),
             Section(
                 "All tested steps",
                 (evidence, Lines((*_endings(rows), *_refusals(rows), _how(advice)), IN_FULL), *map(_curve, rows)),
@@ -102,25 +102,25 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
 
 
 def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
-    """Write ``index.html`` into a folder, replacing an older one, and return its path; `asked` as of the document.
+    """Write ``index.html`` into a folder and return its path. `asked` is as in `advice_document`.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder can't be written into, or holds files of others.
+        InputError: The folder is not writable, or contains foreign files.
     """
     require_report_extra()
     return write_files(folder, PURPOSE, {"index.html": html(advice_document(advice, asked))})
 
 
 def _answers(advice: Advice) -> Iterator[str]:
-    """Yield the two answers, that of sampling alone, and the methods that were not searched."""
+    """Yield the two recommendations, PIT's steps, and the methods that were not searched."""
     if advice.answers:
         yield f"{advice.scene.name}: to miss no impact, {_fewest(advice, lambda answer: answer.never_misses)}."
         yield f"{_wholly(advice)}, {_fewest(advice, lambda answer: answer.demand)}."
     else:
         yield f"{advice.scene.name}: no engine was searched."
     if told := _yardstick(advice):
-        yield f"Sampling alone (PIT) takes {told}."
+        yield f"Checking once per step (PIT) needs {told}."
     reasons = formatting.together((unable.reason, _name(unable.method)) for unable in advice.unable)
     for reason, names in reasons.items():
         yield f"Not run: {formatting.listed(names)} ({reason})."
@@ -129,7 +129,10 @@ def _answers(advice: Advice) -> Iterator[str]:
 def _wholly(advice: Advice) -> str:
     demanded = f"For a direction error of at most {_angle(advice)}"
     if advice.demand.miss_probability > 0:
-        return f"{demanded} and misses at {formatting.percent(advice.demand.miss_probability)} of starts or fewer"
+        return (
+            f"{demanded} and misses at no more than {formatting.percent(advice.demand.miss_probability)} of start "
+            "positions"
+        )
     return demanded
 
 
@@ -138,30 +141,30 @@ def _angle(advice: Advice) -> str:
 
 
 def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
-    """Return the longest step that passes, and its method; a located method only where no other was searched.
+    """Describe the largest step that passes, and its method. Located methods count only if no other was searched.
 
-    Carom cuts the steps of located methods, so they are no setting of an engine.
+    Located methods are not a setting of the engine, because Carom cuts their steps.
     """
     able = [one for one in advice.answers if not _cut(advice, one)] or list(advice.answers)
     passing = [(found, answer) for answer in able if (found := question(answer)).passes]
     if not passing:
-        return "no engine has an answer"
+        return "no tested step of any engine suffices"
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = [_name(answer.method) for _, answer in best]
-    who = names[0] if len(names) == 1 else f"{formatting.listed(names)} tie"
+    who = names[0] if len(names) == 1 else f"{formatting.listed(names)} equally"
     any_step = all(_any(answer, found) for found, answer in best)
-    steps = "every tested step passes, from {} per second" if any_step else "{} steps per second"
-    return f"{steps.format(_rate(longest))}{_substeps(advice, best[0][0])}: {who}"
+    steps = "any tested step ({} or more per second)" if any_step else "{} steps/s"
+    return f"use {steps.format(_rate(longest))}{_substeps(advice, best[0][0])} with {who}"
 
 
 def _any(answer: Advised, found: StepRange) -> bool:
-    """Whether every step of the grid passes, the whole run in one step included."""
+    """Whether every step of the grid passes, including the whole run in one step."""
     return found.passes is not None and found.fails is None and answer.refused_s is None
 
 
 def _substeps(advice: Advice, found: StepRange) -> str:
-    """Return the steps per frame of the step, or of the next finer tried one that divides a frame."""
+    """Describe the steps per frame: of this step, or of the next smaller tested step that divides a frame."""
     if (times := _times(advice, found)) is None:
         return ""
     told = f"{formatting.count(times, 'step')} per frame at {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
@@ -180,7 +183,7 @@ def _framed(advice: Advice, found: StepRange) -> str:
 
 
 def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
-    """Yield the engine's own code of a frame: on a terminal that of the first method, in full all."""
+    """Yield the engine's code for one frame, on a terminal only that of the first method."""
     shown = EVERYWHERE
     for answer in rows:
         found = answer.demand if answer.demand.in_frame else answer.never_misses
@@ -216,7 +219,7 @@ def _rated(answer: Advised, found: StepRange) -> str:
 
 
 def _at_a_frame(advice: Advice, answer: Advised) -> str:
-    """Return the result with one step a frame."""
+    """Return the result with one step per frame."""
     rate_hz = advice.scene.frame_rate_hz
     trial = next((one for one in answer.trials if in_a_frame(one.dt_s, rate_hz) == 1), None)
     if trial is None:
@@ -232,42 +235,45 @@ def _yardstick(advice: Advice) -> str:
     if (closed := advice.closed_form) is not None:
         steps = (closed.never_misses_s, closed.demand_s)
         one, other = (_rate(dt_s) if math.isfinite(dt_s) else "any number" for dt_s in steps)
-        return f"{one} and {other} per second, by closed form"
+        return f"{one} and {other} steps/s, by closed form"
     if advice.sampling is None:
         return ""
     one, other = (_range(found) for found in (advice.sampling.never_misses, advice.sampling.demand))
-    return f"{one} and {other} per second, by search"
+    return f"{one} and {other} steps/s, by search"
 
 
 def _limits(advice: Advice) -> Iterator[str]:
-    """Yield notes on the rows: curves that are not monotone, steps that were not reached, and limits of the result."""
+    """Yield notes: methods for which a smaller step fails, searches that stopped early, and limits of the result."""
     for answer in advice.answers:
         told = answer.never_misses
-        for found, what in ((told, "miss none"), (answer.demand, "meet the demand")):
-            again = what != "miss none" and found.finer_failures == told.finer_failures
+        for found, what in ((told, "misses none"), (answer.demand, "meets the target")):
+            again = what != "misses none" and found.finer_failures == told.finer_failures
             if found.monotone or again:
                 continue
             passing, failing = _rates(found.coarser_passes), _rates(found.finer_failures)
-            yield f"Not monotone: steps of {_name(answer.method)} {what} at {passing} per second but not at {failing}."
+            yield (
+                f"Smaller is not always better: {_name(answer.method)} {what} at {passing} steps per second, but not "
+                f"at {failing}."
+            )
     stopped = [_name(answer.method) for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
         budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
-        yield f"Search stopped at {budget}: {formatting.listed(stopped)}."
+        yield f"The search stopped at {budget} for {formatting.listed(stopped)}."
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
             yield f"{_name(answer.method)} stopped at {_rate(last.dt_s)} steps per second: {last.reason}."
     if advice.cut is not None:
         until = formatting.seconds(advice.scene.duration_s)
-        yield f"Searched up to {until}: from the next impact on, {advice.cut.value}."
+        yield f"Only the time up to {until} was searched, because from the next impact on {advice.cut.value}."
     yield _hardest(advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs)
 
 
 def _how(advice: Advice) -> str:
     return (
-        f"Each step was tested at {formatting.count(advice.phases, 'start position')} spread evenly over it and at "
-        "those with a frame just before the hardest impacts; "
-        f"the first of each range at {max(CONFIRM, advice.phases)}."
+        f"Each step was tested at {formatting.count(advice.phases, 'start position')} that are spread evenly over "
+        "a step, and at start positions with a frame just before the hardest impacts. The largest step of each "
+        f"range was tested at {max(CONFIRM, advice.phases)}."
     )
 
 
@@ -296,7 +302,7 @@ def _rate(dt_s: float) -> str:
 
 
 def _rates(trials: Iterable[StepTrial]) -> str:
-    """Return rates as a list; if there are many, the first and the last with their number."""
+    """Return rates as a list. If there are many, return the first, the last and their number."""
     rates = [_rate(trial.dt_s) for trial in trials]
     return formatting.listed(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
 
@@ -325,14 +331,14 @@ def _endings(rows: Sequence[Advised]) -> Iterator[str]:
 
 
 def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield for each method the reason why its finest refused step was refused."""
+    """Yield the reason of each method's finest refused step."""
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps per second ({one.refusal})."
 
 
 def _direction(answer: Advised) -> str:
-    """Return the error at the recommended step, or at the finest tried."""
+    """Return the error at the recommended step, or at the finest tested step."""
     trial = answer.demand.passes or (answer.trials[-1] if answer.trials else None)
     if trial is None:
         return formatting.ABSENT
@@ -345,26 +351,29 @@ def _degrees(angle_rad: float) -> str:
 
 
 def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
-    where = f"{body_name(impact.first)} and {body_name(impact.second)} at {formatting.number(impact.time_s, 4)} s"
-    which = "Deciding impact: the only one" if impacts == 1 else f"Deciding impact: the hardest of {impacts}"
+    where = (
+        f"between {body_name(impact.first)} and {body_name(impact.second)} at {formatting.number(impact.time_s, 4)} s"
+    )
+    which = "Deciding impact (the only one)" if impacts == 1 else f"Deciding impact (the hardest of {impacts})"
     window = impact.limit.window
     if window is None:
-        return f"{which}, {where}: {impact.cause.value}."
+        return f"{which} {where}: {impact.cause.value}."
     size = f"{formatting.number(window.speed_m_s)} m/s and {formatting.number(window.reach_m)} m from centre to centre"
     why = {
-        Cause.GRAZE: f"a graze, at {formatting.number(window.share, 4)} of the contact distance off centre",
-        Cause.FAST: f"fast for their size, {size}",
-        Cause.TURN: f"their line of centres turns fast, at {size}",
+        Cause.GRAZE: f"a graze, off centre by {formatting.number(window.share, 4)} of the contact distance",
+        Cause.FAST: f"they are fast for their size, {size}",
+        Cause.TURN: f"their line of centres turns fast, because of {size}",
     }[impact.cause]
     late = impact.limit.direction_dt_s
     direction = (
-        "the direction meets the target however late the impact is found"
+        "the direction meets the target even if the impact is found late"
         if math.isinf(late)
         else f"the direction misses the target if the impact is found more than {formatting.seconds(late)} late"
     )
-    if rough:  # how friction turns with the line of centres has no closed form
+    if rough:  # the effect of friction has no closed form
         direction += " (without friction)"
     return (
-        f"{which}, {where}: {why}. The bodies overlap while approaching for {formatting.seconds(window.length_s)}; "
-        f"a frame of {formatting.number(rate_hz, 4)} Hz is {formatting.seconds(1.0 / rate_hz)}; {direction}."
+        f"{which} {where}: {why}. The bodies overlap while approaching for "
+        f"{formatting.seconds(window.length_s)}. A frame at {formatting.number(rate_hz, 4)} Hz takes "
+        f"{formatting.seconds(1.0 / rate_hz)}. {formatting.capitalised(direction)}."
     )

@@ -1,4 +1,4 @@
-"""Drawing of the advice: the error against the step, a line for each method and one for the target."""
+"""Diagram of the advice: error against step, with a line for each method and one for the target."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from carom.studies.advise.run import Advice
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Rounding of a direction in 64 bits is about 1e-14 degrees; no target is near this.
+#: Smallest error in the diagram, degrees. It is above the rounding of a direction and below any target.
 _LEAST_DEG = 1e-9
 
 
 def title_of(advice: Advice) -> str:
     """Return the description of the drawing."""
-    return f"Direction error against steps a second: {advice.scene.name}"
+    return f"Direction error against steps per second: {advice.scene.name}"
 
 
 def advice_svg(advice: Advice, narrow: bool = False) -> str:
-    """Return the drawing for a page; a narrow one fits a phone.
+    """Return the diagram for a page. A narrow one fits a phone.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
@@ -32,19 +32,19 @@ def advice_svg(advice: Advice, narrow: bool = False) -> str:
 
 
 def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
-    """Draw the direction error against steps a second."""
+    """Draw the direction error against steps per second."""
     for answer in advice.answers:
         found = [trial for trial in answer.trials if not trial.reason and not math.isnan(trial.direction_error_rad)]
         style = line_style(answer.method.engine, profile=answer.method.profile)
         rates = [1.0 / trial.dt_s for trial in found]
-        # A logarithm has no 0, so exact results are on the lower edge.
+        # A logarithmic axis has no 0, so exact results are at the lower edge.
         degrees = [max(math.degrees(trial.direction_error_rad), _LEAST_DEG) for trial in found]
         axes.plot(rates, degrees, label=answer.method.label, **style)
         lost = [(rate, error) for rate, error, trial in zip(rates, degrees, found, strict=True) if trial.lost]
         axes.plot(*zip(*lost, strict=True), "x", color=style["color"], markersize=9.0) if lost else None
     demand = math.degrees(advice.demand.direction_error_rad)
-    axes.axhline(demand, color=INK, linewidth=0.8, linestyle=":", label=f"demand: {plain_number(demand, 0.0)}°")
-    axes.set(xscale="log", yscale="log", xlabel="steps a second")
+    axes.axhline(demand, color=INK, linewidth=0.8, linestyle=":", label=f"target: {plain_number(demand, 0.0)}°")
+    axes.set(xscale="log", yscale="log", xlabel="steps per second")
     axes.set_ylabel("direction error, degrees")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(plain_number)

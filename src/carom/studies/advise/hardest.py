@@ -1,4 +1,4 @@
-"""The demand on a step, and the step that each impact of a reference allows a method that checks once per step."""
+"""Accuracy target, and the step that each impact of a reference allows a method that checks once per step."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, wall_index
 from carom.studies.advise.sampling_limit import ContactWindow, PairLimit, pair_limit
 
-#: An impact is a graze at an impact parameter above cos 30 degrees, where the chord is less than half of a head-on one.
+#: Smallest impact parameter of a graze, over the contact distance: cos 30°. Above it, the overlap is less than half as
+#: long as head-on.
 GRAZE = math.cos(math.pi / 6)
 
 
 class Cause(Enum):
-    """Why an impact is hard to find; the value is the phrase shown."""
+    """Reason why an impact is hard to find. The value is the phrase shown."""
 
     GRAZE = "a graze"
     FAST = "a fast small disc"
     TURN = "the line of centres turns fast"
-    WALL = "a wall, which nothing passes unseen"
-    EDGE = "a wall of two sides, which a disc may pass unseen that goes further than its reach in a step"
+    WALL = "the other body is a wall, which a disc can't pass unnoticed"
+    EDGE = "the other body is a thin wall, which a disc passes unnoticed if it moves too far in a step"
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Demand:
 
     Attributes:
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
-        miss_probability: Share of starts at which an impact may be missed or invented.
+        miss_probability: Fraction of start positions at which an impact may be missed or invented.
     """
 
     direction_error_rad: float
@@ -45,8 +46,9 @@ class HardImpact:
         time_s: Time of the impact.
         first: The disc.
         second: The other disc, or a wall.
-        limit: The allowed steps; for discs with friction those without it, which suffice to aim starts.
-        cause: Reason why it allows no larger step.
+        limit: The allowed steps. For discs with friction, they are computed without friction, which suffices to choose
+            starts.
+        cause: Reason why the impact allows no larger step.
     """
 
     time_s: float
@@ -57,7 +59,7 @@ class HardImpact:
 
 
 def hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
-    """Return the steps that each impact of a reference allows on its own, the hardest first."""
+    """Return the steps that each impact of a reference allows by itself, beginning with the hardest impact."""
     found = [_hard(reference, k, demand) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
 

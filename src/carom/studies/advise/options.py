@@ -1,4 +1,4 @@
-"""Options of the adviser: see `carom.support.options`."""
+"""Options of `carom advise`; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -26,18 +26,19 @@ def _share(value: object) -> float:
 
 @dataclass(frozen=True)
 class AdviceOptions(LimitOptions):
-    """Options of the adviser, without the scene.
+    """Options of `carom advise`, except for the scene.
 
     Attributes:
-        engines: Names of adapters; None for all. PIC and PIT are not searched.
+        engines: Names of adapters; None for all. PIC and PIT get no recommendation.
         profiles: Names of profiles.
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
-        miss_probability: Share of starts at which an impact may be missed or invented.
-        phases: Number of starts, evenly spread over a step, at which each step is tried.
-        budget_steps: Budget of engine steps of the search of one method; the answer is what was found until then.
+        miss_probability: Fraction of start positions at which an impact may be missed or invented.
+        phases: Number of start positions, evenly spread over a step, at which each step is tested.
+        budget_steps: Largest number of engine steps for the search of one method. The search then returns what it has
+            found.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     engines: Sequence[str] | None = engine_names()
@@ -65,7 +66,7 @@ class AdviceOptions(LimitOptions):
             (-0.1, 1.0, math.nan, "x", True, None),
             range="0 to below 1",
         ),
-        "Share of starts at which an impact may be missed or spurious.",
+        "Fraction of start positions at which an impact may be missed or spurious.",
         "--miss-probability",
     )
     phases: int = option(8, whole(1, MOST_PHASES), "Number of start positions per step.", "--phases")

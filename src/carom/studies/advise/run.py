@@ -1,8 +1,8 @@
-"""The adviser: largest steps at which each engine misses no impact of a scene, and meets a target; hardest impact.
+"""Search for the largest steps at which each engine misses no impact and meets an accuracy target.
 
-For two smooth discs the step of a check once per step (PIT) has a closed form (`carom.studies.advise.sampling_limit`).
-All other steps are found by trial: every step of a grid, at starts spread over it and at aimed ones, with a check just
-before the hardest impacts.
+For two smooth discs, the largest step of checking once per step (PIT) has a closed form; see
+`carom.studies.advise.sampling_limit`. All other steps are found by trial on a grid of steps. Each step is tested at
+start positions that are spread over it, and at start positions with a check just before the hardest impacts.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ __all__ = [
     "hardest_impacts",
 ]
 
-#: Number of hardest impacts whose aimed starts are tried.
+#: Number of hardest impacts for which start positions are chosen.
 AIMED = 3
 
 
 class ReferenceCut(Enum):
-    """Why a scene is advised on only up to a time; the value is the phrase shown."""
+    """Reason why only the beginning of a scene is searched. The value is the phrase shown."""
 
-    TIE = "a disc meets two others at once, which has no unique answer"
-    CHAOS = "rounding alone decides what happens"
+    TIE = "a disc meets two others at once, so the scene has no unique answer"
+    CHAOS = "rounding decides what happens"
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Unable:
 
     Attributes:
         method: Engine and profile.
-        reason: Reason why it can't run the scene at any step of the search.
+        reason: Reason why the method can't run the scene at any step of the search.
     """
 
     method: Method
@@ -73,11 +73,11 @@ class Unable:
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """The largest steps of checking once per step (PIT) on two smooth discs alone, seconds.
+    """The largest steps of checking once per step (PIT) for two smooth discs, seconds.
 
     Attributes:
         never_misses_s: Largest step at which no start misses the impact.
-        demand_s: Largest step at which every start meets the demand.
+        demand_s: Largest step at which every start meets the accuracy target.
     """
 
     never_misses_s: float
@@ -86,26 +86,26 @@ class ClosedForm:
 
 @dataclass(frozen=True)
 class Advice:
-    """Result of the adviser.
+    """Result of `carom advise`.
 
     Attributes:
         scene: The scene, up to the end of its reliable reference.
         demand: Required accuracy.
         impacts: Impacts of the reference.
-        hardest: Its hardest impacts, the hardest first.
-        closed_form: The steps of PIT; None where they have no closed form.
-        sampling: Search of PIT, for comparison, where there is no closed form.
-        answers: One entry an engine's profile.
-        unable: Engines' profiles that can't run the scene.
-        phases: Even starts at which each step was tried, without aimed ones.
+        hardest: The hardest impacts, beginning with the hardest.
+        closed_form: The steps of PIT; None if they have no closed form.
+        sampling: Search result of PIT, for comparison, if there is no closed form.
+        answers: One entry per engine and profile.
+        unable: Engines and profiles that can't run the scene.
+        phases: Number of evenly spread starts at which each step was tested.
         budget_steps: Budget of each search, in engine steps.
-        swept: Methods whose engine sweeps fast bodies, so that none passes through another in a step.
-        located: Methods whose steps Carom cuts, which no setting of the engine does.
-        code: The engine's own code of a frame at the recommended step, by method, if the adapter writes code.
+        swept: Methods whose engine sweeps fast bodies, so that no body passes through another in a step.
+        located: Methods whose steps Carom cuts. No setting of the engine does this.
+        code: The engine's code for one frame at the recommended step, by method, if the adapter writes code.
         environment: Machine and versions.
-        command: The command that repeats the advice; empty where it was called from Python.
+        command: The command that repeats the study; empty if it was called from Python.
         elapsed_s: Elapsed seconds.
-        cut: Why the scene was shortened; None where it was not.
+        cut: Reason why the scene was shortened; None if it was not.
     """
 
     scene: Scene
@@ -130,18 +130,18 @@ class Advice:
 def advise(
     scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress = no_progress, command: str = ""
 ) -> Advice:
-    """Find the largest step at which each engine misses no impact of a scene, and meets a demand.
+    """Find the largest steps at which each engine misses no impact of a scene and meets an accuracy target.
 
     Args:
         scene: The scene.
-        options: Options of the adviser.
-        pool: Pool that tries steps; it stays open.
+        options: Options of the study.
+        pool: Worker pool, which stays open.
         progress: Called with (done, all, what).
-        command: The command that repeats the advice, for the result.
+        command: The command that repeats the study, for the result.
 
     Raises:
         InputError: The scene has no reference or no impact.
-        UnknownNameError: There is no such engine.
+        UnknownNameError: An engine does not exist.
     """
     started = time.perf_counter()
     demand, phases = Demand(options.direction_error_rad, options.miss_probability), options.phases
@@ -206,18 +206,18 @@ def _sweeps(info: EngineInfo, profile: str) -> bool:
 
 
 def _code(scene: Scene, answer: Advised, pool: Pool) -> str:
-    """Return the code of a frame at the step that meets the demand, or else at the one that misses nothing."""
+    """Return the code for one frame at the step that meets the target, otherwise at the step that misses nothing."""
     trial = answer.demand.in_frame or answer.never_misses.in_frame
     return "" if trial is None else find_step_code(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
 
 
 def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
-    """Return the reference of a scene as far as it is reliable, and the reason why it ends before the scene."""
+    """Return the reliable part of a scene's reference, and the reason if it ends before the scene."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
-        raise InputError(f"no reference to compare with: {reference}")
+        raise InputError(f"there is no reference to compare with: {reference}")
     if not len(reference.impacts):
-        raise InputError(f"{scene.name!r} has no impact in its {scene.duration_s:g} s, so any step passes")
+        raise InputError(f"{scene.name!r} has no impact within its {scene.duration_s:g} s, so any step passes")
     times, cut = reference.impacts["time_s"].tolist(), None
     if reference.ambiguous:
         cut, reliable = ReferenceCut.TIE, bisect_left(times, times[reference.ambiguous[0]])
@@ -227,15 +227,15 @@ def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
         return reference, None
     if reliable == 0:
         raise InputError(f"no step can be recommended for {scene.name!r}, because from its first impact on {cut.value}")
-    # The end is half way to the next impact, so no rounding of a start moves an impact across it.
+    # End half-way to the next impact, so that rounding of a start moves no impact across the end.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
-        raise InputError(f"no reference to compare with: {ended}")
+        raise InputError(f"there is no reference to compare with: {ended}")
     return ended, cut
 
 
 def _closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
-    """Return PIT's largest steps; None where friction, damping, legs, a third body or gravity exclude a closed form."""
+    """Return PIT's largest steps; None if friction, damping, legs, a third body or gravity exclude a closed form."""
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     apart = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     turns = any(disc.legs for disc in scene.discs)
@@ -253,7 +253,7 @@ def _carry_out(
     pool: Pool,
     progress: Progress,
 ) -> None:
-    """Try the requested steps of all searches, one step of each at a time, until none requests any."""
+    """Test the requested steps of all searches, one step of each at a time, until no search requests another."""
     tried = 0
     while wanted := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
         starts = {method: starts_of(one.dt_s, one.even, aimed_s) for method, one in wanted.items()}
@@ -268,4 +268,4 @@ def _carry_out(
             searches[method].take(StepTrial.of(wanted[method].dt_s, *answers))
         tried += len(wanted)
         ended = sum(search.wanted is None for search in searches.values())
-        progress(ended, len(searches), f"{tried} steps tried")
+        progress(ended, len(searches), f"{tried} steps tested")

@@ -1,11 +1,11 @@
-"""The largest step at which checking once per step meets a demand, for one impact of two bodies, in closed form.
+"""The largest step at which checking once per step meets an accuracy target for one impact, in closed form.
 
-A method that checks at t = k dt finds the impact of two discs at the first check in [enter, closest approach), where
-they overlap and still approach. So it finds the impact at any phase if dt is at most the length of that window, and
-less than dt late. Geometry gives the direction error of a delay. While the discs slide into one another, their line of
-centres turns, and the velocity of each after the impact moves on a circle. With u the relative velocity, ``k = (1 + e)
-mu / m``, and n the unit line of centres, a disc's velocity changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is
-the unit vector whose angle is twice that of n less that of u.
+A method that checks at t = k dt finds the impact of two discs at the first check in [enter, closest approach), while
+the discs overlap and still approach. So if dt is at most the length of this window, the method finds the impact at
+every phase, less than dt late. Geometry gives the direction error of a delay. While the discs slide into one another,
+their line of centres turns, and the velocity of each disc after the impact moves on a circle. Let u be the relative
+velocity, ``k = (1 + e) mu / m``, and n the unit line of centres. Then a disc's velocity changes by ``k (u . n) n = (k /
+2) (u + |u| w)``. Here w is the unit vector whose angle is twice that of n minus that of u.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ Vector = tuple[float, float]
 
 @dataclass(frozen=True)
 class ContactWindow:
-    """Two discs in first contact.
+    """Two discs at first contact.
 
     Attributes:
         reach_m: Distance of the centres at contact.
         speed_m_s: Relative speed.
         miss_m: Impact parameter: signed distance of the first centre from the line on which the second moves.
         normal: Unit vector from first to second at contact.
-        relative_m_s: Velocity of the second less that of the first.
+        relative_m_s: Velocity of the second disc minus that of the first.
     """
 
     reach_m: float
@@ -36,8 +36,8 @@ class ContactWindow:
 
     @property
     def length_s(self) -> float:
-        """Seconds from contact to the closest approach, were there no impact."""
-        # As a product of two sums: for a graze the difference of the squares would be rounding.
+        """Seconds from contact to the closest approach, if there were no impact."""
+        # A product of two sums: for a graze, the difference of squares would be mostly rounding.
         inside = (self.reach_m - abs(self.miss_m)) * (self.reach_m + abs(self.miss_m))
         return math.sqrt(max(inside, 0.0)) / self.speed_m_s
 
@@ -55,24 +55,24 @@ class ContactWindow:
 
 
 def largest_step(window_s: float, miss_probability: float) -> float:
-    """Return the largest step that misses a window with at most this probability; infinite for 1."""
+    """Return the largest step that misses a window with at most this probability; infinity for 1."""
     return math.inf if miss_probability >= 1.0 else window_s / (1.0 - miss_probability)
 
 
 def direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
-    """Return the largest delay of an impact at which a disc's direction after it is off by at most an angle.
+    """Return the largest delay of an impact at which a disc's direction after it is wrong by at most an angle.
 
     Args:
         window: The two discs at contact.
         velocity_before: Velocity of the disc before, metres a second.
-        sign: 1 for the first disc, which takes ``+push (u . n) n``; -1 for the second.
-        push: ``(1 + e) mu / m`` of this disc, 0 where it can't be moved.
+        sign: 1 for the first disc, whose velocity changes by ``+push (u . n) n``; -1 for the second.
+        push: ``(1 + e) mu / m`` of this disc; 0 if it is immovable.
         angle_rad: The angle, above 0 and below pi.
 
     Returns:
-        Delay in seconds, infinite where the direction is never off by more within the window.
+        Delay in seconds; infinite if the direction is never wrong by more than the angle within the window.
     """
     (ux, uy), speed = window.relative_m_s, window.speed_m_s
     radius = 0.5 * push * speed
@@ -88,7 +88,7 @@ def direction_limit(
         return (centre[0] + sign * radius * math.cos(place), centre[1] + sign * radius * math.sin(place))
 
     reference = after(0.0)
-    # A disc left at rest has no direction; its velocities before and of the push cancel to rounding.
+    # A disc that is left at rest has no direction. Its velocity before and the change cancel to rounding.
     if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
         return math.inf
     heading = math.atan2(reference[1], reference[0])
@@ -111,7 +111,8 @@ def _lateness(window: ContactWindow, swept: float) -> float:
     """Return the time after which w has turned by an angle, seconds."""
     along = window.length_s * window.speed_m_s
     aside = abs(window.miss_m)
-    # The line of centres turns by half of it; the distance still to go to the closest approach is aside * tan(...).
+    # The line of centres turns by half of w's angle. The remaining distance to the closest approach is aside *
+    # tan(...).
     angle_left = math.atan2(along, aside) - 0.5 * abs(swept)
     return (along - aside * math.tan(angle_left)) / window.speed_m_s
 
@@ -134,8 +135,8 @@ class PairLimit:
 
     Attributes:
         window: The two discs at contact; None for a wall.
-        miss_dt_s: Largest step that finds it with the required probability.
-        direction_dt_s: Largest step at which no disc's direction is off by more than the required angle.
+        miss_dt_s: Largest step that finds the impact with the required probability.
+        direction_dt_s: Largest step at which no disc's direction is wrong by more than the required angle.
     """
 
     window: ContactWindow | None

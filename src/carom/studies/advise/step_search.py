@@ -1,4 +1,4 @@
-"""Search for the step of one method: every step of a grid, from the whole run in one step down."""
+"""Search for the largest step of one method: tests the steps of a grid, from the whole run in one step down."""
 
 from __future__ import annotations
 
@@ -12,50 +12,50 @@ from carom.model.scene import Scene
 from carom.studies.advise.hardest import Demand
 from carom.studies.advise.step_trial import StepTrial, most_steps
 
-#: Number of even starts at which an answer is confirmed.
+#: Number of evenly spread starts at which a result is confirmed.
 CONFIRM = 64
 
-#: The grid has two steps an octave: 1, 1.5, 2, 3, 4, 6 ... steps a frame, whole numbers of them from half a frame down.
+#: The grid has two steps per octave: 1, 1.5, 2, 3, 4, 6 ... steps per frame, from half a frame down whole numbers.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: An answer must hold at all steps of the grid down to this many octaves below it. This is enough where the error is in
-#: proportion to the step there, since it then keeps falling. Otherwise one octave more is required.
+#: A result must hold at all steps of the grid down to this many octaves below it. This suffices if the error is
+#: proportional to the step there, because it then keeps falling. Otherwise one more octave is required.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
-#: An answer requires that steps were tried down to a frame's, the usual step. Where a check once per step needs finer
-#: ones, they are tried too, down to this many octaves below a frame. Engines that sweep only fast discs sweep none at
-#: such steps, and may miss impacts that they found at larger ones.
+#: A result requires tests down to one step per frame, which is the usual step. If checking once per step needs smaller
+#: steps, these are also tested, down to this many octaves below a frame. Engines that sweep only fast discs sweep none
+#: at small steps, and may miss impacts that they find at larger steps.
 OCTAVES_COVERED = 3
 
-#: An error is in proportion to the step if error over step varies by at most a quarter over these octaves, and does not
-#: depend on it if the error itself does. Its order is then within 0.16 of 1 (over two), or 0.11 of 0 (over three).
+#: Largest variation of a constant. An error is proportional to the step if error over step varies by at most a quarter
+#: over these octaves, and does not depend on the step if the error varies by at most a quarter. Its order is then
+#: within 0.16 of 1 (over two octaves), or 0.11 of 0 (over three).
 SAME = 1.25
 
-#: The finest tried step, as a fraction of a frame or of the step that the hardest impact allows.
+#: The finest tested step, as a fraction of a frame or of the step that the hardest impact allows.
 FINEST = 1 / 64
 
 
 class SearchEnding(Enum):
-    """Why no further step was tried; the value is the phrase shown."""
+    """Reason why no further step was tested. The value is the phrase shown."""
 
-    FOUND = "both answers were found"
-    BUDGET = "the engine steps that it may take were used up"
-    FINEST = "it is the finest that is tried"
+    FOUND = "both steps were found"
+    BUDGET = "its budget of engine steps was used up"
+    FINEST = "the search tests no finer step"
     FLAT = "the error does not depend on the step"
-    BROKE = "the engine, or its adapter, broke off"
+    BROKE = "the engine or its adapter failed"
 
 
 @dataclass(frozen=True)
 class StepRange:
-    """Passing steps: every tried step from the one that `passes` down to `down_to_s`.
+    """Passing steps: every tested step from `passes` down to `down_to_s`.
 
     Attributes:
-        passes: The largest of them, confirmed at `CONFIRM` starts; None where there is no answer.
-        in_frame: The largest of them that divides a frame, also confirmed; None where there is no answer, or none of
-            them does.
-        down_to_s: The finest that was tried, seconds; NaN where no step was.
-        fails: The finest that fails, which is the next larger one tried; None where none fails.
+        passes: The largest passing step, confirmed at `CONFIRM` starts; None if there is none.
+        in_frame: The largest passing step that divides a frame, also confirmed; None if there is none.
+        down_to_s: The finest tested step, seconds; NaN if none was tested.
+        fails: The finest failing step, which is the next larger one; None if none fails.
         coarser_passes: Steps that pass although a finer one fails, the largest first.
         finer_failures: Steps that fail although a larger one passes, the largest first.
     """
@@ -69,7 +69,7 @@ class StepRange:
 
     @property
     def monotone(self) -> bool:
-        """Whether no tried step fails that is finer than a passing one."""
+        """Whether all tested steps pass that are finer than a passing step."""
         return not self.finer_failures
 
 
@@ -79,11 +79,11 @@ class Advised:
 
     Attributes:
         method: Engine and profile.
-        trials: Every step that was tried, the largest first.
+        trials: Every tested step, beginning with the largest.
         never_misses: Steps at which no start misses or invents an impact.
-        demand: Steps that meet the whole demand.
-        ending: Why no further step was tried.
-        refused_s: The finest step that the method refuses, seconds; larger ones were not run. None for none.
+        demand: Steps that meet the whole accuracy target.
+        ending: Reason why no further step was tested.
+        refused_s: The finest step that the method refuses, seconds; None if it refuses none. Larger steps were not run.
         refusal: Reason of the refusal; empty for none.
     """
 
@@ -102,9 +102,9 @@ class Advised:
 
     @property
     def flat_from_s(self) -> float | None:
-        """The largest step below which the direction error does not depend on the step, seconds; None for none.
+        """The largest step below which the direction error does not depend on the step, seconds, or None.
 
-        Only the finest tried steps count, up to the first that loses an impact.
+        Only the finest tested steps count, up to the first that loses an impact.
         """
         run: list[StepTrial] = []
         for trial in reversed(_finest_that(self.trials, lambda trial: trial.never_misses)):
@@ -116,14 +116,14 @@ class Advised:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A step that a search requests, and the number of its even starts."""
+    """A step that a search requests, and its number of evenly spread starts."""
 
     dt_s: float
     even: int
 
 
 def grid_of(scene: Scene, guess_s: float) -> Iterator[float]:
-    """Yield the steps of the grid: the whole run in one step, then two an octave, down to the finest."""
+    """Yield the steps of the grid: the whole run in one step, then two steps per octave down to the finest."""
     frame_s, whole_s = 1.0 / scene.frame_rate_hz, scene.duration_s
     finest = min(guess_s, frame_s, whole_s) * FINEST
     yield whole_s
@@ -139,26 +139,26 @@ def grid_of(scene: Scene, guess_s: float) -> Iterator[float]:
 
 
 def in_a_frame(dt_s: float, frame_rate_hz: float) -> int | None:
-    """Return the number of steps a frame; None if it is not whole."""
+    """Return the number of steps per frame; None if it is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
-    # A step of the grid is one over a product, and so is this: four operations with one rounding each.
+    # Both numbers have two operations with one rounding each.
     whole = round(times)
     return whole if whole and abs(times - whole) <= 8 * 2.0**-53 * whole else None
 
 
 class StepSearch:
-    """Search for the step of one method: it requests the next step to try, and takes its result.
+    """Search for the largest step of one method. It requests the next step to test and takes the result.
 
     Args:
         scene: The scene.
         method: Engine and profile.
         demand: Required accuracy.
         guess_s: Largest step that the hardest impact allows a method that checks for overlap once per step.
-        phases: Even starts at which each step is tried.
-        aimed: Number of aimed starts in addition.
-        budget_steps: Budget of engine steps; a step is tried if the cost of the step before predicts that the budget
-            suffices.
-        refusal: Returns why the method does not take a step; empty where it does.
+        phases: Number of evenly spread starts at which each step is tested.
+        aimed: Number of additional starts with a check just before a hard impact.
+        budget_steps: Budget of engine steps. A step is tested if the budget suffices according to the cost of the
+            previous step.
+        refusal: Returns the reason why the method refuses a step; an empty text if it accepts the step.
     """
 
     def __init__(
@@ -188,11 +188,11 @@ class StepSearch:
 
     @property
     def refused_all(self) -> bool:
-        """Whether the method takes no step of the grid."""
+        """Whether the method refuses every step of the grid."""
         return all(self._refusal(dt_s) for dt_s in self._grid)
 
     def take(self, trial: StepTrial | str) -> None:
-        """Take the result of the requested step, or the reason why it could not be tried."""
+        """Take the result of the requested step, or the reason why it could not be tested."""
         try:
             self.wanted = self._walk.send(trial)
         except StopIteration:
@@ -230,9 +230,9 @@ class StepSearch:
                 return
 
     def _try(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
-        """Request a step, and return whether the search goes on."""
+        """Request a step, and return whether the search continues."""
         most = most_steps(self._duration_s, dt_s, even + self._aimed)
-        # A run ends early after its last impact, and so it did at the step before.
+        # Runs end early after their last impact, as at the previous step.
         if most * self._share > self._left:
             self._ending = SearchEnding.BUDGET
             return False
@@ -252,7 +252,7 @@ class StepSearch:
         return True
 
     def _unconfirmed(self) -> StepTrial | None:
-        """Return a step that would be an answer if it had been run at enough starts."""
+        """Return a step that would be a result if it had been run at enough starts."""
         for passes in self._questions:
             run = _finest_that(self._tried, passes)
             for trial in (*run[:1], *self._in_frame(run)) if self._long_enough(run) else ():
@@ -261,11 +261,11 @@ class StepSearch:
         return None
 
     def _in_frame(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
-        """Return the largest step of a run that takes a whole number of steps a frame, if there is one."""
+        """Return the largest of some steps that divides a frame, if there is one."""
         return [trial for trial in run if in_a_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _long_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether all steps were tried that an answer at the first one needs."""
+        """Whether all steps were tested that a result at the first one needs."""
         falling = _same([trial.direction_error_rad / trial.dt_s for trial in run])
         return _reaches(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._covers_s
 
@@ -296,7 +296,7 @@ class StepSearch:
 
 
 def _finest_that(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:
-    """Return the passing steps, from the finest tried up to the first that fails; the largest first."""
+    """Return the passing steps below the finest failing one, beginning with the largest."""
     found: list[StepTrial] = []
     for trial in reversed(trials):
         if not passes(trial):
@@ -306,11 +306,11 @@ def _finest_that(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool
 
 
 def _reaches(run: Sequence[StepTrial], octaves: int) -> bool:
-    """Whether the steps go down by this number of octaves."""
+    """Whether the steps span this number of octaves."""
     return bool(run) and run[0].dt_s >= 2**octaves * run[-1].dt_s
 
 
 def _same(values: Sequence[float]) -> bool:
-    """Whether numbers above 0 are the same to a quarter; not if one is NaN or infinite."""
+    """Whether positive numbers agree within a quarter. They do not if one is NaN or infinite."""
     sound = all(0.0 < value < math.inf for value in values)
     return sound and max(values, default=0.0) <= SAME * min(values, default=0.0)

@@ -1,1 +1,1 @@
-"""Error against run time, run time against the number of discs, and the step that is good enough."""
+"""Study: error against run time, and run time against the number of discs."""

@@ -1,4 +1,4 @@
-"""First answer of a bench: the cost of exact results, and the error and run time of each engine."""
+"""Headline of a bench: the run time of exact results, and the error and run time of each engine."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, run_s
 from carom.studies.bench.tables import error_text, losses, milliseconds
 
-#: With more scenes than this a terminal shows only the table of all scenes.
-SCENES_TOLD = 2
+#: With more scenes than this, a terminal shows only the table of all scenes.
+SCENES_SHOWN = 2
 
 
 def answers(bench: Bench) -> Iterator[str]:
-    """Yield the answer: for one scene in full; for several, the counts of cheapest engines, then each scene's."""
+    """Yield the headline: for one scene in full; for several, the counts of cheapest engines, then each scene."""
     target, kind = bench.plan.target, bench.plan.error
     if len(bench.scenes) == 1:
         yield scene_answer(bench.scenes[0], target, kind)
         return
-    exact = sum(scene.exact is not None for scene in bench.scenes)
+    exact = [scene.exact for scene in bench.scenes if scene.exact is not None]
     scenes = formatting.count(len(bench.scenes), "scene")
     found = [scene.cheapest_engine(target) for scene in bench.scenes]
     tally = Counter(_method(point) for point in found if point is not None)
-    parts = [f"PIC is exact on {exact} of {scenes}"] * bool(exact)
+    parts = [f"PIC is exact on {len(exact)} of {scenes}{_range(exact)}"] * bool(exact)
     wanted = f"{error_text(target, kind)} error"
     if tally:
-        best = formatting.listed([f"{name} on {count}" for name, count in tally.most_common()])
-        best = best.removesuffix(f" on {len(found)}")
+        best = formatting.listed([f"{name} on {_where(name, found, bench)}" for name, _ in tally.most_common()])
+        best = best.removesuffix(" on every scene")
         parts.append(f"cheapest engine for {wanted}: {best}")
     unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
     lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
@@ -38,21 +38,33 @@ def answers(bench: Bench) -> Iterator[str]:
     if len(unreached) > len(lossy):
         parts.append(f"no engine reaches {wanted} on {len(unreached) - len(lossy) if tally or lossy else 'any'}")
     yield formatting.capitalised(f"{'; '.join(parts)}.")
-    if len(bench.scenes) <= SCENES_TOLD:
+    if len(bench.scenes) <= SCENES_SHOWN:
         yield from (scene_answer(scene, target, kind, next_best=False) for scene in bench.scenes)
 
 
+def _range(points: list[Point]) -> str:
+    """Return the least and the largest run time, once if they are equal."""
+    spent = sorted((point.timing.advance_s for point in points if point.timing), key=lambda time: time.median)
+    return f" in {' to '.join(dict.fromkeys(milliseconds(time) for time in (spent[0], spent[-1])))} ms" if spent else ""
+
+
+def _where(name: str, cheapest: list[Point | None], bench: Bench) -> str:
+    """Return the scenes on which a method is the cheapest."""
+    pairs = zip(bench.scenes, cheapest, strict=True)
+    return _share([scene for scene, point in pairs if point is not None and _method(point) == name], bench)
+
+
 def _share(scenes: list[SceneBench], bench: Bench) -> str:
-    """Return scenes by name if a terminal shows each, or else their number."""
+    """Return scenes by name if a terminal shows each, otherwise their number."""
     if len(scenes) == len(bench.scenes):
         return "every scene"
     return (
-        formatting.listed([one.scene.name for one in scenes]) if len(bench.scenes) <= SCENES_TOLD else str(len(scenes))
+        formatting.listed([one.scene.name for one in scenes]) if len(bench.scenes) <= SCENES_SHOWN else str(len(scenes))
     )
 
 
 def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best: bool = True) -> str:
-    """Return the answer for a scene in a sentence: exact, cheapest for the target, most accurate, and the next best."""
+    """Describe a scene in a sentence: PIC, the cheapest engine for the target, the most accurate, and the next."""
     exact, parts = scene.exact, list[str]()
     if exact is not None:
         parts.append(f"PIC is exact{_in(exact)}")
@@ -61,12 +73,12 @@ def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best
     if sound:
         parts += _engines(scene, sound, target, kind)
         others = [best for curve, best in sound if curve.engine != sound[0][0].engine]
-        parts += [f"then {_told(best, kind)}" for best in others[:next_best]]
+        parts += [f"next is {_describe_point(best, kind)}" for best in others[:next_best]]
     elif lossy := [best for _, best in ranked if best is not None]:
         best = lossy[0]
         if best.lost:
             parts.append(
-                f"every engine misses or invents impacts at every step; the fewest are {_method(best)}'s, which "
+                f"every engine misses or invents impacts at every step; the best is {_method(best)}, which "
                 f"{losses(best)}{_in(best)} at {formatting.step(best.dt_s)}"
             )
         else:
@@ -80,21 +92,22 @@ def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float,
     wanted = f"{error_text(target, kind)} error"
     cheap, (_, best) = scene.cheapest_engine(target), sound[0]
     if cheap is None:
-        met = best.error <= target  # without a timing pass nobody is the cheapest
+        met = best.error <= target  # without a timing pass, no engine is the cheapest
         yield (
-            f"the most accurate engine is {_told(best, kind)}"
+            f"the most accurate engine is {_describe_point(best, kind)}"
             if met
-            else (f"no engine reaches {wanted} at the steps that were run; the most accurate is {_told(best, kind)}")
+            else (f"no engine reaches {wanted} at the tested steps; the most accurate is {_describe_point(best, kind)}")
         )
     elif cheap.at == best.at:
-        yield f"the most accurate engine, and the cheapest for {wanted}, is {_told(best, kind)}{_times(scene, best)}"
+        described = f"{_describe_point(best, kind)}{_times(scene, best)}"
+        yield f"the most accurate engine, and the cheapest for {wanted}, is {described}"
     else:
         cost = f"{milliseconds(cheap.timing.advance_s)} ms at {formatting.step(cheap.dt_s)}" if cheap.timing else ""
         yield f"the cheapest engine for {wanted} is {_method(cheap)}: {cost}{_times(scene, cheap)}"
-        yield f"the most accurate is {_told(best, kind)}"
+        yield f"the most accurate is {_describe_point(best, kind)}"
 
 
-def _told(point: Point, kind: ErrorKind) -> str:
+def _describe_point(point: Point, kind: ErrorKind) -> str:
     return f"{_method(point)}: {error_text(point.error, kind)}{_in(point)} at {formatting.step(point.dt_s)}"
 
 

@@ -1,4 +1,4 @@
-"""Axes of a bench's diagrams: the kinds of error, each a number without unit, and what they are plotted against."""
+"""Axes of a bench's diagrams: the quantities that are plotted, and the kinds of error."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     from carom.execution.scoring import Measures
 
 
-#: Errors whose cost is reported, where an engine reaches them.
+#: Errors whose run time is reported if an engine reaches them.
 TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
 
 
 class Diagram(StrEnum):
-    """The quantities on the axes; the value is the name on the command line."""
+    """The quantities on the axes. The value is the name on the command line."""
 
     ERROR_TIME = "error-time"
     ERROR_DT = "error-dt"
@@ -29,7 +29,7 @@ class Diagram(StrEnum):
 
 
 class ErrorKind(StrEnum):
-    """Kind of error; the value is its name on the command line."""
+    """Kind of error. The value is its name on the command line."""
 
     IMPACT = "impact"
     TIME = "time"
@@ -44,7 +44,7 @@ class ErrorKind(StrEnum):
 
     @property
     def in_percent(self) -> bool:
-        """Whether it is a ratio; an angle is not."""
+        """Whether the error is a ratio and not an angle."""
         return self is not ErrorKind.DIRECTION
 
     @property
@@ -54,23 +54,23 @@ class ErrorKind(StrEnum):
 
 
 _LABELS = {
-    ErrorKind.IMPACT: "largest impact error, % of top speed or duration",
+    ErrorKind.IMPACT: "largest impact error, % of greatest speed or duration",
     ErrorKind.TIME: "largest time error of an impact, % of the duration",
-    ErrorKind.VELOCITY: "largest velocity error, % of top speed",
+    ErrorKind.VELOCITY: "largest velocity error, % of greatest speed",
     ErrorKind.DIRECTION: "largest direction error, rad",
     ErrorKind.POSITION: "largest position error at the end, % of a radius",
 }
 _MEANINGS = {
-    ErrorKind.IMPACT: "error of the worst impact: time over the duration or velocity over the speed, the larger",
-    ErrorKind.TIME: "time error of the worst impact, over the scene's duration",
-    ErrorKind.VELOCITY: "velocity error of the worst impact, over the scene's greatest speed",
+    ErrorKind.IMPACT: "error of the worst impact: the larger of time over duration and velocity over greatest speed",
+    ErrorKind.TIME: "time error of the worst impact, divided by the scene's duration",
+    ErrorKind.VELOCITY: "velocity error of the worst impact, divided by the scene's greatest speed",
     ErrorKind.DIRECTION: "direction error of the worst impact, radians",
-    ErrorKind.POSITION: "error of the worst final position, over the largest radius",
+    ErrorKind.POSITION: "error of the worst final position, divided by the largest radius",
 }
 
 
 def error_of(measures: Measures, kind: ErrorKind) -> float:
-    """Return the error of a run; NaN where no impact was matched. Missed impacts are counted separately."""
+    """Return the error of a run; NaN if no impact was matched. Missed impacts are counted separately."""
     time = abs(measures.total.time_s) / measures.duration_s
     match kind:
         case ErrorKind.TIME:

@@ -1,6 +1,7 @@
 """Comparison of a bench with an earlier one on the same machine: which points became faster or slower.
 
-Run times of different days are not comparable, so each point's run time over PIT's in the same round is compared.
+Run times of different days are not comparable. So the comparison uses each point's run time divided by PIT's in the
+same round.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ from carom.studies.bench.convergence import CONFIDENCE, student_quantile
 from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import error_text, point_name
 
-#: A ratio counts as a change if its whole interval differs from 1 by more than this. Rounds of one run are closer to
-#: each other than those of two runs, which differ in the program's place in memory and in the machine's other work.
+#: A ratio counts as a change if its whole interval differs from 1 by more than this. The limit covers the differences
+#: between two sessions: the program's position in memory, and the machine's other work.
 LEAST_CHANGE = 0.05
 
 
 class BaselineChange(Enum):
-    """Change of a point; the value is the word shown."""
+    """Change of a point. The value is the word shown."""
 
     REGRESSED = "regressed"
     IMPROVED = "improved"
@@ -39,7 +40,7 @@ class BaselineChange(Enum):
 
 
 class Before(NamedTuple):
-    """A point of the earlier bench: run time over PIT's in each round, error, and impacts lost."""
+    """A point of the earlier bench: run time over PIT's in each round, error, and number of lost impacts."""
 
     ratios: Sequence[float]
     error: float
@@ -53,10 +54,10 @@ class Compared:
     Attributes:
         scene: Name of the scene.
         point: The point now.
-        before: The point then.
-        ratio: Run time over PIT's, now over then; NaN where one of them has too few rounds.
-        low: Lower end of its confidence interval, at a level for all points together.
-        high: Upper end.
+        before: The same point in the earlier bench.
+        ratio: Run time over PIT's, now divided by earlier; NaN if one of them has too few rounds.
+        low: Lower end of the ratio's confidence interval, at a level for all points together.
+        high: Upper end of the interval.
     """
 
     scene: str
@@ -68,14 +69,14 @@ class Compared:
 
     @property
     def time(self) -> BaselineChange:
-        """Change of its run time."""
+        """Change of the point's run time."""
         if self.low > 1.0 + LEAST_CHANGE:
             return BaselineChange.REGRESSED
         return BaselineChange.IMPROVED if self.high < 1.0 - LEAST_CHANGE else BaselineChange.SAME
 
     @property
     def accuracy(self) -> BaselineChange:
-        """Change of its error. Runs of one version repeat it, so any change to two digits counts."""
+        """Change of the point's error. Runs of one version repeat the error, so any change in two digits counts."""
         now, then = (self.point.lost, _digits(self.point.error)), (self.before.lost, _digits(self.before.error))
         if now == then:
             return BaselineChange.SAME
@@ -86,11 +87,11 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
     """Return the points of an earlier bench by scene, engine, profile and step.
 
     Args:
-        path: Its `bench.json`, or the folder of that file.
-        here: This machine.
+        path: The earlier `bench.json`, or its folder.
+        here: Description of this machine.
 
     Raises:
-        InputError: There is no such bench, or it ran on another machine.
+        InputError: The bench does not exist, or it ran on another machine.
     """
     file = path / "bench.json" if path.is_dir() else path
     try:
@@ -118,7 +119,7 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
 
 
 def _method(point: dict[str, Any]) -> tuple[str, str]:
-    method = Method(point["engine"], point["profile"])  # whose profile an earlier Carom called by another name
+    method = Method(point["engine"], point["profile"])  # translates profile names of earlier versions
     return method.engine, method.profile
 
 
@@ -133,7 +134,7 @@ def _lost(point: dict[str, Any]) -> int:
 
 
 def compared(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
-    """Return each scored point that is also in the baseline, without PIT's, to which the ratios refer."""
+    """Return each scored point that is also in the baseline, except for PIT's points, to which ratios refer."""
     both = [
         (scene.scene.name, point, found)
         for scene in bench.scenes
@@ -149,7 +150,7 @@ def compared(bench: Bench, before: dict[tuple[str, str, str, float], Before]) ->
 
 
 def _ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[float, float, float]:
-    """Return the ratio of two geometric means with its interval, by Welch's t at a level for the number of points."""
+    """Return the ratio of two geometric means, and its interval by Welch's t, corrected for the number of points."""
     one, other = ([math.log(value) for value in values if value > 0.0] for values in (now, then))
     if len(one) < 2 or len(other) < 2:
         return math.nan, math.nan, math.nan
@@ -167,13 +168,13 @@ def _digits(error: float) -> float:
 
 
 def baseline_answer(found: Sequence[Compared]) -> Iterator[str]:
-    """Yield the numbers of points that regressed, improved, and did not change; the worst by name."""
+    """Yield the numbers of points that regressed, improved and did not change, and the name of the worst."""
     if not found:
-        yield "The baseline has none of these points: bench the same scenes, engines and steps."
+        yield "The baseline has none of these points. Run it with the same scenes, engines and steps."
         return
     times = [one.time for one in found]
     counts = [f"{times.count(change)} {change.value}" for change in BaselineChange]
-    said = f"Run time against the baseline, of {formatting.count(len(found), 'point')}: {', '.join(counts)}"
+    said = f"Run time of {formatting.count(len(found), 'point')} compared with the baseline: {', '.join(counts)}"
     worst = max((one for one in found if one.time is BaselineChange.REGRESSED), key=lambda one: one.low, default=None)
     yield f"{said}; worst: {_name(worst)}, {_interval(worst)}." if worst else f"{said}."
     changed = [one for one in found if one.accuracy is not BaselineChange.SAME]
@@ -183,7 +184,7 @@ def baseline_answer(found: Sequence[Compared]) -> Iterator[str]:
 
 
 def baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
-    """Return a row for each changed point; in full, a row for every point."""
+    """Return a section with a row for each changed point; in full, with a row for every point."""
     columns = (
         Column("point", _name),
         Column("run time", lambda one: Cell(one.time.value, short=one.time.value)),
@@ -194,8 +195,8 @@ def baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
     )
     changed = [one for one in found if (one.time, one.accuracy) != (BaselineChange.SAME, BaselineChange.SAME)]
     note = (
-        f"Run time over PIT's in the same round, with an interval that holds for all points together at "
-        f"{CONFIDENCE:.0%}; a change is one by more than {LEAST_CHANGE:.0%} for sure."
+        f"Run time divided by PIT's in the same round, with a {CONFIDENCE:.0%} confidence interval for all points "
+        f"together. A point has changed if its whole interval differs from 1 by more than {LEAST_CHANGE:.0%}."
     )
     tables = [Table(columns, changed, title="Changes from the baseline", note=note)] * bool(changed)
     same = [one for one in found if one not in changed]

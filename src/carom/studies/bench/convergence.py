@@ -1,4 +1,4 @@
-"""The order of convergence: the slope of error against step on logarithmic axes, with its confidence interval."""
+"""Order of convergence: the slope of error against step on logarithmic axes, with its confidence interval."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from carom.comparator.thresholds import THRESHOLDS
 
 CONFIDENCE = 0.95
 
-#: Sampling alone has order 1. With an order surely below half of that, halving an error takes more than four times the
-#: steps, and a factor of 32 more than a thousand times the steps. Smaller steps are then no remedy.
+#: Smallest order that counts as converging. Sampling alone has order 1. With an order below half of that, more than
+#: four times the steps are needed to halve an error, so smaller steps do not help.
 LEAST_ORDER = 0.5
 
 
 class Convergence(Enum):
-    """Meaning of an order; the value is the phrase shown."""
+    """Meaning of an order. The value is the phrase shown."""
 
     EXACT = "exact at every step"
     CONVERGES = "converges"
     DOES_NOT_CONVERGE = "does not converge"
-    UNDECIDED = "not decided by these steps"
-    TOO_FEW = "too few steps to tell"
+    UNDECIDED = "undecided: the interval is too wide"
+    TOO_FEW = "too few steps"
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class ConvergenceOrder:
 
     Attributes:
         verdict: Meaning of the exponent's interval.
-        exponent: The slope on logarithmic axes; NaN where there are too few points.
+        exponent: The slope on logarithmic axes; NaN if there are too few points.
         low: Lower end of its confidence interval.
         high: Upper end.
         factor: Value at ``x = 1``.
-        points: Number of fitted points, which are those above rounding.
+        points: Number of fitted points, which have errors above rounding.
     """
 
     verdict: Convergence
@@ -50,7 +50,7 @@ class ConvergenceOrder:
 
 
 def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
-    """Fit the order of convergence of errors (without unit) to steps; errors at rounding are left out."""
+    """Fit the order of convergence of errors (without unit) against steps. Errors at rounding are omitted."""
     kept = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
     above = [(dt_s, error) for dt_s, error in kept if error > THRESHOLDS.rounding]
     if kept and not above:
@@ -68,10 +68,10 @@ def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrd
 
 
 def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float, float]:
-    """Return exponent, ends of its confidence interval, and factor of a power law through positive points.
+    """Return exponent, both ends of its confidence interval, and factor of a power law through positive points.
 
-    Least squares on the logarithms. The interval assumes independent, normal deviations from the line. It is NaN with
-    fewer than three points, the exponent with fewer than two.
+    The fit uses least squares on the logarithms. The interval assumes independent, normal deviations from the line.
+    With fewer than three points the interval is NaN, and with fewer than two also the exponent.
     """
     if len(set(x)) < 2:
         return math.nan, math.nan, math.nan, math.nan

@@ -1,4 +1,4 @@
-"""A bench as a document: accuracy against cost, with diagrams, and all numbers as files."""
+"""Document of `carom bench`: accuracy against run time, with diagrams, and all numbers as files."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ from carom.studies.bench.tables import TABLE_NOTE, TABLE_SHORT, method_table, po
 from carom.support.folders import file_name, write_files
 
 DIAGRAM_NOTE = (
-    "Full marks find every impact, crosses miss or invent some. Point at a mark, or step through them by keyboard, for "
-    "its numbers and its command."
+    "Crosses miss or invent impacts; all other marks find every impact. Point at a mark, or select it with the "
+    "keyboard, to see its numbers and its command."
 )
 
 
 def bench_document(
     bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
 ) -> Document:
-    """Return the document: for each scene its diagrams, its tables, omissions, and the conditions of its timing.
+    """Return the document of a bench: for each scene diagrams, tables, omissions, and the conditions of timing.
 
     Args:
         bench: The bench.
         axes: Diagrams to show.
-        baseline: Its points and their values in an earlier bench; None without one.
+        baseline: Comparison of the points with an earlier bench, or None.
     """
     targets = reached(bench)
     suite = (suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
@@ -71,14 +71,14 @@ def write_bench(
     axes: Sequence[Diagram] = tuple(Diagram),
     baseline: Sequence[Compared] | None = None,
 ) -> Path:
-    """Write `index.html`, `bench.json` and a diagram a scene and pair of axes, replacing older ones.
+    """Write `index.html`, `bench.json`, and one diagram per scene and pair of axes.
 
     Returns:
         The page.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder can't be written into, or holds files of others.
+        InputError: The folder is not writable, or contains foreign files.
     """
     require_report_extra()
     files: dict[str, str | bytes] = {
@@ -100,12 +100,12 @@ def _json(bench: Bench) -> str:
 
 
 def _diagrams_of(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:
-    """Return the diagrams that can be drawn: without run times only the one of errors against steps."""
+    """Return the diagrams that can be drawn. Without run times, that is only error against step."""
     return tuple(kind for kind in axes if scene.noise is not None or kind is Diagram.ERROR_DT)
 
 
 def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Sequence[float]) -> Iterator[Section]:
-    """Yield a scene's diagrams and tables; with several scenes a terminal shows only the table of all."""
+    """Yield a scene's diagrams and tables. With several scenes, a terminal shows only the table of all scenes."""
     figures = []
     for kind in _diagrams_of(scene, axes):
         draw = partial(diagram_svg, scene, kind, bench.plan.error)
@@ -119,29 +119,29 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
         described = (told, *described)
     yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], point_table(scene, bench.plan)))
     left_out = tuple(_unrun(scene))
-    yield Section("Left out, and why", (Lines(left_out, IN_FULL),) if left_out else (), level=3)
+    yield Section("Omitted points", (Lines(left_out, IN_FULL),) if left_out else (), level=3)
     if scene.noise is not None:
         how = (
-            f"Timed {scene.timed_at} in {formatting.count(scene.rounds, 'round')} of random order (seed "
-            f"{bench.plan.seed}), nothing observed and nothing else of this bench running. Noise: "
-            f"{_quiet(scene.noise)}."
+            f"Timed at {scene.timed_at} in {formatting.count(scene.rounds, 'round')} of random order (seed "
+            f"{bench.plan.seed}). Timed runs are not observed, and nothing else of this bench runs. Noise: "
+            f"{_describe_noise(scene.noise)}."
         )
         yield Section("How it was timed", (Text(how, IN_FULL),), level=3)
 
 
 def _scope(bench: Bench) -> Iterator[str]:
-    """Yield a sentence on points that were not scored or not timed, and why, if there are any."""
+    """Yield a sentence on points that were not scored or not timed, if there are any."""
     points = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
     if unrun or untimed:
         left = [f"{len(unrun)} not scored"] * bool(unrun) + [f"{len(untimed)} not timed"] * bool(untimed)
         reasons = {*unrun, *untimed}
-        why = f": {reasons.pop()}" if len(reasons) == 1 else "; the page says why"
-        yield f"Of {len(points)} points {formatting.listed(left)}{why}."
+        why = f": {reasons.pop()}" if len(reasons) == 1 else "; the page lists the reasons"
+        yield f"{formatting.capitalised(formatting.listed(left))} of {len(points)} points{why}."
 
 
 def _unrun(bench: SceneBench) -> Iterator[str]:
-    """Return a line for each reason why points were not scored or not timed."""
+    """Yield a line for each reason why points were not scored or not timed."""
     steps: dict[tuple[str, str], dict[str, list[str]]] = {}
     for curve in bench.curves:
         for point in curve.points:
@@ -157,9 +157,9 @@ def _unrun(bench: SceneBench) -> Iterator[str]:
             yield f"{who}, {what} at {at_steps}: {reason}"
 
 
-def _quiet(noise: Noise) -> str:
+def _describe_noise(noise: Noise) -> str:
     return (
-        f"the same {formatting.number(noise.work_s * 1e3)} ms of fixed work, {noise.probes} times between the visits: "
-        f"the middle half within {formatting.percent(noise.interquartile)}, the slowest "
-        f"{formatting.ratio(noise.worst)} that"
+        f"fixed work of {formatting.number(noise.work_s * 1e3)} ms was timed {noise.probes} times between the "
+        f"runs. The middle half of these times is within {formatting.percent(noise.interquartile)}; the slowest "
+        f"is {formatting.ratio(noise.worst)} the median"
     )

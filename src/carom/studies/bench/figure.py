@@ -1,4 +1,4 @@
-"""The diagrams of a bench: error against run time, error against the step, run time against the step."""
+"""Diagrams of a bench: error against run time, error against step, and run time against step."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH_IN, _HEIGHT_IN = 7.4, 4.8
-#: Exact results are drawn at the bottom of the diagram, half a decade below the least other error.
+#: Exact results are drawn at the bottom of the diagram, half a decade below the smallest other error.
 _FOOT = 10.0**0.5
 #: Errors with guide lines: a hundredth and a thousandth.
 _MARKED = (1e-2, 1e-3)
 
 
 def diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
-    """Return a diagram as SVG that takes its colours from the page around it; a narrow one fits a phone."""
+    """Return a diagram as SVG with the colours of the page. A narrow one fits a phone."""
     with drawing():
         points = [point for curve in bench.curves for point in curve.points]
         links = {point_anchor(bench.scene.name, point): point_name(point) for point in points}
@@ -75,7 +75,7 @@ def _figure(
 
 @dataclass
 class _Drawing:
-    """A diagram under construction, from exact results at the bottom to the largest error."""
+    """A diagram under construction. Exact results are at the bottom."""
 
     axes: Axes
     bench: SceneBench
@@ -117,8 +117,7 @@ class _Drawing:
             self.axes.plot(*zip(*(place for place, _ in kept), strict=True), **style)
             for (x, y), point in kept:
                 sound = self.kind is Diagram.TIME_DT or point.sound
-                # If impacts are missed or invented, the error is that of the others: it is marked by a cross, never a
-                # full mark.
+                # If impacts are missed or invented, the error is that of the other impacts, so the mark is a cross.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in kept:
@@ -149,7 +148,7 @@ class _Drawing:
             axes.set_xlim(min(times) / 1.6, 1.6 * max(times))
         else:
             steps = sorted({point.dt_s for point in points}, reverse=True)
-            axes.set_xlim(max(steps) * 1.2, min(steps) / 1.2)  # from coarse to fine in the direction of reading
+            axes.set_xlim(max(steps) * 1.2, min(steps) / 1.2)  # from coarse to fine, left to right
             axes.set_xticks(steps, [formatting.step(dt_s).removesuffix(" s") for dt_s in steps], fontsize=7.5)
             axes.set_xlabel("step, s")
             axes.minorticks_off()

@@ -1,4 +1,4 @@
-"""The hard-disc gas of the benches: equal discs in a square box."""
+"""Hard-disc gas for benches: equal discs in a square box."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 def hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
-    """Return equal discs of 0.5 m and 1 kg on a hexagonal lattice stretched to fill a square box, at rest as a whole.
+    """Return equal discs of 0.5 m and 1 kg on a hexagonal lattice in a square box, with a total momentum of 0.
 
     Args:
         discs: Number of discs.
-        packing: Share of the box's area that they cover.
+        packing: Fraction of the box's area that the discs cover.
         seed: Seed of the velocities, drawn from the Maxwell distribution and scaled to a kinetic energy of `discs`
             joules.
 
@@ -49,13 +49,13 @@ def hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
 def gas_scene(
     discs: int, packing: float, *, duration_s: float = 1e4, touching: bool = False, gravity: bool = False
 ) -> Scene:
-    """Return the same gas as a scene.
+    """Return a hard-disc gas as a scene.
 
     Args:
         discs: Number of discs.
-        packing: Share of the box's area that they cover.
+        packing: Fraction of the box's area that the discs cover.
         duration_s: Duration, seconds.
-        touching: Whether the outer discs touch the walls at the start, as the lattice has them; else no bodies touch.
+        touching: Whether the outer discs touch the walls at the start, as in the lattice; otherwise no bodies touch.
         gravity: Whether the discs fall.
     """
     from carom.model.scene import Disc, Scene, Wall

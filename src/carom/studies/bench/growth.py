@@ -1,4 +1,4 @@
-"""Growth of cost: run time and memory against the number of discs, plain and falling, with fitted exponents."""
+"""Growth bench: run time and memory against the number of discs, with and without gravity, with fitted exponents."""
 
 from __future__ import annotations
 
@@ -18,32 +18,34 @@ from carom.execution.job import Answer, Method, Progress, Status, UnsupportedErr
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.timing import Timing, time_run
+from carom.report import formatting
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import gas_scene
 from carom.studies.bench.options import GrowthOptions
 from carom.studies.bench.own_methods import OWN_METHODS, with_own_methods
 
-#: Numbers of discs: the first row for engines, the second for Carom's own methods.
+#: Numbers of discs for engines, and for Carom's own methods.
 SIZES = (10, 100, 300, 1_000, 3_000, 10_000)
 OWN_SIZES = (*SIZES, 30_000, 100_000)
 
-#: At this packing every disc has room to move, and most meet another within a second.
+#: Packing of the gas. Every disc has room to move, and most meet another one within a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: A simulated second, because in less time few of a hundred discs meet.
+#: Number of steps of a run: a simulated second, because few of a hundred discs meet in less time.
 STEPS = 240
 
-#: Below this many discs, fixed costs (a call, a box, the walls) hide the growth with their number.
+#: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.
 FIT_FROM = 100
 
-#: A run is repeated until it has taken this many seconds in all, or this often; the median counts.
+#: A run is repeated until it has taken this many seconds in total, or up to a largest number of times. The median
+#: counts.
 SHORT_S = 0.5
 REPEATS = 15
 
-#: A warm-up has no more discs than this.
+#: Largest number of discs in a warm-up.
 WARM = 1_000
 
-#: Starting a process and building the scene in it take about this long, without the run itself.
+#: Approximate time to start a process and to build the scene in it, seconds.
 START_S = 2.0
 
 
@@ -52,10 +54,10 @@ class Grown:
     """Cost of one run.
 
     Attributes:
-        timing: Its clocks.
+        timing: Run times.
         before_bytes: Memory of the process before the world was built, bytes.
-        peak_bytes: Its peak memory.
-        sitting: Start of the bench that ran it, UTC.
+        peak_bytes: Peak memory of the process, bytes.
+        sitting: Start of the session that ran it, UTC.
     """
 
     timing: Timing
@@ -66,7 +68,7 @@ class Grown:
 
 @dataclass(frozen=True)
 class GrowthTask:
-    """Run a gas of this many discs in a worker process of its own, whose memory nothing else has touched."""
+    """Runs a gas in a new worker process, so that nothing else affects its memory."""
 
     discs: int
     method: Method
@@ -79,7 +81,7 @@ class GrowthTask:
         return self.method.engine
 
     def carry_out(self) -> Grown:
-        """Return its cost.
+        """Return the cost of the run.
 
         Raises:
             UnsupportedError: The method does not support such a gas.
@@ -91,7 +93,7 @@ class GrowthTask:
         reason = unsupported_reason(scene, capabilities_of(adapter, profile), DT_S)
         if reason:
             raise UnsupportedError(reason)
-        # The memory of importing an engine is no part of a world.
+        # Warm up, so that the memory of importing an engine is not counted.
         small = scene if self.discs <= WARM else gas(WARM)
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = resident_bytes() or 0
@@ -104,12 +106,12 @@ class GrowthKey:
     """Identity of a run: only equal keys mean the same machine and versions.
 
     Attributes:
-        discs: How many.
+        discs: Number of discs.
         method: Engine and profile.
-        versions: Names and versions of all packages on which its cost depends.
+        versions: Names and versions of all packages that affect the cost.
         machine: See `carom.execution.environment.Environment.machine`.
         gravity: Whether the discs fall.
-        steps: Number of steps; 30 in a journal of an earlier version.
+        steps: Number of steps; 30 in journals of an earlier version.
     """
 
     discs: int
@@ -129,14 +131,14 @@ class GrowthPoint:
     """Results for one number of discs.
 
     Attributes:
-        discs: How many.
-        prepare_s: Seconds to build the world; NaN where it was not run.
-        advance_s: Seconds for all steps; NaN where it was not run.
-        memory_bytes: Peak memory of the process less its memory before the world was built; NaN likewise.
-        peak_bytes: Peak memory of the process; NaN likewise.
-        ratio: `advance_s` over PIT's with the same number of discs; NaN unless one bench ran both.
+        discs: Number of discs.
+        prepare_s: Seconds to build the world; NaN if it was not run.
+        advance_s: Seconds for all steps; NaN if it was not run.
+        memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if it was not run.
+        peak_bytes: Peak memory of the process; NaN if it was not run.
+        ratio: `advance_s` over PIT's with the same number of discs; NaN unless one session ran both.
         reason: Reason why it was not run; empty if it was.
-        sitting: Start of the bench that ran it, UTC; empty where it was not run.
+        sitting: Start of the session that ran it, UTC; empty if it was not run.
     """
 
     discs: int
@@ -151,14 +153,14 @@ class GrowthPoint:
 
 @dataclass(frozen=True)
 class GrowthCurve:
-    """Results of one engine's profile for all numbers of discs, plain or falling.
+    """Results of one engine and profile for all numbers of discs, with or without gravity.
 
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        points: From few discs to many.
-        time_exponent: Exponent of run time against the number of discs, with its interval: (exponent, low, high).
-        memory_exponent: The same of memory.
+        points: Points from few discs to many.
+        time_exponent: Exponent of run time against the number of discs, and its interval: (exponent, low, high).
+        memory_exponent: The same for memory.
         gravity: Whether the discs fall.
     """
 
@@ -175,7 +177,7 @@ class Growth:
     """A finished growth bench.
 
     Attributes:
-        curves: Two entries an engine: plain, and under gravity.
+        curves: Two entries per engine: without and with gravity.
         environment: Machine and versions.
         budget_s: Budget of each gas, seconds.
         command: The command that repeats the bench.
@@ -196,16 +198,16 @@ def growth(
     progress: Progress = no_progress,
     command: str = "",
 ) -> Growth:
-    """Run two gases with increasing numbers of discs, one process at a time, until the budget is used up.
+    """Run gases with and without gravity and with increasing numbers of discs, until the budget is used up.
 
     Args:
         options: Options of the bench.
-        notes: Journal of finished runs, to which new ones are added; runs omitted for lack of time are tried again.
+        notes: Journal of finished runs, to which new ones are added. Runs omitted for lack of time are tried again.
         progress: Called with (done, all, what).
         command: The command line to print.
 
     Raises:
-        UnknownNameError: There is no such engine.
+        UnknownNameError: An engine does not exist.
     """
     engine_names, profile, sizes, budget_s = options.engines, options.profile, options.sizes, options.budget_s
     notes = MemoryJournal[GrowthKey, Grown]() if notes is None else notes
@@ -225,7 +227,7 @@ def growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(wanted):
             before = time.perf_counter()
-            # Each engine has its own share of the budget, and what is left over by those that are done.
+            # Each engine has its own share of the budget, and the time that finished engines have left over.
             all_left_s = 2 * budget_s - (before - started)
             to_run = {(one.name, falls) for _, falls, one in wanted[done:]}
             shares_s = {
@@ -235,9 +237,7 @@ def growth(
             }
             own_s = shares_s.pop((info.name, gravity), 0.0)
             left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
-            what = (
-                f"{size} {'falling ' if gravity else ''}discs on {info.name}, at most {max(0.0, all_left_s):.0f} s left"
-            )
+            what = f"{size} {'falling ' if gravity else ''}discs on {info.name}{formatting.time_left(all_left_s)}"
             progress(done, len(wanted), what)
             own, method = points[info.name, gravity], _method(info.name, profile, engine_names)
             key = GrowthKey(size, method, versions_of(info.name), here.machine, gravity, STEPS)
@@ -258,30 +258,33 @@ def growth(
 
 
 def _method(engine: str, profile: str, asked: Sequence[str] | None) -> Method:
-    """Return the method to run; PIC and PIT have the requested profile only if they are requested by name."""
+    """Return the method to run. PIC and PIT use the requested profile only if they are requested by name."""
     own = {method.engine: method for method in OWN_METHODS if method.engine not in (asked or ())}
     return own.get(engine, Method(engine, profile))
 
 
 def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
-    """Return why a run is left out, judged by the runs before it; empty if it may be tried."""
+    """Return the reason to omit a run, according to the previous runs; an empty text if it may be tried."""
     if left_s <= 0:
         return "its share of the budget was used up; raise --budget"
-    if own and own[-1].reason:  # what failed with fewer discs fails with more
+    if own and own[-1].reason:  # a failure with fewer discs also occurs with more
         first = next(point for point in own if point.reason)
-        return f"as for {first.discs} discs"
+        return f"failed with {first.discs} discs"
     ran = [point for point in own if not point.reason]
     if len(ran) < 2:
         return ""
     last, before = ran[-1], ran[-2]
     spent, earlier = (point.advance_s + point.prepare_s for point in (last, before))
-    # Growth below proportion means fixed cost; from here on, cost grows at least in proportion.
+    # Fixed costs make growth less than proportional. For more discs, expect at least proportional growth.
     exponent = max(1.0, math.log(spent / earlier) / math.log(last.discs / before.discs))
     expected_s = spent * (size / last.discs) ** exponent
     if expected_s + START_S <= allowed_s:
         return ""
-    left = f"{max(allowed_s, 0):.0f} s are left"
-    return f"about {expected_s:.0f} s, judged by {last.discs} discs, and {left}; raise --budget or --time-limit"
+    left = f"only {max(allowed_s, 0):.0f} s are left"
+    return (
+        f"it would take about {expected_s:.0f} s according to the run with {last.discs} discs, and {left}; raise "
+        "--budget or --time-limit"
+    )
 
 
 def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
@@ -296,10 +299,10 @@ def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
 
 
 def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the points from the last one that cost less than the one before it.
+    """Return the points from the last one on that cost less than its predecessor.
 
-    A decrease with more discs means another method (PIC solves two discs by a closed form), and a power law through
-    both methods would fit neither.
+    If the cost decreases with more discs, the method has changed: PIC solves two discs by a closed form. A power law
+    through both methods would fit neither.
     """
     falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
     return list(points[falls[-1] if falls else 0 :])

@@ -1,4 +1,4 @@
-"""The growth bench as a document with its diagrams, and its files."""
+"""Document of the growth bench: diagrams, tables and files."""
 
 from __future__ import annotations
 
@@ -57,10 +57,10 @@ _SIMULATED_S = STEPS * DT_S
 
 
 def growth_document(growth: Growth) -> Document:
-    """Return run time and memory against the number of discs."""
+    """Return a document of run time and memory against the number of discs."""
     figures = (
-        Figure(partial(_svg, growth, False), "Run time of a simulated second. Dashed: under gravity."),
-        Figure(partial(_svg, growth, True), "Memory. Dashed: under gravity."),
+        Figure(partial(_svg, growth, False), "Run time per simulated second. Dashed: with gravity."),
+        Figure(partial(_svg, growth, True), "Memory. Dashed: with gravity."),
     )
     left_out = tuple(
         f"{_method(curve)}{_gas(curve)}, {point.discs} discs, not run: {point.reason}"
@@ -73,14 +73,14 @@ def growth_document(growth: Growth) -> Document:
         Headline.of(_answer(growth)),
         (
             Section("Cost as work grows", (Figures(figures, large=True), *_tables(growth))),
-            Section("Left out, and why", (Lines(left_out, IN_FULL),) if left_out else (), level=3),
+            Section("Omitted runs", (Lines(left_out, IN_FULL),) if left_out else (), level=3),
             *making(growth.environment, growth.command, growth.elapsed_s),
         ),
     )
 
 
 def _answer(growth: Growth) -> Iterator[str]:
-    """Yield the cost of a simulated second with the most discs that an engine ran, and its growth, for each gas."""
+    """Yield for each gas the run time with the largest number of discs that an engine ran, and its growth."""
     for gravity in (False, True):
         curves = [curve for curve in growth.curves if curve.gravity == gravity and _ran(curve)]
         engines = [curve for curve in curves if curve.engine not in {"pic", "pit"}] or curves
@@ -112,7 +112,7 @@ def _cost(point: GrowthPoint) -> str:
 
 def _grows(curve: GrowthCurve) -> str:
     value, _, _ = curve.time_exponent
-    return "" if math.isnan(value) else f" (as n^{value:.2f})"
+    return "" if math.isnan(value) else f" (grows as n^{value:.2f})"
 
 
 def _gas(curve: GrowthCurve) -> str:
@@ -142,15 +142,15 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
                 ),
             ),
             plain,
-            title="Growth with the number of discs n, from 100 discs on",
-            note="A second: run time of a simulated second. Fits: least squares on logarithmic axes, with 95 % "
-            "interval; where run time falls as discs are added, the method has changed, so only "
-            "later points are fitted.",
+            title="Growth with the number of discs n, from 100 discs upwards",
+            note="A second: run time per simulated second with the largest number of discs. Exponents are fitted by "
+            "least squares on logarithmic axes, with a 95 % interval. If the run time decreases with more discs, "
+            "the method has changed, and only later points are fitted.",
         ),
         Table(
             (
                 Column("point", lambda at: Cell(_name(*at), anchor=_anchor(*at))),
-                Column("a step, ms", lambda at: formatting.number(1e3 * at[1].advance_s / STEPS, 3), number=True),
+                Column("per step, ms", lambda at: formatting.number(1e3 * at[1].advance_s / STEPS, 3), number=True),
                 Column("over PIT's", lambda at: formatting.ratio(at[1].ratio), number=True),
                 Column("prepare, s", lambda at: formatting.number(at[1].prepare_s, 3), number=True),
                 Column("memory, MiB", lambda at: formatting.number(at[1].memory_bytes / _MIB, 3), number=True),
@@ -158,11 +158,11 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
                 Column("command", lambda at: _command(*at), only=PAGE),
             ),
             [(curve, point) for curve in growth.curves for point in _ran(curve)],
-            title="Every run",
-            note=f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {formatting.step(DT_S)}; each run "
-            "in a process of its own, one at a time. Preparation is not in a step. Over PIT's: run time over that of "
-            "PIT for the same discs in the same session; only this ratio may be compared with another machine. Memory: "
-            "peak of the process, minus its memory before the world was built.",
+            title="All runs",
+            note=f"Gas at packing {PACKING:g} in a square box, {STEPS} steps of {formatting.step(DT_S)}. Each run has "
+            "its own process, and only one runs at a time. The time per step excludes preparation. Over PIT's: "
+            "run time divided by PIT's with the same discs in the same session; only this ratio can be compared "
+            "between machines. Memory: peak of the process, minus its memory before the world was built.",
             only=IN_FULL,
         ),
     )
@@ -173,7 +173,7 @@ def _name(curve: GrowthCurve, point: GrowthPoint) -> str:
 
 
 def _anchor(curve: GrowthCurve, point: GrowthPoint) -> str:
-    """Return the name of a run's row within the page."""
+    """Return the anchor of a run's row within the page."""
     return quote(f"{curve.engine}/{curve.profile}/{point.discs}{'/falling' if curve.gravity else ''}")
 
 
@@ -187,7 +187,7 @@ def _ran(curve: GrowthCurve) -> list[GrowthPoint]:
 
 
 def _most(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
-    """Return a column's text for the most discs that were run."""
+    """Return a column's text for the largest number of discs that was run."""
     return lambda curve: say(ran[-1]) if (ran := _ran(curve)) else formatting.ABSENT
 
 
@@ -201,7 +201,7 @@ def _power(exponent: tuple[float, float, float]) -> Cell:
 
 
 def _svg(growth: Growth, memory: bool, narrow: bool = False) -> str:
-    """Return run time (or memory) against the number of discs as SVG; a narrow one fits a phone."""
+    """Return run time (or memory) against the number of discs as SVG. A narrow one fits a phone."""
     links = {_anchor(curve, point): _name(curve, point) for curve in growth.curves for point in _ran(curve)}
     with drawing():
         figure = _figure(growth, memory, narrow=narrow)
@@ -209,7 +209,7 @@ def _svg(growth: Growth, memory: bool, narrow: bool = False) -> str:
 
 
 def _figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narrow: bool = False) -> drawn.Figure:
-    what = "Memory" if memory else "Run time of a simulated second"
+    what = "Memory" if memory else "Run time per simulated second"
     title = what if narrow else f"{what} against the number of discs"
     figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
@@ -232,7 +232,7 @@ def _figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narrow: b
         name = f"{_SHOWN.get(curve.engine, curve.engine)}{_gas(curve)}{grows}"
         ends.append(LineEnd(*places[-1][:2], name, style["color"]))
     axes.set_xlabel("discs")
-    axes.set_ylabel("memory of the world, MiB" if memory else "run time of a simulated second, s")
+    axes.set_ylabel("memory of the world, MiB" if memory else "run time per simulated second, s")
     axes.xaxis.set_major_formatter(plain_number)
     axes.yaxis.set_major_formatter(plain_number)
     finish(axes)
@@ -241,11 +241,11 @@ def _figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narrow: b
 
 
 def write_growth(growth: Growth, folder: Path) -> Path:
-    """Write `growth.html`, `growth.json` and the diagrams as SVG and PNG; return the page.
+    """Write `growth.html`, `growth.json` and the diagrams as SVG and PNG, and return the path of the page.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder can't be written into, or holds files of others.
+        InputError: The folder is not writable, or contains foreign files.
     """
     require_report_extra()
     foot = stamp_lines(growth.environment, growth.command)

@@ -1,4 +1,4 @@
-"""Noise of a machine: the same fixed work, timed repeatedly between the measurements."""
+"""Noise of a machine, from fixed work that is timed repeatedly between the measurements."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: Intended time of one piece of fixed work on a quiet machine, seconds: long against the clock's resolution, short
-#: against the measurements.
+#: Intended time of one piece of fixed work on a quiet machine, seconds. It is much longer than the clock's resolution,
+#: and much shorter than the measurements.
 PROBE_S = 1e-3
 
 
@@ -23,7 +23,7 @@ class Spread:
 
 
 def spread(values: list[float]) -> Spread:
-    """Return median and quartiles; one value is all three."""
+    """Return median and quartiles. For a single value, all three are that value."""
     low, median, high = (float(q) for q in np.percentile(values, (25, 50, 75)))
     return Spread(median, low, high)
 
@@ -34,8 +34,8 @@ class Noise:
 
     Attributes:
         work_s: Median time, seconds.
-        interquartile: Range of the middle half of all probes, over the median.
-        worst: Time of the slowest probe, over the median.
+        interquartile: Range of the middle half of all probes, divided by the median.
+        worst: Time of the slowest probe, divided by the median.
         probes: Number of probes.
     """
 
@@ -46,7 +46,7 @@ class Noise:
 
 
 class NoiseProbe:
-    """Fixed work in plain Python, sized at first to take about a millisecond."""
+    """Fixed work in plain Python that takes about a millisecond."""
 
     def __init__(self) -> None:
         self._loops = 1000
@@ -54,7 +54,7 @@ class NoiseProbe:
         for _ in range(9):
             self._loops = max(1, round(self._loops * PROBE_S / self._work()))
             trials.append(self._loops)
-        self._loops = round(statistics.median(trials[3:]))  # the first few only find the size
+        self._loops = round(statistics.median(trials[3:]))  # the first few only determine the size
         self._times: list[float] = []
 
     def take(self) -> None:
@@ -62,7 +62,7 @@ class NoiseProbe:
         self._times.append(self._work())
 
     def noise(self) -> Noise:
-        """Return the spread of the probes; there must be at least one."""
+        """Return the spread of the probes. There must be at least one."""
         found = spread(self._times)
         return Noise(
             found.median, (found.high - found.low) / found.median, max(self._times) / found.median, len(self._times)

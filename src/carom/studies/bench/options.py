@@ -1,4 +1,4 @@
-"""Options of a bench, and of a growth bench: see `carom.support.options`."""
+"""Options of a bench and of a growth bench; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carom.studies.bench.series import STEPS, geometric_steps
 from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
 from carom.support.options import flag, fraction, measure, name, one_of, option, seconds, step, whole
 
-#: Fewer rounds have no useful spread.
+#: Smallest number of rounds with a useful spread.
 LEAST_ROUNDS = 3
 
 #: Default budget of a bench for each scene, or of a growth bench for each gas, seconds.
@@ -23,7 +23,7 @@ def step_series(text: str) -> tuple[float, ...]:
     """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``.
 
     Raises:
-        ValueError: It is neither.
+        ValueError: The text is neither.
     """
     if ".." not in text:
         return (fraction(text),)
@@ -36,7 +36,7 @@ def step_series(text: str) -> tuple[float, ...]:
 
 
 def own_methods() -> Any:
-    """Declare whether Carom's own methods run."""
+    """Declare the option to run Carom's own methods."""
     return option(True, flag(), "Run PIC and PIT in addition to the chosen engines.", "--own/--no-own")
 
 
@@ -48,19 +48,19 @@ class BenchPlan(LimitOptions):
         engines: Names of adapters; None for all.
         dts: Steps, seconds; None for each scene's own series.
         profiles: Names of profiles.
-        phases: Number of starts, evenly spread over a step, at which each job is scored.
+        phases: Number of start positions, evenly spread over a step, at which each job is scored.
         error: Kind of error.
-        target: The error for which the first line names the cheapest engine.
-        rounds: Rounds of the timing pass.
-        seed: Seed of the order of its visits.
-        budget_s: Budget of a scene, seconds: half for scoring, half for timing. What does not fit is left out with a
+        target: Error for which the cheapest engine is named.
+        rounds: Number of rounds of the timing pass.
+        seed: Seed of the random order within a round.
+        budget_s: Budget of a scene, seconds: half for scoring, half for timing. Jobs that do not fit are omitted with a
             reason.
-        timing: Whether to time at all.
-        own: Whether PIC and PIT also run, whichever engines are chosen, to show the cost of exact results and of
+        timing: Whether to measure run times.
+        own: Whether PIC and PIT also run, in addition to the chosen engines, to show the cost of exact results and of
             sampling.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     engines: Sequence[str] | None = engine_names()
@@ -98,12 +98,12 @@ class GrowthOptions(LimitOptions):
         engines: Names of adapters; None for all.
         profile: Name of the profile.
         sizes: Numbers of discs; None for `carom.studies.bench.growth.SIZES`, and `OWN_SIZES` for Carom's own methods.
-        budget_s: Budget of a gas, seconds; a run that would exceed the rest, judged by the one before, is left out with
-            a reason.
-        own: Whether PIC and PIT also run, whichever engines are chosen.
+        budget_s: Budget of a gas, seconds. A run that would exceed the rest according to the previous run is omitted
+            with a reason.
+        own: Whether PIC and PIT also run, in addition to the chosen engines.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     engines: Sequence[str] | None = engine_names()

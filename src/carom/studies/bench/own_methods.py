@@ -9,7 +9,7 @@ from carom.execution.engines import describe_engines
 from carom.execution.job import PIT_METHOD, Method
 from carom.execution.pool import Pool
 
-#: PIC: its error does not depend on the step, and its run time is the cost of exact results.
+#: PIC. Its error does not depend on the step, and its run time is the cost of exact results.
 EXACT_METHOD = Method("pic", "event-driven")
 
 OWN_METHODS = (EXACT_METHOD, PIT_METHOD)
@@ -18,13 +18,13 @@ OWN_METHODS = (EXACT_METHOD, PIT_METHOD)
 def with_own_methods(
     infos: Sequence[EngineInfo], asked: Sequence[str] | None, pool: Pool, *, own: bool
 ) -> list[EngineInfo]:
-    """Return engines with PIC and PIT first, or without those of the two that were not named.
+    """Return engines with PIC and PIT first. Without `own`, PIC and PIT are only included if they were requested.
 
     Args:
         infos: Descriptions of the engines.
         asked: Names of the requested adapters; None for all.
         pool: Pool for describing adapters; it stays open.
-        own: Whether PIC and PIT run, whichever engines are requested.
+        own: Whether PIC and PIT run in addition to the requested engines.
     """
     added = [method.engine for method in OWN_METHODS if method.engine not in (asked or ())]
     others = [info for info in infos if info.name not in added]

@@ -1,4 +1,4 @@
-"""Results of a bench: points, curves, and the front of points that no other beats."""
+"""Results of a bench: points, curves, and the Pareto front of error and run time."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from carom.studies.bench.timing_pass import At, CellTiming
 
 @dataclass(frozen=True)
 class Point:
-    """One engine's profile at one step on one scene.
+    """Result of one engine and profile at one step on one scene.
 
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
         dt_s: Step, seconds.
-        error: Largest error over all starts; NaN where no impact was found or nothing was run.
-        error_median: The median over the starts.
-        error_least: The least.
+        error: Largest error over all starts; NaN if no impact was found or nothing was run.
+        error_median: Median error over the starts.
+        error_least: Smallest error over the starts.
         phases: Number of scored starts.
-        expected: Impacts of the reference, over all starts.
-        missed: Impacts missed, over all starts.
-        spurious: Impacts invented, over all starts.
+        expected: Number of impacts of the reference, over all starts.
+        missed: Number of missed impacts, over all starts.
+        spurious: Number of invented impacts, over all starts.
         reason: Reason why there is no error; empty if there is one.
-        timing: Its run times; None where it was not timed.
+        timing: Run times; None if it was not timed.
         untimed: Reason why it was not timed.
     """
 
@@ -53,30 +53,30 @@ class Point:
 
     @property
     def sound(self) -> bool:
-        """Whether every impact was found, none invented, and the error is a number."""
+        """Whether every impact was found, none was invented, and the error is known."""
         return not self.reason and not self.missed and not self.spurious and math.isfinite(self.error)
 
     @property
     def lost(self) -> int:
-        """Impacts missed and invented, over all starts."""
+        """Number of missed and invented impacts, over all starts."""
         return self.missed + self.spurious
 
     @property
     def at(self) -> At:
-        """Its method and step."""
+        """Method and step of the point."""
         return Method(self.engine, self.profile), self.dt_s
 
 
 @dataclass(frozen=True)
 class Curve:
-    """All points of one engine's profile on one scene, from the coarsest step on.
+    """All points of one engine and profile on one scene.
 
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        points: From coarse to fine.
-        order: The fitted order of convergence, of the sound points.
-        cheapest: The point of least run time that meets the target; None where none does.
+        points: Points from coarse to fine steps.
+        order: The fitted order of convergence of the sound points.
+        cheapest: The point of smallest run time that meets the target; None if there is none.
     """
 
     engine: str
@@ -87,12 +87,12 @@ class Curve:
 
     @property
     def exact(self) -> bool:
-        """Whether it is PIC's."""
+        """Whether this is PIC's curve."""
         return Method(self.engine, self.profile) == EXACT_METHOD
 
     @property
     def best(self) -> Point | None:
-        """The point of least error, or else with the fewest missed and invented impacts; None where none was scored."""
+        """The sound point of smallest error, otherwise the point with fewest lost impacts; None if none was scored."""
         scored = [point for point in self.points if not point.reason]
         return min(scored, key=lambda point: (not point.sound, point.lost, point.error, run_s(point)), default=None)
 
@@ -103,12 +103,12 @@ class SceneBench:
 
     Attributes:
         scene: The scene.
-        curves: By engine and profile.
-        front: Points that no other except PIC beats in both error and run time, from fast to exact.
-        cheapest: The point of least run time that meets the target; None where none does.
-        noise: Spread of fixed work while this scene was timed; None where it was not.
-        rounds: Rounds of its timing pass.
-        timed_at: Time of the timing pass, UTC; in a resumed bench it may be an earlier one.
+        curves: One entry per engine and profile.
+        front: Points that no other point except PIC's beats in both error and run time, from fast to exact.
+        cheapest: The point of smallest run time that meets the target; None if there is none.
+        noise: Spread of fixed work while this scene was timed; None if it was not timed.
+        rounds: Number of rounds of the timing pass.
+        timed_at: Time of the timing pass, UTC. It is earlier than the bench if the bench was resumed.
     """
 
     scene: Scene
@@ -121,20 +121,20 @@ class SceneBench:
 
     @property
     def exact(self) -> Point | None:
-        """PIC's point of least run time; None where it was not run, or is not exact to rounding."""
+        """PIC's point of smallest run time; None if PIC was not run or is not exact to rounding."""
         points = [point for curve in self.curves if curve.exact for point in curve.points if point.sound]
         return min((p for p in points if p.error <= THRESHOLDS.rounding), key=run_s, default=None)
 
     @property
     def engines(self) -> list[Curve]:
-        """The curves of engines, best first; if none was run, that of PIT."""
+        """The curves of engines, best first; PIT's curve if no engine was run."""
         for own in ({"pic", "pit"}, {"pic"}):
             if found := [curve for curve in self.curves if curve.engine not in own]:
                 return best_first(found)
         return []
 
     def cheapest_engine(self, target: float) -> Point | None:
-        """Return an engine's cheapest point that reaches a target; None where none does."""
+        """Return the cheapest point of all engines that reaches a target; None if none does."""
         return cheapest([point for curve in self.engines for point in curve.points], target)
 
 
@@ -143,10 +143,10 @@ class Bench:
     """A finished bench.
 
     Attributes:
-        scenes: One entry a scene.
+        scenes: One entry per scene.
         plan: Options of the bench.
         environment: Machine and versions.
-        command: The command that makes this again.
+        command: The command that repeats the bench.
         elapsed_s: Wall-clock seconds.
     """
 
@@ -158,34 +158,34 @@ class Bench:
 
 
 def run_s(point: Point | None) -> float:
-    """Return the run time of all steps, seconds; infinite where there is no point, or it was not timed."""
+    """Return the run time of all steps, seconds; infinity if there is no point or it was not timed."""
     return point.timing.advance_s.median if point is not None and point.timing else math.inf
 
 
 def pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Return the sound, timed points that no other one beats in both run time and error, from fast to exact."""
+    """Return the sound, timed points that no other point beats in both run time and error, from fast to exact."""
     front: list[Point] = []
     for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (run_s(p), p.error)):
-        # Equal methods differ by rounding, which does not count as accuracy.
+        # Differences by rounding do not count as accuracy.
         if not front or point.error < front[-1].error - THRESHOLDS.rounding:
             front.append(point)
     return tuple(front)
 
 
 def cheapest(points: Sequence[Point], target: float) -> Point | None:
-    """Return the sound point of least run time whose error is at most the target, None where there is none."""
+    """Return the sound point of smallest run time whose error is at most the target; None if there is none."""
     meeting = [point for point in points if point.sound and point.timing and point.error <= target]
     return min(meeting, key=run_s, default=None)
 
 
 def best_first(curves: Iterable[Curve]) -> list[Curve]:
-    """Return curves by their best points: those that find every impact by error and run time, the others by losses."""
+    """Sort curves by their best points: first sound points by error and run time, then others by lost impacts."""
 
     def place(curve: Curve) -> tuple[bool, bool, float, float, float]:
         best = curve.best
         if best is None:
             return (True, True, math.inf, math.inf, math.inf)
-        # Errors that are shown alike count as equal; the faster method is then the better one.
+        # Errors that look equal in tables count as equal. Then the faster method is better.
         error = 0.0 if best.error <= THRESHOLDS.rounding else float(f"{best.error:.1e}")
         return (False, not best.sound, best.lost / max(1, best.expected), error, run_s(best))
 

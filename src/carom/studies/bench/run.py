@@ -1,4 +1,4 @@
-"""Error against run time: a scoring pass, then a timing pass with nothing else running, and the combined result."""
+"""Execution of a bench: a scoring pass, then a timing pass with nothing else running, and the combined result."""
 
 from __future__ import annotations
 
@@ -43,20 +43,20 @@ def work_precision(
     """Score every job, time every method at every scored step, and fit convergence.
 
     Args:
-        scenes: Scenes, no two of one name.
+        scenes: Scenes with different names.
         plan: Options of the bench.
-        pool: Pool of the scoring pass; it is closed before the timing pass begins.
+        pool: Worker pool of the scoring pass. It is closed before the timing pass.
         notes: Journal of scoring results, to which new ones are added.
         timings: Journal of timed scenes, to which new ones are added.
         progress: Called with (done, all, what).
         command: The command line to print.
 
     Raises:
-        InputError: There is no scene, or two have one name.
-        UnknownNameError: There is no such engine or profile.
+        InputError: There is no scene, or two scenes have the same name.
+        UnknownNameError: An engine or profile does not exist.
     """
     started = time.perf_counter()
-    with pool:  # its processes have ended when the timing pass begins
+    with pool:  # ends its processes before the timing pass
         infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
         profiles = select_profiles(infos, plan.profiles)
         infos = with_own_methods(infos, plan.engines, pool, own=plan.own)
@@ -88,10 +88,10 @@ def work_precision(
 def _jobs(
     scenes: Sequence[Scene], infos: Sequence[EngineInfo], profiles: Sequence[str], plan: BenchPlan, pool: Pool
 ) -> tuple[list[Job], Methods]:
-    """Return every job of the scoring pass, and the descriptions of its methods.
+    """Return all jobs of the scoring pass, and the descriptions of their methods.
 
-    PIC runs only at the coarsest step, because neither its error nor its run time depends on the step. PIC and PIT run
-    with the requested profiles only if they are requested by name.
+    PIC runs only at the coarsest step, because its error and run time do not depend on the step. PIC and PIT use the
+    requested profiles only if they are requested by name.
     """
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or default_steps(scene)), reverse=True) for scene in plain}

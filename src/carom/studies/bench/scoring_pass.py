@@ -1,4 +1,4 @@
-"""Scoring pass: every method of a scene at finer and finer steps, as far as the scene's budget permits."""
+"""Scoring pass: runs every method of a scene at finer and finer steps, as far as the scene's budget permits."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class ScoringPass:
 
     Attributes:
         jobs: Every job of the scene.
-        methods: Descriptions of their methods.
-        budget_s: Seconds that the pass may take; the coarsest step is always scored.
-        pool: Pool that runs the jobs; it stays open.
+        methods: Descriptions of the jobs' methods.
+        budget_s: Budget of the pass, seconds. The coarsest step is always scored.
+        pool: Worker pool, which stays open.
         notes: Journal of results, to which new ones are added.
         progress: Called with (done, all, what).
         before: Number of finished jobs of other scenes.
@@ -42,10 +42,10 @@ class ScoringPass:
     total: int
 
     def run(self) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
-        """Return the results, and the reasons why some methods have none at some steps.
+        """Return the results, and the reasons for missing results by method and step.
 
-        All methods take a step while all fit into the rest of the budget. Then the best profile of each engine goes
-        first, so that every engine gets the finest step that the budget permits.
+        All methods run a step while all fit into the rest of the budget. After that, the best profile of each engine
+        runs first, so that every engine gets the finest step that the budget permits.
         """
         results: dict[JobKey, Answer[Measures]] = {}
         unscored: dict[At, str] = {}
@@ -63,7 +63,7 @@ class ScoringPass:
                 own = at_level[method]
                 more = sum(steps_of(job) for job in own if self._missing(job))
                 if more and step_s * (steps + more) > left_s:
-                    beyond = f"beyond the {self.budget_s:.0f} s for scoring this scene; raise --budget"
+                    beyond = f"the {self.budget_s:.0f} s for scoring this scene are used up; raise --budget"
                     unscored[method, own[0].dt_s] = beyond
                     continue
                 steps += more
@@ -77,13 +77,12 @@ class ScoringPass:
         return results, unscored
 
     def _shown(self, done: int, left_s: float, step: str) -> Progress:
-        """Return progress with the scene, the step and the time left."""
+        """Return a progress function that adds the step and the time left."""
         until_s = time.perf_counter() + left_s
 
         def show(now: int, _all: int, what: str) -> None:
-            left = max(0.0, until_s - time.perf_counter())
-            at_most = f", at most {left:.0f} s left" if math.isfinite(left) else ""
-            self.progress(self.before + done + now, self.total, f"scoring {what} at {step}{at_most}")
+            left = formatting.time_left(until_s - time.perf_counter())
+            self.progress(self.before + done + now, self.total, f"scoring {what} at {step}{left}")
 
         return show
 
@@ -93,7 +92,7 @@ class ScoringPass:
     def _best_first(
         self, methods: Mapping[Method, Sequence[Job]], results: Mapping[JobKey, Answer[Measures]]
     ) -> list[Method]:
-        """Return the best profile of each engine, then the second best: fewest impacts lost, then the least error."""
+        """Return the best profile of each engine, then each second best: by lost impacts, then by error."""
 
         def badness(method: Method) -> tuple[int, float]:
             found = [job for job in self.jobs if job.method == method and job_key(job) in results]

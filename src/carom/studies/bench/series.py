@@ -1,4 +1,4 @@
-"""Series of steps: given by their ends, and a scene's default."""
+"""Series of steps: geometric, and the default of a scene."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Default series of steps: from the scene's frame to one finer by the ratio of 1/60 s to 1/10000 s. The number of steps
-#: is what a fitted order needs for a useful confidence interval.
+#: Finest step of the default series, as a fraction of the scene's frame. The default number of steps gives a fitted
+#: order a useful confidence interval.
 FINEST = 60 / 10_000
 STEPS = 6
 
 
 def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
-    """Return this many steps, evenly spread on a logarithmic axis; whole frame rates where both ends are.
+    """Return steps that are evenly spread on a logarithmic axis. If both ends have whole frame rates, all steps do.
 
     Raises:
         InputError: An end is not a positive number, or there are fewer than two steps.
@@ -26,11 +26,11 @@ def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[flo
         if not 0 < value < math.inf:
             raise InputError(f"{name} must be a positive number of seconds, got {value}")
     if count < 2:
-        raise InputError(f"a series of steps needs two of them or more, got {count}")
+        raise InputError(f"a series needs at least two steps, got {count}")
     coarsest_s, finest_s = max(coarsest_s, finest_s), min(coarsest_s, finest_s)
     rates = [(1 / coarsest_s) * (coarsest_s / finest_s) ** (k / (count - 1)) for k in range(count)]
     ends = rates[0], rates[-1]
-    if all(round(rate) >= 1 and abs(rate - round(rate)) < 1e-9 * rate for rate in ends):  # a float holds 1/60 to 1e-16
+    if all(round(rate) >= 1 and abs(rate - round(rate)) < 1e-9 * rate for rate in ends):  # floats hold 1/60 to 1e-16
         rates = [float(round(rate)) for rate in rates]
         return tuple(1.0 / rate for rate in dict.fromkeys(rates))
     return (coarsest_s, *(1.0 / rate for rate in rates[1:-1]), finest_s)

@@ -1,4 +1,4 @@
-"""Tables of a bench: accuracy and cost of each method, its error at each step, and all points."""
+"""Tables of a bench: accuracy and run time of each method, its error at each step, and all points."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from carom.studies.bench.result import Bench, Curve, Point, SceneBench, best_fir
 from carom.studies.bench.timing_pass import CellTiming
 
 TABLE_NOTE = (
-    "Best first. Least error: over all steps that find every impact at every start; if there is none, the number of "
-    "missed (-) and spurious (+) impacts at the best step. Columns of an error: run time of the cheapest step that "
-    "reaches it and finds every impact; empty if no step does. Order: least-squares fit of error against step on "
-    "logarithmic axes, without steps that miss an impact or reach rounding; sampling alone has order 1, and an "
-    "interval below 1/2 is called not converging."
+    "The best method is first. Least error: the smallest over all steps that find every impact at every start; "
+    "without such a step, the missed (-) and spurious (+) impacts at the best step. Columns headed by an error: "
+    "run time of the cheapest step that reaches this error and finds every impact; empty if no step does. Order: "
+    "slope of error against step on logarithmic axes, without steps that miss an impact or reach rounding. "
+    "Checking once per step has order 1. An interval below 1/2 counts as not converging."
 )
-TABLE_SHORT = "ms: run time; order: exponent of the error in the step; -n, +n: impacts missed, spurious"
+TABLE_SHORT = "ms: run time; order: error grows as step^order; -n, +n: missed, spurious impacts"
 EXACT = "exact"
 
-#: A smaller error is written as a number, because 0.0009 % is hard to read.
+#: Smallest error that is shown in per cent, because 0.0009 % is hard to read.
 LEAST_PERCENT = 1e-4
 
-#: Number of targets, the finest, for which a terminal has room.
+#: Number of targets on a terminal: the finest ones.
 TARGETS_SHOWN = 3
 
 #: The first column of every table of a bench.
@@ -53,7 +53,7 @@ def error_text(error: float, kind: ErrorKind) -> str:
 
 
 def reached(bench: Bench) -> list[float]:
-    """Return the targets that engines reach on a scene, from coarse to fine; rounding is last, for exact results."""
+    """Return the targets that engines reach on a scene, from coarse to fine. Rounding is last, for exact results."""
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     every = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
     asked = sorted({bench.plan.target, *TARGETS}, reverse=True)
@@ -66,7 +66,7 @@ def _meets(point: Point, target: float) -> bool:
 
 
 def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
-    """Return a row a method, best first: its least error with the cost, and the cost of each target."""
+    """Return a table with one row per method, best first: smallest error, and run time for each target."""
 
     def best(say: Callable[[Point], Cell | str]) -> Callable[[Curve], Cell | str]:
         return lambda curve: "" if curve.best is None else say(curve.best)
@@ -78,22 +78,24 @@ def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -
         Column("at", lambda curve: _step(curve, curve.best), "step", number=True),
         *(
             Column(error_text(target, kind), partial(_cost, scene, target), "ms", number=True, only=only)
-            for target, only in zip(targets, _shown_where(targets), strict=True)
+            # A terminal shows the run time of exact results once: next to their error.
+            for target, only in zip(targets, _shown_where(targets, exact=IN_FULL), strict=True)
         ),
         Column("order", lambda curve: _order(curve.order)),
         Column("steps that find all", _sound, number=True, only=IN_FULL),
     ]
-    return Table(columns, best_first(scene.curves), title=f"{scene.scene.name}: what each method gives for what cost")
+    return Table(columns, best_first(scene.curves), title=f"{scene.scene.name}: accuracy and run time of each method")
 
 
-def _shown_where(targets: Sequence[float]) -> list[Media]:
-    """Return where the column of each target is shown; a terminal shows only the finest, and rounding."""
-    hidden = max(0, sum(target > THRESHOLDS.rounding for target in targets) - TARGETS_SHOWN)
-    return [IN_FULL] * hidden + [EVERYWHERE] * (len(targets) - hidden)
+def _shown_where(targets: Sequence[float], exact: Media = EVERYWHERE) -> list[Media]:
+    """Return the media that show each target. A terminal shows only the finest ones, and rounding where asked."""
+    errors = sum(target > THRESHOLDS.rounding for target in targets)
+    hidden = max(0, errors - TARGETS_SHOWN)
+    return [IN_FULL] * hidden + [EVERYWHERE] * (errors - hidden) + [exact] * (len(targets) - errors)
 
 
 def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
-    """Return a row a method over several scenes: the number on which it finds every impact, and reaches each target."""
+    """Return a table with one row per method: the numbers of scenes with no loss, and with each target reached."""
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
     by_method = formatting.together(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
@@ -109,10 +111,9 @@ def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     methods = [_Method(engine, profile, tuple(own)) for (engine, profile), own in by_method.items()]
     return Table(
         columns,
-        sorted(methods, key=lambda method: [-len(method.reaching(target)) for target in reversed(targets)]),
-        title=f"Every method on {formatting.count(len(bench.scenes), 'scene')}",
-        note="Found all: scenes with every impact found. n, ×: scenes that reach the error, and median run time over "  # noqa: RUF001
-        "that of PIC. Order: exponent of the error in the step.",
+        sorted(methods, key=lambda method: method.rank(targets)),
+        title=f"All methods on {formatting.count(len(bench.scenes), 'scene')}",
+        note="n, ×: scenes that reach the error, median run time over PIC's; order: exponent",  # noqa: RUF001
     )
 
 
@@ -130,6 +131,22 @@ class _Method(NamedTuple):
     def reaching(self, target: float) -> list[SceneBench]:
         return [scene for scene, curve in self.curves if any(_meets(point, target) for point in curve.points)]
 
+    def cost(self, target: float) -> float:
+        """Return the median run time for a target over that of PIC; NaN if none is known."""
+        cheap = [(scene, cheapest(curve.points, target)) for scene, curve in self.curves]
+        costs = [run_s(point) / run_s(scene.exact) for scene, point in cheap]
+        known = [cost for cost in costs if 0 < cost < math.inf]  # an untimed point has no cost
+        return statistics.median(known) if known else math.nan
+
+    def rank(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
+        """Return the sort key: first by the number of scenes that reach the finest target, last by cost."""
+        finest_first = list(reversed(targets))
+        costs = [self.cost(target) for target in finest_first]
+        return (
+            [-len(self.reaching(target)) for target in finest_first],
+            [math.inf if math.isnan(cost) else cost for cost in costs],
+        )
+
 
 def _share(method: _Method, count: int) -> str:
     return f"{count} of {len(method.curves)}"
@@ -139,27 +156,24 @@ def _median_order(method: _Method) -> str:
     orders = [curve.order for _, curve in method.curves]
     if all(order.verdict is Convergence.EXACT for order in orders):
         return EXACT
-    known = [order.exponent for order in orders if not math.isnan(order.low)]  # of three steps or more
+    known = [order.exponent for order in orders if not math.isnan(order.low)]  # from three steps or more
     return f"{statistics.median(known):.2f}" if known else ""
 
 
 def _reach(target: float, method: _Method) -> Cell:
     scenes = method.reaching(target)
-    costs = [
-        run_s(cheapest(curve.points, target)) / run_s(scene.exact) for scene, curve in method.curves if scene in scenes
-    ]
-    known = [cost for cost in costs if 0 < cost < math.inf]  # an untimed point has no cost
-    cost = f", {formatting.ratio(statistics.median(known))}" if known else ""
+    found = method.cost(target)
+    cost = "" if math.isnan(found) else f", {formatting.ratio(found)}"
     short = f"{len(scenes)}{cost.removesuffix(' ×')}"  # noqa: RUF001 - the sign of a ratio
     return Cell(f"{_share(method, len(scenes))}{cost}", short=short) if scenes else Cell("")
 
 
 def _order(order: ConvergenceOrder) -> Cell:
     if math.isnan(order.exponent):
-        return Cell(order.verdict.value, short=EXACT if order.verdict is Convergence.EXACT else "")
+        return Cell(order.verdict.value, short=EXACT if order.verdict is Convergence.EXACT else formatting.ABSENT)
     short = f"{order.exponent:.2f}"
     if math.isnan(order.low):
-        return Cell(f"{formatting.number(order.exponent)} from two", order.verdict.value, short=short)
+        return Cell(f"{formatting.number(order.exponent)} from two steps", order.verdict.value, short=short)
     interval = f"{formatting.number(order.low, 3)} to {formatting.number(order.high, 3)}"
     return Cell(f"{formatting.number(order.exponent, 3)} ({interval})", order.verdict.value, short=short)
 
@@ -179,7 +193,7 @@ def _least(kind: ErrorKind, curve: Curve) -> Cell:
 
 
 def losses(point: Point) -> str:
-    """Return a point's numbers of missed, invented and all impacts over its starts."""
+    """Describe a point's missed and invented impacts over all starts."""
     lost = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
     return (
         f"{formatting.listed(lost)} of {formatting.count(point.expected, 'impact')}"
@@ -195,11 +209,11 @@ def _step(curve: Curve, point: Point | None) -> str:
 
 
 def _cost(scene: SceneBench, target: float, curve: Curve) -> Cell:
-    """Return the cheapest point that reaches a target: its run time, its step, and the ratio to PIC."""
+    """Return a cell for the cheapest point that reaches a target: run time, step, and ratio to PIC."""
     point = cheapest(curve.points, target)
     if point is None or point.timing is None:
         met = next((p for p in curve.points if _meets(p, target)), None)
-        why = f"not timed: {(met and met.untimed) or 'no timing pass'}"
+        why = f"not timed: {(met and met.untimed) or 'there was no timing pass'}"
         return Cell("") if met is None else Cell("reached", title=why, short="yes")
     spent = milliseconds(point.timing.advance_s)
     notes = [f"at {formatting.step(point.dt_s)}", f"{milliseconds(point.timing.whole_s)} ms with preparation"]
@@ -221,15 +235,15 @@ def _clock(say: Callable[[CellTiming], str]) -> Callable[[Point], str]:
     return lambda point: "" if point.timing is None else say(point.timing)
 
 
-#: Both run times, with the cost without any collision in separate columns.
+#: Columns for points. The cost without collisions has separate columns.
 _POINT_COLUMNS = (
     Column("error", _error, number=True),
-    Column("luckiest start", lambda point: formatting.number(point.error_least), number=True, only=ON_PAPER),
+    Column("smallest over starts", lambda point: formatting.number(point.error_least), number=True, only=ON_PAPER),
     Column("all steps, ms", _clock(lambda timing: milliseconds(timing.advance_s)), number=True),
     Column("spread", _clock(lambda timing: _spread(timing.advance_s)), number=True),
     Column("prepare, ms", _clock(lambda timing: milliseconds(timing.prepare_s)), number=True),
     Column("whole, ms", _clock(lambda timing: milliseconds(timing.whole_s)), number=True),
-    Column("a step, µs", _clock(lambda timing: _microseconds(timing.step_s)), number=True),
+    Column("per step, µs", _clock(lambda timing: _microseconds(timing.step_s)), number=True),
     Column("empty world, µs", _clock(lambda timing: _microseconds(timing.empty_s.median / timing.steps)), number=True),
     Column("call, µs", _clock(lambda timing: _microseconds(timing.call_s / timing.steps)), number=True),
     Column("net, µs", _clock(lambda timing: _microseconds(timing.net_s.median / timing.steps)), number=True),
@@ -241,7 +255,7 @@ _POINT_COLUMNS = (
 
 
 def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
-    """Return a row for each point of the diagrams: its numbers, and the command that repeats them."""
+    """Return a table with one row per point of the diagrams: its numbers, and the command that repeats it."""
     name = bench.scene.name
     return Table(
         (
@@ -250,14 +264,14 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
             Column("command", partial(_command, name, plan), only=PAGE),
         ),
         [point for curve in bench.curves for point in curve.points if not point.reason],
-        title=f"{name}: every point",
-        note=f"{formatting.capitalised(plan.error.meaning)}; the largest of {formatting.count(plan.phases, 'start')} "
-        "spread evenly over a step. -1 +2: impacts missed and invented, over all starts; the error is then that of "
-        "all other impacts. Medians over rounds; spread is the distance between the quartiles over the median. Empty "
-        "world: a step of one disc at rest. Call: the cost of one Python call, divided by the steps that it takes. "
-        "Net: the rest. Whole: with preparation. Ratios are to PIT at the same step in the same round; times are this "
-        "machine's, and only ratios may be compared with another run.",
-        folded="The numbers of every point, and the command that makes it again",
+        title=f"{name}: all points",
+        note=f"{formatting.capitalised(plan.error.meaning)}; the largest over {formatting.count(plan.phases, 'start')} "
+        "that are spread evenly over a step. -1 +2: missed and invented impacts over all starts; the error is "
+        "then that of all other impacts. Times are medians over rounds. Spread: distance between the quartiles, "
+        "divided by the median. Empty world: a step of one disc at rest. Call: one Python call, divided by its "
+        "number of steps. Net: the rest. Whole: with preparation. Ratios compare with PIT at the same step in "
+        "the same round. Times are valid for this machine and session; only ratios can be compared with others.",
+        folded="The numbers of all points, and the commands that repeat them",
         css="cells",
         only=IN_FULL,
     )
@@ -269,7 +283,7 @@ def point_name(point: Point) -> str:
 
 
 def point_anchor(scene: str, point: Point) -> str:
-    """Return the name of a point's row within the page."""
+    """Return the anchor of a point's row within the page."""
     return quote(f"{scene}/{point.engine}/{point.profile}/{point.dt_s!r}")
 
 

@@ -1,7 +1,7 @@
-"""Timing pass: unobserved runs, one at a time, in several rounds of random order; ratios are within a round.
+"""Timing pass: unobserved runs, one at a time, in several rounds of random order. Ratios are within a round.
 
-One time is of all steps in as few calls as the adapter allows, the other includes the world's preparation. Two more
-measure the cost without any collision: Python's call into the world, and as many steps of an empty world.
+One time covers all steps in as few calls as the adapter allows. Another one includes the world's preparation. Two more
+times measure the cost without collisions: Python's call into the world, and the same number of steps of an empty world.
 """
 
 from __future__ import annotations
@@ -24,30 +24,31 @@ from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks
 from carom.execution.timing import time_run
 from carom.model.scene import Disc, Scene
+from carom.report import formatting
 from carom.studies.bench.noise import Noise, NoiseProbe, Spread, spread
 from carom.studies.bench.options import LEAST_ROUNDS
 from carom.support.formatting import seconds
 
-#: A visit repeats a short run for this many seconds, so that effects of clock and caches are small.
+#: A visit repeats a short run for this many seconds to reduce effects of clock and caches.
 VISIT_S = 5e-3
 MOST_REPEATS = 50
 
-#: Steps for which an empty world is timed; its cost a step does not change after that.
+#: Number of steps for which an empty world is timed. Further steps do not change the cost per step.
 EMPTY_STEPS = 1000
 
-#: A method at a step, seconds, to be timed on a scene.
+#: A method and a step, seconds.
 At = tuple[Method, float]
 
 
 @dataclass(frozen=True)
 class Visit:
-    """One visit of a method at a step in one round, medians of its repeats, seconds.
+    """One visit of a method at a step in one round: medians of its repeats, seconds.
 
     Attributes:
         prepare_s: Time to build the world.
         advance_s: Time of all steps.
-        call_s: Time of a call that takes no steps; NaN if the adapter does not accept such a call.
-        empty_s: Time of as many steps of an empty world, without the call.
+        call_s: Time of a call with no steps; NaN if the adapter does not accept such a call.
+        empty_s: Time of the same number of steps of an empty world, without the call.
     """
 
     prepare_s: float
@@ -57,7 +58,7 @@ class Visit:
 
     @property
     def whole_s(self) -> float:
-        """The whole cost, preparation included."""
+        """Run time including preparation."""
         return self.prepare_s + self.advance_s
 
     @property
@@ -68,7 +69,7 @@ class Visit:
 
 @dataclass(frozen=True)
 class VisitTask:
-    """Time a scene by a method at a step, in a worker process that has timed it before."""
+    """Times a scene with a method at a step, in a worker process that has timed it before."""
 
     scene: Scene
     at: At
@@ -93,27 +94,27 @@ class VisitTask:
 
 
 def empty_world(scene: Scene) -> Scene:
-    """Return the scene of an empty world: one disc at rest, no wall."""
+    """Return a scene for an empty world: one disc at rest and no wall."""
     radius_m = max(disc.radius_m for disc in scene.discs)
     return Scene(name="empty", discs=[Disc(position_m=(0.0, 0.0), radius_m=radius_m)], duration_s=scene.duration_s)
 
 
 @dataclass(frozen=True)
 class CellTiming:
-    """Timing of a method at a step, over all rounds; seconds.
+    """Timing of a method at a step over all rounds, seconds.
 
     Attributes:
         steps: Steps of the run.
         rounds: Number of rounds.
         advance_s: Time of all steps.
         prepare_s: Time to build the world.
-        whole_s: Sum of both.
-        call_s: Part of `advance_s` for Python's call into the world; NaN where the adapter takes no call of no steps.
-        empty_s: Part of `advance_s` for as many steps of an empty world.
+        whole_s: Sum of `advance_s` and `prepare_s`.
+        call_s: Part of `advance_s` for Python's call into the world; NaN if the adapter accepts no call with no steps.
+        empty_s: Part of `advance_s` for the same number of steps of an empty world.
         net_s: Part of `advance_s` for this scene's own work.
-        ratio: `advance_s` over that of PIT at the same step in the same round; None where PIT was not timed there.
+        ratio: `advance_s` over PIT's at the same step in the same round; None if PIT was not timed.
         whole_ratio: The same for `whole_s`.
-        ratios: `advance_s` over that of PIT, of each round; empty in a file of an earlier version.
+        ratios: `advance_s` over PIT's for each round; empty in files of an earlier version.
     """
 
     steps: int
@@ -130,7 +131,7 @@ class CellTiming:
 
     @property
     def step_s(self) -> float:
-        """Seconds a step, the median."""
+        """Median time per step, seconds."""
         return self.advance_s.median / self.steps
 
 
@@ -142,7 +143,7 @@ class TimingKey:
         scene: Name of the scene, for readers.
         scene_sha256: Hash of the scene.
         asked: Timed methods and steps, in order.
-        versions: Versions of each engine and of all that its numbers depend on.
+        versions: Versions of the engines and of all packages that affect their numbers.
         machine: See `carom.execution.environment.Environment.machine`.
         seed: Seed of the order of visits.
     """
@@ -161,8 +162,8 @@ class SceneTiming:
 
     Attributes:
         date: Time of the pass, UTC.
-        timings: Timings of the timed methods and steps.
-        untimed: Reasons for those that were not timed.
+        timings: Timings by method and step.
+        untimed: Reasons for methods and steps that were not timed.
         rounds: Number of rounds.
         noise: Spread of fixed work during the pass.
     """
@@ -175,7 +176,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether something was left untimed, so that a repetition may time it."""
+        """Whether something was not timed, so that a repetition may time it."""
         return bool(self.untimed)
 
 
@@ -193,17 +194,17 @@ timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntr
 
 @dataclass(frozen=True)
 class TimeScene(DependentTasks[SceneTiming]):
-    """Time a scene by several methods at several steps. The caller ensures that nothing else is running.
+    """Times a scene with several methods at several steps. The caller ensures that nothing else is running.
 
-    Each is warmed up once. In each round every one is visited once, in random order. PIT at each step is always
-    included.
+    Each method and step is warmed up once. In each round, each is visited once, in random order. PIT is included at
+    each step.
 
     Attributes:
         scene: The scene.
         asked: Methods and steps to time.
         rounds: Number of rounds; fewer, but at least three, if the budget is short.
         seed: Seed of the order of visits.
-        budget_s: Budget of the pass, seconds; what does not fit is left out with a reason.
+        budget_s: Budget of the pass, seconds. Methods that do not fit are omitted with a reason.
         progress: Called with (done, all, what).
     """
 
@@ -220,7 +221,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         return PIT_METHOD.engine
 
     def run(self, runner: TaskRunner) -> Answer[SceneTiming]:
-        """Return the timings; each engine has one worker process for all its visits."""
+        """Return the timings. Each engine has one worker process for all its visits."""
         scene, progress = self.scene, self.progress
         kept = set(self.asked)
         pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in kept}, reverse=True)]
@@ -236,7 +237,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         for turn in range(rounds):
             began = time.perf_counter()
             if turn >= LEAST_ROUNDS and began + last_s > until_s:
-                rounds = turn  # the machine was slower than in the warm-up
+                rounds = turn  # slower than in the warm-up
                 break
             for place, k in enumerate(draw.permutation(len(tasks))):
                 at = list(tasks)[k]
@@ -247,9 +248,8 @@ class TimeScene(DependentTasks[SceneTiming]):
                         untimed[at] = answer.said
                     else:
                         visits[at].append(answer.value)
-                left_s = max(0.0, until_s - time.perf_counter())
-                at_most = f", at most {left_s:.0f} s left" if math.isfinite(left_s) else ""
-                what = f"timing {scene.name} on {at[0].engine} at {seconds(at[1])}{at_most}"
+                left = formatting.time_left(until_s - time.perf_counter())
+                what = f"timing {scene.name} on {at[0].engine} at {formatting.step(at[1])}{left}"
                 progress(turn * len(tasks) + place + 1, rounds * len(tasks), what)
             last_s = time.perf_counter() - began
         probe.take()
@@ -271,7 +271,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 def _warm_up(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
-    """Return the cost of one visit of each, seconds, and the reasons why some have none; from coarse to fine."""
+    """Return the cost of one visit of each method and step, seconds, and the reasons for those without."""
     costs: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}
@@ -300,17 +300,19 @@ def _warm_up(
 
 
 def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
-    """Return the number of rounds that fit; if the least number does not, leave out the most expensive."""
+    """Return the number of rounds that fit. If the smallest number does not fit, omit the most expensive methods."""
 
     def round_s() -> float:
         return sum(max(cost, VISIT_S) for cost in costs.values())
 
     while costs and round_s() * LEAST_ROUNDS > max(left_s, 0.0):
         most_expensive = max(costs, key=lambda at: costs[at])
-        if costs[most_expensive] <= VISIT_S:  # nothing more can be left out
+        if costs[most_expensive] <= VISIT_S:  # nothing more can be omitted
             break
         cost = costs.pop(most_expensive)
-        untimed[most_expensive] = f"{seconds(cost)} a run is more than the timing budget has left; raise --budget"
+        untimed[most_expensive] = (
+            f"a run takes {seconds(cost)}, more than the rest of the timing budget; raise --budget"
+        )
     if not costs:
         return LEAST_ROUNDS
     return max(LEAST_ROUNDS, int(min(rounds, left_s / round_s())))
@@ -318,7 +320,7 @@ def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: fl
 
 def _summary(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
     calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
-    # The k-th visit of each is in round k, so both sides of a ratio ran under the same conditions.
+    # All k-th visits are in round k, so both sides of a ratio ran under the same conditions.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
     ratios = tuple(own.advance_s / base.advance_s for own, base in rounds)
     return CellTiming(

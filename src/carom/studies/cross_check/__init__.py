@@ -1,1 +1,1 @@
-"""Scenes on engines, each run scored against PIC: the report of `carom run`."""
+"""Study: runs scenes on engines, and scores each run against PIC. It makes the report of `carom run`."""

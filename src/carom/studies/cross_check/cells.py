@@ -1,4 +1,4 @@
-"""Sections with every run: all cells at every step, their impacts, their spread over phases, run times and settings."""
+"""Sections with every run: all cells at every step, their impacts, spread over phases, run times and settings."""
 
 from __future__ import annotations
 
@@ -15,29 +15,36 @@ from carom.model.trace import Trace, pair_name
 from carom.report import formatting
 from carom.report.document import DETAIL, ON_PAPER, PAGE, Cell, Column, Section, Table, Text
 from carom.report.record import RowLine
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst
 
-#: Largest number of runs and of impacts that are listed impact by impact.
+#: Largest number of listed cells: a browser takes seconds for this many.
+MOST_CELLS = 10_000
+
+#: Largest number of runs with a table of impacts, and of impacts in such a table.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
 
 SPREAD_NOTE = (
-    "Each cell was run again with its scene shifted along its own motion by parts of a step, because one start can be "
-    "lucky. Where two discs meet, the share that PIT must miss has a closed form."
+    "One start may be lucky. So each cell was run again with its scene shifted along its own motion by fractions "
+    "of a step. For two discs, the share of starts at which PIT must miss has a closed form."
 )
 RUN_TIME_NOTE = (
-    "Run time of all steps over PIT's for the same scene and step; below 1 is faster than PIT. Medians over scenes."
+    "Run time of all steps divided by PIT's for the same scene and step. Below 1 is faster than PIT. Medians "
+    "over scenes."
 )
 RUN_TIME_DETAIL = (
-    "Both times are measured in one run, at each scene's coarsest step. Carom's PIT skips frames at which nothing can "
-    "touch. Bit-identical repeats: the number of timed scenes in which all runs ended with the same positions and "
-    "velocities, each in a fresh world of one process."
+    "Both times are measured in one session, at each scene's coarsest step. Carom's PIT skips frames at which "
+    "nothing can touch. Bit-identical repeats: scenes in which all timed runs, each in a new world of one "
+    "process, ended with the same positions and velocities."
 )
-SETTINGS_NOTE = "Read back from the engine where possible, at the coarsest step of the first scene that the engine ran."
+SETTINGS_NOTE = (
+    "Settings at the coarsest step of the first scene that the engine ran. They are read back from the engine where "
+    "possible."
+)
 
 
 def spread_section(grid: Grid) -> Section:
-    """Return every cell that was run at several phases; PIC, which does not depend on the phase, is left out."""
+    """Return all cells that were run at several phases, except for PIC, which does not depend on the phase."""
     cells = [
         (cell, cell.line.dt_s, cell.line.spread)
         for cell in grid.runs
@@ -64,7 +71,7 @@ def spread_section(grid: Grid) -> Section:
 
 
 class _RunTimes(NamedTuple):
-    """Run times of a method over PIT's, and whether its timed runs ended in the same bits."""
+    """Run times of a method over PIT's, and whether its timed runs ended with the same bits."""
 
     column: GridColumn
     ratios: list[float]
@@ -117,13 +124,13 @@ def settings_section(grid: Grid) -> Section:
 
 
 def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -> str:
-    """Describe a profile, and the settings tried instead of its own."""
+    """Describe a profile, and the settings that replace its own."""
     method = column.method
     own = profiles.get(method.engine, {}).get(method.profile, "")
     if not method.tried:
         return own
     values = ", ".join(f"{name} = {formatting.setting(value)}" for name, value in method.tried)
-    return f"Tried, and no profile's own: {values}. Instead of these, {method.profile}: {own}"
+    return f"With settings of no profile: {values}. Other settings are those of {method.profile}: {own}"
 
 
 def _settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
@@ -156,9 +163,10 @@ def cells_section(grid: Grid) -> Section:
         *(Column(metric.metadata["name"], partial(_metric, metric.name)) for metric in dataclasses.fields(Errors)),
         Column("verdicts", lambda cell: Cell("; ".join(cell.reasons), css="prose")),
     )
-    count = formatting.count(len(grid.runs), "cell")
-    table = Table(columns, grid.runs, folded=count, css="cells", only=PAGE, packed=True)
-    return Section("Every cell, at every step", (table,))
+    cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
+    table = Table(columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=PAGE, packed=True)
+    more = f"The {MOST_CELLS:,} cells with the worst grades of {len(grid.runs):,}: results.jsonl has all."
+    return Section("All cells at all steps", (table, *((Text(more, PAGE),) if len(cells) < len(grid.runs) else ())))
 
 
 def _metric(name: str, cell: GridCell) -> str:
@@ -172,7 +180,7 @@ def _metric(name: str, cell: GridCell) -> str:
 
 
 class _Impact(NamedTuple):
-    """An impact of the reference or a spurious one, with its errors in a run."""
+    """An impact of the reference, or a spurious one, with its errors in a run."""
 
     bodies: str
     time_s: float | None
@@ -181,7 +189,7 @@ class _Impact(NamedTuple):
 
 
 def _error_column(head: str, digits: int, say: Callable[[float, ImpactError], float]) -> Column:
-    """Return a column with a number of a found impact, from its true time and its errors."""
+    """Return a column with a number that is computed from a found impact's exact time and errors."""
 
     def text(impact: _Impact) -> str:
         value = math.nan if impact.error is None or impact.time_s is None else say(impact.time_s, impact.error)
@@ -204,7 +212,7 @@ _COLUMNS = (
     _error_column("direction, degrees", 3, lambda _, error: math.degrees(error.direction_rad)),
     _error_column("restitution", 6, lambda _, error: error.restitution),
 )
-#: A further column where discs turn.
+#: Additional column if discs turn.
 _SPIN_COLUMN = _error_column("spin error", 3, lambda _, error: error.spin)
 
 
@@ -226,7 +234,7 @@ def impact_tables_section(grid: Grid) -> Section:
             only=DETAIL,
         )
         tables.append(table)
-    return Section("Impact by impact", tuple(tables), only=DETAIL)
+    return Section("Impacts of each run", tuple(tables), only=DETAIL)
 
 
 def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Impact]:

@@ -1,4 +1,4 @@
-"""Demonstration: an engine that misses an impact, and a page on which to throw the same discs."""
+"""Demonstration: an engine that misses an impact, and a play page with the same discs."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from carom.web.page import page_html, with_gallery
 
 _SCENE, _PROFILE = "paper/missed", "default"
 
-#: Tried first where it is installed: it has a wheel for every CPython, and starts quickly.
+#: Engine that is tried first, because it has a wheel for every CPython and starts quickly.
 _FIRST = "pymunk"
 
 
 @dataclass(frozen=True, repr=False)
 class Demo:
-    """An engine that misses an impact, and a page on which the discs of the same scene can be thrown.
+    """An engine that misses an impact, and the play page of the same scene.
 
     Attributes:
-        replay: The engine's run next to the exact one.
-        page: The page.
-        opened: Whether a browser was asked to open it.
+        replay: The engine's run next to the exact run.
+        page: Path of the play page.
+        opened: Whether the page was opened in a browser.
     """
 
     replay: Replay
@@ -41,29 +41,34 @@ class Demo:
     def __repr__(self) -> str:
         observed, missed = self.replay.observed, self.replay.score.missed
         method = observed.method if observed.method == PIT_METHOD.engine else f"{observed.method} with default settings"
-        rate = f"{1 / observed.dt_s:g} steps a second"
+        rate = f"{1 / observed.dt_s:g} steps per second"
         due = formatting.count(self.replay.score.expected, "impact")
         when = float(self.replay.reference.impacts["time_s"][missed[0]])
         told = f"{method} misses {len(missed)} of {due} at {rate}; the first is at {formatting.number(when, 4)} s."
-        return f"{told}\nThrow the discs yourself: {self.page}"
+        return f"{told}\nPlay page, to throw the discs yourself: {self.page}"
 
     def _repr_html_(self) -> str | None:
         return self.replay._repr_html_()
 
 
 def demo(path: str | Path | None = None) -> Demo:
-    """Run an engine that misses an impact, and open the page of ``carom play`` on its scene where there is a display.
+    """Run an engine that misses an impact, and open the play page of the same scene if there is a display.
 
-    The engine is pymunk as shipped, another one where that is not installed, and Carom's own PIT where none is. In a
-    notebook the answer shows its replay, next to the exact run.
+    The engine is pymunk with default settings; if it is not installed, another engine or PIT. In a notebook the result
+    shows a replay next to the exact run.
 
     Args:
-        path: The page to write, ``.html``; in a new folder for temporary files by default.
+        path: Path of the page, ``.html`` (default: in a new temporary folder).
 
     Raises:
-        AdapterError: No method that could be run misses the impact.
-        InputError: The path ends otherwise.
+        AdapterError: No installed method misses the impact.
+        InputError: The path does not end in ``.html``.
         OSError: The page can't be written.
+
+    Examples:
+        >>> shown = carom.demo("demo.html")
+        >>> shown.page.name
+        'demo.html'
     """
     if path is not None and Path(path).suffix != ".html":
         raise InputError(f"the demo page must end in .html, got {str(path)!r}")
@@ -74,7 +79,7 @@ def demo(path: str | Path | None = None) -> Demo:
 
 
 def _missed() -> Replay:
-    """Return the replay of the first engine that misses an impact; PIT does by the scene's design."""
+    """Return the replay of the first method that misses an impact. PIT always does in this scene."""
     reference = solve_pic(_SCENE)
     for name in _methods():
         try:
@@ -83,11 +88,11 @@ def _missed() -> Replay:
             continue
         if found.score.missed:
             return found
-    raise AdapterError(f"no method that is installed misses the impact of {_SCENE}")
+    raise AdapterError(f"no installed method misses the impact of {_SCENE}")
 
 
 def _methods() -> Iterator[str]:
-    """Yield names in the order of trial; other engines are looked up only if the first does not miss."""
+    """Yield methods in the order of trial. Other engines are only looked up if the first does not miss."""
     yield _FIRST
     yield from (info.name for info in engines() if info.available and info.engine != "Carom" and info.name != _FIRST)
     yield PIT_METHOD.engine

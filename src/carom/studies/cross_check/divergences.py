@@ -1,4 +1,4 @@
-"""Pictures of faults: the source paper's cases under PIT, and the worst runs, each next to its reference."""
+"""Pictures of faults: the source paper's cases with PIT, and the worst runs, each next to its reference."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from carom.report.picture import draw_pair
 from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: Group of the source paper's four cases, which are always shown for the paper's method, PIT.
+#: Group of the source paper's four cases. They are always shown with the paper's method, PIT.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 
 PICTURE_NOTE = (
-    "PIC is next to the run, to one scale; where everything moves along one line, position is drawn against time. "
-    "Outline with a number: start; tinted: at an impact; filled: end; dots: frames; dashed: frames around a missed "
-    "impact."
+    "PIC is shown next to the run, to the same scale. If everything moves along one line, position is drawn "
+    "against time. Outline with a number: start. Tinted: at an impact. Filled: end. Dots: frames. Dashed: frames "
+    "around a missed impact."
 )
 
 
 class Divergence(NamedTuple):
-    """One run next to its reference."""
+    """A run next to its reference."""
 
     cell: GridCell
     reference: Trace
@@ -38,13 +38,13 @@ def picture_sections(grid: Grid) -> Iterator[Section]:
     paper, worst = find_divergences(grid)
     if paper or worst:
         yield Section("What goes wrong", (Text(PICTURE_NOTE, ON_PAPER),))
-    for heading, shown in (("The source paper's cases, by PIT", paper), ("The worst of the other scenes", worst)):
+    for heading, shown in (("The source paper's cases with PIT", paper), ("The worst runs of other scenes", worst)):
         if shown:
             yield Section(heading, (Pairs(tuple(map(_pair, shown))),), level=3)
 
 
 def _pair(entry: Divergence) -> Pair:
-    """Return a picture with the method, the step, and every verdict with its numbers."""
+    """Return a pair of pictures with method, step, and all verdicts with their numbers."""
     cell, reference, observed = entry
     scene, name = reference.scene, cell.column.name
     said = f"{name} at {formatting.step(observed.dt_s)}: {'; '.join(cell.reasons)}."
@@ -64,11 +64,11 @@ def _pair(entry: Divergence) -> Pair:
 def find_divergences(
     grid: Grid, *, most_discs: int = MOST_DISCS_DRAWN
 ) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
-    """Find the paper's cases under PIT, and the worst runs of other scenes, no scene twice, the worst first.
+    """Find the paper's cases with PIT, and the worst run of each other scene, the worst first.
 
     Args:
         grid: The grid.
-        most_discs: Scenes of more discs are left out.
+        most_discs: Scenes with more discs are omitted.
     """
     cells = [
         Divergence(cell, reference, cell.row.trace)
@@ -89,7 +89,7 @@ def find_divergences(
 
 
 def _badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
-    """Return the sort key of a run: grade, share of wrong impacts, engines before PIT, velocity, energy."""
+    """Return the sort key of a run: grade, share of wrong impacts, engines before PIT, velocity error, energy error."""
     velocity = 0.0 if math.isnan(cell.errors.velocity) else cell.errors.velocity
     share = (cell.missed + cell.invented) / max(1, cell.expected)
     return (cell.mark.rank or 0, share, not cell.column.own, velocity, abs(cell.errors.energy))

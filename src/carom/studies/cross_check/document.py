@@ -1,4 +1,4 @@
-"""Report of a cross-check: results -> grid -> sections, called once in the order of the page."""
+"""Report of a cross-check. The document is built from results in two steps: grid, then sections in page order."""
 
 from __future__ import annotations
 
@@ -29,12 +29,14 @@ from carom.studies.cross_check.trend import trend_section
 from carom.support.folders import write_files
 
 ABOUT = (
-    "PIC computes the instant of each impact and is the reference. PIT checks for overlap once per step, so it finds "
-    "impacts late or misses them; each engine is compared with both."
+    "PIC computes the instant of each impact and is the reference. PIT checks for overlap once per step, so it "
+    "finds impacts late or misses them. Each engine is compared with both."
 )
-FROM_RECORDS = "Rebuilt from results.jsonl, which holds no states: replays and pictures need the command that made it."
+FROM_RECORDS = (
+    "This report was rebuilt from results.jsonl, which contains no states. Replays and pictures need a new run."
+)
 
-#: What a folder of a cross-check is for.
+#: Name of the study in its output folders.
 PURPOSE = "cross-check"
 
 
@@ -79,8 +81,8 @@ class Report:
     Attributes:
         results: The reported results. A row that can't be written or replayed is replaced by a failure.
         document: The content of its page.
-        files: Its files by their names in the folder: `index.html`, `report.md`, `results.jsonl` and `junit.xml`, and
-            `play.html` with the scenes whose discs can be thrown, to which replays of them lead.
+        files: Content of the files by name: `index.html`, `report.md`, `results.jsonl`, `junit.xml`, and `play.html`
+            with the scenes that the play page can show.
     """
 
     results: Results
@@ -88,10 +90,10 @@ class Report:
     files: Mapping[str, str]
 
     def write(self, folder: Path) -> Path:
-        """Write all files, replacing older ones, and return the page: each is renamed into place when it is whole.
+        """Write all files, replacing older ones, and return the path of the page.
 
         Raises:
-            InputError: The folder can't be written into, or holds files that are no report of Carom's.
+            InputError: The folder is not writable, or contains files that are not from a report by Carom.
         """
         return write_files(Path(folder), PURPOSE, self.files)
 
@@ -101,7 +103,7 @@ def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Rep
 
     Args:
         results: The results to report.
-        fail_on: The best grade that fails a case of `junit.xml`; None for none.
+        fail_on: The best grade that fails a case of `junit.xml`; None if no grade fails.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
@@ -110,7 +112,7 @@ def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Rep
         return _report(results, fail_on)
     except CaromError:
         raise
-    except Exception:  # noqa: BLE001 - a row whose numbers can't be told costs no other: which one is asked row by row
+    except Exception:  # noqa: BLE001 - find the rows that can't be reported, and replace them
         return _report(_replace_unreportable(results), fail_on)
 
 
@@ -133,7 +135,7 @@ def _report(results: Results, fail_on: Grade | None) -> Report:
 
 
 def _replace_unreportable(results: Results) -> Results:
-    """Replace rows that can't be written or replayed by failures, with the reason."""
+    """Replace each row that can't be written or replayed by a failure with the reason."""
     from carom.report.records import record
 
     def check(row: Row) -> Row:
@@ -141,8 +143,8 @@ def _replace_unreportable(results: Results) -> Results:
             record(row)
             if row.trace is not None and row.score is not None:
                 packed(replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
-        except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us
-            return Row(row.job, Status.FAILED, f"what it returned can't be reported: {describe_exception(error)}")
+        except Exception as error:  # noqa: BLE001 - one bad row must not prevent a report
+            return Row(row.job, Status.FAILED, f"the engine's result can't be reported: {describe_exception(error)}")
         return row
 
     return replace(results, rows=tuple(map(check, results.rows)))

@@ -1,4 +1,4 @@
-"""Description of a cross-check's plan: what would be run, what is skipped, and why. Only Carom's own methods run."""
+"""Description of a cross-check's plan: its runs and omissions, with reasons. Only Carom's own methods run."""
 
 from __future__ import annotations
 
@@ -27,17 +27,19 @@ MOST_FRAMES = 1_000_000
 
 
 def explain(plan: Plan) -> Iterator[str]:
-    """Yield the plan of a cross-check, line by line, from the same jobs that it would run."""
+    """Yield lines that describe the plan of a cross-check."""
     options, run = plan.options, select_engines(plan.engines, plan.options.engines)
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
         steps = options.steps_of(scene)
-        yield f"{scene.name}: {_describe_bodies(scene)}, {scene.duration_s:g} s, requires {_describe_needs(scene)}"
         reference = solve_reference(scene)
+        skipped = "" if isinstance(reference, str) else _list_skipped(scene, reference, steps[0])
+        bodies = f"{_describe_bodies(scene)}, {scene.duration_s:g} s"
+        yield f"{scene.name}: {bodies}, requires {_describe_needs(scene)}{skipped}"
         if isinstance(reference, str):
             yield f"  not run: {reference}"
             continue
-        plain = "an event-driven run" if is_closed_form(reference) else "predicting all pairs again"
+        plain = "running event by event" if is_closed_form(reference) else "predicting all pairs again"
         saved = _describe_saving(measure_pic_saving(scene, reference), plain)
         yield f"  PIC: {describe_pic(scene, reference)}{saved}"
         for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
@@ -47,7 +49,7 @@ def explain(plan: Plan) -> Iterator[str]:
         yield f"  states: {_describe_samples(scene, drawn=options.samples)}"
         if options.phases:
             kept = len(shifted_references(reference, steps[0], phase_values(options.phases, options.seed)))
-            why = "shifts that change which impacts happen are omitted"
+            why = "shifts that change the scene's impacts are omitted"
             yield f"  phases: {kept} of {options.phases} at {instant(steps[0])}; {why}"
         for info in run:
             asked = plan.profiles if info.profiles else plan.profiles[-1:]
@@ -68,8 +70,31 @@ def _describe_needs(scene: Scene) -> str:
     return ", ".join(sorted(need.value for need in scene.needs)) or "no special features"
 
 
+def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
+    """List what is not computed at a step: the answer of the first line."""
+    skipped = ["event queue", "grid"] if is_closed_form(reference) else []
+    skipped += [] if scene.walls else ["wall tests"]
+    frames = scene.step_count(dt_s)
+    if frames <= MOST_FRAMES:
+        counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
+        if unseen := counts["frames"] - counts["frames_looked_at"]:
+            skipped.append(f"{unseen} of {counts['frames']} frames of PIT")
+    if (needed := _needed_steps(scene, reference, dt_s)) < frames:
+        skipped.append(f"engine steps after step {needed} of {frames}")
+    return f"; skipped: {', '.join(skipped)}" if skipped else ""
+
+
+def _needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
+    """Return the number of steps after which an engine's state shows only free flight, if PIC is right."""
+    steps = scene.step_count(dt_s)
+    forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
+    if forces or not len(reference.impacts) or not _nothing_follows(scene, reference):
+        return steps
+    return min(steps, math.ceil(float(reference.impacts["time_s"][-1]) / dt_s) + 1)
+
+
 def describe_pic(scene: Scene, trace: Trace) -> str:
-    """Describe in which form PIC runs a scene, and how much it predicts."""
+    """Describe the form in which PIC runs a scene, and its number of predictions."""
     count, predicted = len(trace.impacts), trace.counts.get("predictions", 0)
     found = f"{count} impact{'s' * (count != 1)} in {predicted} prediction{'s' * (predicted != 1)}"
     walls = "" if scene.walls else ", no walls to test"
@@ -77,14 +102,14 @@ def describe_pic(scene: Scene, trace: Trace) -> str:
         undamped = describe_pic(scene.undamped, trace)
         return f"in transformed time, where damped discs move in straight lines: {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
-        return f"event-driven along parabolas, with cells{walls}: {found}"
+        return f"event-driven along parabolas, with a grid of cells{walls}: {found}"
     if not is_closed_form(trace):
-        return f"event-driven, in the compiled kernel with cells{walls}: {found}"
-    return f"closed form for two discs, without queue or cells{walls}: {found}"
+        return f"event-driven, with a grid of cells{walls}: {found}"
+    return f"closed form for two discs, without event queue or grid{walls}: {found}"
 
 
 def describe_pit(scene: Scene, dt_s: float) -> str:
-    """Describe how many frames PIT checks, and how many pairs it tests."""
+    """Describe the numbers of frames and pairs that PIT tests."""
     frames = scene.step_count(dt_s)
     if frames > MOST_FRAMES:
         return f"{frames} frames"
@@ -97,10 +122,10 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
 
 
 def _describe_saving(saved: SkippedTime | None, plain: str) -> str:
-    """Describe the measured saving of skipping; empty where the run without it would take too long."""
+    """Describe the measured saving of skipping; an empty text if the run without it would take too long."""
     if saved is None:
         return ""
-    return f"; {number(1e3 * saved.with_s, 3)} ms, and {plain} takes {number(saved.ratio)} times that"
+    return f"; it takes {number(1e3 * saved.with_s, 3)} ms, and {plain} takes {number(saved.ratio)} times as long"
 
 
 def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
@@ -110,7 +135,7 @@ def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
         ends = ""
         if reference.contact_s < math.inf:
             until = number(reference.contact_s, 4)
-            ends = f", and PIC is compared up to {until} s, where a disc {reference.contact_of_disc}"
+            ends = f", and the comparison with PIC ends at {until} s, when a disc {reference.contact_of_disc}"
         return f"{every}: gravity changes velocities between impacts{ends}"
     if scene.damping_per_s or scene.table_deceleration_m_s2:
         slows = "damping" if scene.damping_per_s else "the table"
@@ -119,12 +144,12 @@ def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     if not _nothing_follows(scene, reference):
         return f"{every}, or until {until}: PIC finds later impacts within twice the duration"
     if not len(reference.impacts):
-        return f"stopped once {until}: in PIC no discs meet"
+        return f"stopped once {until}, because no discs meet in PIC"
     last_s = float(reference.impacts["time_s"][-1])
-    needed = min(steps, math.ceil(last_s / dt_s) + 1)
+    needed = _needed_steps(scene, reference, dt_s)
     return (
-        f"stopped once {until}: after the last impact of PIC at {number(last_s, 4)} s, step {needed} of {steps} at "
-        f"{instant(dt_s)}"
+        f"stopped once {until} after PIC's last impact at {number(last_s, 4)} s, which is in step {needed} of "
+        f"{steps} at {instant(dt_s)}"
     )
 
 
@@ -139,11 +164,11 @@ def _describe_samples(scene: Scene, *, drawn: bool) -> str:
         return "not kept, because no report is written"
     if len(scene.discs) > MOST_DISCS_DRAWN:
         return f"not kept, because no picture shows more than {MOST_DISCS_DRAWN} discs"
-    return "kept at the coarsest step, the only one drawn"
+    return "kept at the coarsest step, because only that is drawn"
 
 
 def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
-    """Describe at which steps a profile is run, or why it is not."""
+    """Describe the steps at which a profile is run, or the reason why it is not run."""
     if not planned:
         same = profile in info.profiles
         return f"skipped: {'another profile has the same settings' if same else 'no such profile'}"
@@ -153,7 +178,7 @@ def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile
     left_out = [f"skipped at {instant(dt_s)}: {reason}" for dt_s, reason in refused.items()]
     runs = ", ".join(number(job.dt_s, 6) for job in planned if job.dt_s not in refused)
     if runs and len(planned) < steps:
-        runs += " s only, the coarsest; finer ones with --dt"
+        runs += " s only, which is the coarsest step; --dt adds finer ones"
     elif runs:
         runs += " s"
     return "; ".join([f"run at {runs}", *left_out] if runs else left_out)

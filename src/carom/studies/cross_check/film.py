@@ -1,4 +1,4 @@
-"""A replay as a film: both runs on one clock, slower towards what failed first, which is magnified and held."""
+"""A replay as a film: both runs on one clock. The film slows before the first fault, magnifies it, and pauses at it."""
 
 from __future__ import annotations
 
@@ -26,25 +26,26 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: A film lasts about as long as the page's replay at the speed that it chooses, slows as long before what failed first,
-#: and is held there as long; a GIF counts hundredths of a second, four a frame.
+#: Duration of a film, slowdown before the first fault and pause at it, seconds, as in the page's replay; and frame
+#: rate. A GIF counts hundredths of a second, so a frame lasts four of them.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
 _SLOWEST = 1.0 / 8.0
-#: As in the page a look flashes and fades, this many at once, and in a crowd of more discs those that fail alone.
+#: Flashes of frames, as in the page: duration, largest number at once, and number of discs above which only failing
+#: discs flash.
 _FLASH_S, _MOST_FLASHES, _CROWD = 0.45, 3, 4
-#: From the middle of what is magnified to its edge in radii of a disc; the inset's side in parts of the picture's width
-#: and height, and how much it magnifies at the least: all as in the page.
+#: The magnified inset, as in the page: half its side in disc radii, its largest side over the picture's width and
+#: height, and its smallest magnification.
 _REACH, _ASIDE, _MAGNIFIES = 2.5, (0.42, 0.56), 1.4
-#: Colours of what must happen, and of an impact that is missed, as in the page.
+#: Colours of exact positions and of missed impacts, as in the page.
 _GHOST, _WRONG = "#74777c", "#d5452f"
-#: What became of an impact stays in the picture for this part of the scene, as in the page.
+#: Time for which the outcome of an impact is shown, as a fraction of the scene's duration, as in the page.
 _SAID_FOR = 1.0 / 12.0
 
 Array = NDArray[np.float64]
 
 
 class _Moving(NamedTuple):
-    """A circle, where it is at each frame, shape ``(frames, 2)``, and how strongly it is drawn there."""
+    """A circle, its position in each frame, shape ``(frames, 2)``, and its opacity in each frame."""
 
     circle: Circle
     places_m: Array
@@ -52,10 +53,10 @@ class _Moving(NamedTuple):
 
 
 def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
-    """Return both runs side by side on one clock, to one scale; what became of an impact is said when it happens.
+    """Return both runs side by side as an animation, on one clock and to one scale, with the outcome of each impact.
 
-    Solid is the run that a side is of, grey the exact one, dashed the last look, and a cross an impact missed; a look
-    flashes when it is taken.
+    Discs of each side's run are solid, exact positions grey, and last frames dashed. A cross marks a missed impact.
+    Each frame flashes.
     """
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
@@ -70,7 +71,7 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     left, right = figure.subplots(1, 2)
     pictures = [(left, limits), (right, limits)]
     failing, held_s = list[int](), None
-    near: list[Artist] = []  # what is there while the film is slow
+    near: list[Artist] = []  # shown while the film is slow
     if (fault := first_fault(rows)) is not None:
         failing, at = rows[fault]["bodies"], rows[fault].get("at")
         held_s = held_at_s(rows[fault], None if at is None else places[at][2], observed)
@@ -84,7 +85,7 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     crosses: list[tuple[float, Artist]] = []
     driven: list[tuple[Axes, Drive, Artist]] = []
     for axes, within in pictures:
-        axes.set(xticks=(), yticks=())  # numbers would take most of the time to draw
+        axes.set(xticks=(), yticks=())  # numbers would take most of the drawing time
         drawn = zip(scene.walls, draw_walls(axes, scene, within, ends=False), strict=True)
         driven += [(axes, wall.drive, artist) for wall, artists in drawn if wall.driven for artist in artists]
         moving += _discs(axes, scene, exact if axes is left else seen, times)
@@ -92,14 +93,14 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
             continue
         moving += _discs(axes, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
         if observed.dt_s:
-            moving += _looks(axes, scene, seen, times, observed.dt_s, failing)
+            moving += _draw_frames(axes, scene, seen, times, observed.dt_s, failing)
         crosses += [
             (row["true"], axes.plot(*places[row["at"]][:2], "x", color=_WRONG, markersize=12, markeredgewidth=3)[0])
             for row in rows
             if row["flag"] == "missed"
         ]
     left.set_title("Exact")
-    right.set_title(f"What {name} does")
+    right.set_title(name)
     words = right.set_xlabel(" ")
     told = [(row.get("reported", row.get("true")), row["became"]) for row in rows]
 
@@ -124,7 +125,7 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
 
 
 def _times(scene: Scene, held_s: float | None) -> Array:
-    """Return the time of the scene that each frame shows, seconds: slower towards what failed first, and held there."""
+    """Return the scene's time in each frame, seconds. It is slower before the first fault, and pauses there."""
     step_s, now, before = scene.duration_s / (_FILM_S * FRAMES_PER_S), 0.0, list[float]()
     while held_s is not None and now < held_s:
         before.append(now)
@@ -135,7 +136,7 @@ def _times(scene: Scene, held_s: float | None) -> Array:
 
 
 def _lead_s(scene: Scene) -> float:
-    """Return for how long a film slows before what failed first, seconds of the scene."""
+    """Return how long a film slows before the first fault, seconds of the scene."""
     return scene.duration_s * _LEAD_S / _FILM_S
 
 
@@ -149,7 +150,7 @@ def _discs(
     alpha: float = 0.8,
     **style: Any,
 ) -> Iterator[_Moving]:
-    """Draw the discs of a run and yield each with where it is at each of some times."""
+    """Draw the discs of a run, and yield each with its positions at the given times."""
     from matplotlib.patches import Circle
 
     for k, (disc, track) in enumerate(zip(scene.discs, tracks, strict=True)):
@@ -164,11 +165,11 @@ def _discs(
         yield _Moving(drawn, places)
 
 
-def _looks(
+def _draw_frames(
     axes: Axes, scene: Scene, seen: Sequence[Track], times: Array, dt_s: float, failing: Sequence[int]
 ) -> Iterator[_Moving]:
-    """Draw the discs where a run saw them last, and where it saw them before that while those looks fade."""
-    # The last look at or before each frame; rounding of the quotient must not lose the look that a frame is at.
+    """Draw the discs at the last frame of a run, and at earlier frames while these fade."""
+    # The last frame of the run at each frame of the film. The summand prevents that rounding loses one.
     looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
     yield from _discs(axes, scene, seen, looks * dt_s, fill=False, linestyle="--", path=False)
     alone = len(scene.discs) > _CROWD and bool(failing)
@@ -184,18 +185,18 @@ def _looks(
 
 
 def _magnified(scene: Scene, middle: Array, failing: Sequence[int], limits: Limits) -> Limits | None:
-    """Return the corners of what is magnified about a place, or None where that would magnify too little."""
+    """Return the corners of the magnified region around a position; None if the magnification is too small."""
     reach = _REACH * max(scene.discs[body].radius_m for body in failing if body >= 0)
     return (middle - reach, middle + reach) if _side_m(limits) >= _MAGNIFIES * 2.0 * reach else None
 
 
 def _side_m(limits: Limits) -> float:
-    """Return the side of the inset, metres of the picture that contains it."""
+    """Return the side of the inset, metres on the scale of its picture."""
     return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
 
 
 def _inset(axes: Axes, within: Limits, limits: Limits) -> tuple[Axes, Artist]:
-    """Return axes in the corner of a picture that is farthest from what they magnify, and the frame of that there."""
+    """Return axes in the picture's corner that is farthest from the magnified region, and that region's frame."""
     from matplotlib.patches import Rectangle
 
     (low, high), side = limits, _side_m(limits)

@@ -1,14 +1,15 @@
-"""The grid of a cross-check: its runs as frozen cells, from its results or from results.jsonl. All sections read it."""
+"""The grid of a cross-check: its runs as frozen cells, from results or from results.jsonl. All sections read it."""
 
 from __future__ import annotations
 
 import dataclasses
+import heapq
 import math
 import re
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 from urllib.parse import quote
 
 from carom.comparator import Errors, Horizon, Verdict
@@ -21,18 +22,20 @@ from carom.report.record import RowLine, SceneLine, Summary
 from carom.report.replay import replay_key
 from carom.report.row_lines import line_of, reasons_of, summary_of
 
-#: Engines of Carom's own, which other engines are compared with.
+T = TypeVar("T")
+
+#: Carom's own methods, with which engines are compared.
 _OWN = frozenset({"pic", "pit"})
-#: Reason where a column has no row for a scene: `carom.execution` drops a profile with the settings of another one.
-NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
+#: Reason for a missing row: `carom.execution` drops a profile that has the settings of another one.
+NOT_PLANNED = "not run separately: at this step it has the settings of another profile of the engine"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
-#: The line of a cell without a row: all fields are unknown.
+#: The line of a cell without a row. All fields are unknown.
 _NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
 _NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
-_NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # it was not scored
+_NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored
 #: Verdicts that show that bodies passed through each other. A diverged trajectory has no such verdict for its impacts.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
-#: Grade number of a run without an answer: one more than that of the worst grade.
+#: Rank of a run without a result: one more than that of the worst grade.
 _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
 
 
@@ -49,33 +52,33 @@ class GridColumn(NamedTuple):
 
     @property
     def profile(self) -> str:
-        """The profile as it is shown: with what was tried instead of its own settings."""
+        """The profile as shown, with settings that replace its own."""
         return self.method.profile_shown
 
     @property
     def label(self) -> str:
-        """The engine's name in headings: Carom's methods by their initials, an adapter by its name."""
+        """The engine's name in headings: PIC, PIT, or the adapter's name."""
         return self.engine.upper() if self.own else self.engine
 
     @property
     def name(self) -> str:
-        """Engine and profile in one word group."""
+        """Engine and profile."""
         return f"{self.label} {self.profile}".rstrip()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class GridCell:
-    """A run of a scene by a method at a step, or why there is none.
+    """A run of a scene by a method at a step, or the reason why there is none.
 
     Attributes:
         scene: Name of the scene.
-        column: Its engine and profile.
+        column: Engine and profile.
         mark: The outcome.
-        reasons: Every verdict with its numbers, or why it was not run, as sentences without a full stop.
-        line: All its numbers, as in results.jsonl; without any where no run was planned.
-        of_scene: Number of impacts, horizon and scales of the scene.
-        pit: PIT's errors at the same step, by name; empty where PIT was not run.
-        row: The run with its trace; None where none was planned, or where the grid comes from results.jsonl.
+        reasons: Every verdict with its numbers, or the reason for no run, as sentences without a full stop.
+        line: All numbers of the run, as in results.jsonl; unknown if no run was planned.
+        of_scene: Values of the scene: number of impacts, horizon and scales.
+        pit: PIT's errors at the same step, by name; empty if PIT was not run.
+        row: The run with its trace; None if no run was planned, or if the grid comes from results.jsonl.
     """
 
     scene: str
@@ -88,23 +91,28 @@ class GridCell:
     row: Row | None
 
     @property
+    def rank(self) -> int | None:
+        """Number of its grade: larger for a worse one, largest for a run without a result; None without both."""
+        return _BROKEN_RANK if self.mark in BROKEN else self.mark.rank
+
+    @property
     def scored(self) -> bool:
         """Whether the run was compared with the reference."""
         return self.line.total is not None
 
     @property
     def has_replay(self) -> bool:
-        """Whether there is a run and a reference for a replay."""
+        """Whether the cell has a run and a reference for a replay."""
         return self.scored and self.row is not None
 
     @property
     def link(self) -> str:
-        """The link to its replay in the same page; empty where there is none."""
+        """The link to the replay on the same page; empty if there is none."""
         return f"#{quote(replay_key(self.row.job))}" if self.row and self.has_replay else ""
 
     @property
     def expected(self) -> int:
-        """Number of impacts of the reference that were compared."""
+        """Number of compared impacts of the reference."""
         return self.of_scene.expected if self.scored else 0
 
     @property
@@ -124,27 +132,27 @@ class GridCell:
 
     @property
     def matched(self) -> int:
-        """Number of impacts that were found."""
+        """Number of found impacts."""
         return self.line.matched or 0
 
     @property
     def errors(self) -> Errors:
-        """The largest errors; NaN where there is none."""
+        """The largest errors; NaN if there is none."""
         return self.line.total or _NO_ERRORS
 
     @property
     def cost(self) -> float:
-        """The error over PIT's; NaN where there is none."""
+        """The error over PIT's; NaN if there is none."""
         return math.nan if self.line.price_paid is None else float(self.line.price_paid)
 
     @property
     def rounding(self) -> float:
-        """Largest relative error that is rounding."""
+        """Largest relative error that counts as rounding."""
         return THRESHOLDS.rounding_of(self.line.float_bits or 64)
 
     @property
     def time_error_s(self) -> float:
-        """The largest error of a time, seconds; 0 where it is rounding, NaN where there is none."""
+        """The largest time error, seconds; 0 if it is rounding, NaN if there is none."""
         error_s = self.errors.time_s
         if math.isnan(error_s):
             return error_s
@@ -157,12 +165,12 @@ class GridCell:
 
     @property
     def has_miss(self) -> bool:
-        """Whether a verdict on the run is a missed impact; after a divergence only steps can show one."""
+        """Whether a verdict on the run is a missed impact. After a divergence, only steps can show one."""
         return any(one.verdict in _MISSES for one in self.line.verdicts)
 
     @property
     def figure(self) -> str:
-        """The number that matters most, with its unit; empty where the run is exact, or has none."""
+        """The most important number of the run, with its unit; empty if the run is exact or has no number."""
         if self.missed:
             return f"{self.missed} of {self.expected} missed"
         if self.invented:
@@ -174,24 +182,24 @@ class GridCell:
         if not self.scored or self.mark in (Mark.EXACT, Mark.EXACT_32):
             return ""
         velocity, spin = self.errors.velocity, self.errors.spin  # if no disc spins, spin is NaN
-        # Velocities after a head-on impact are right however late it is found: then its time is shown.
+        # A late head-on impact still gives right velocities, so the time is shown instead.
         if velocity <= self.rounding and not spin > self.rounding and self.time_error_s:
             side = "late" if self.errors.time_s > 0 else "early"
             return f"{formatting.steps(abs(self.errors.time_s), self.line.dt_s)} {side}"
         if math.isfinite(self.cost):
             return f"{formatting.number(self.cost)} of PIT"
         return (
-            f"{formatting.percent(spin)} of top rim speed"
+            f"{formatting.percent(spin)} of greatest rim speed"
             if spin > velocity
-            else f"{formatting.percent(velocity)} of top speed"
+            else f"{formatting.percent(velocity)} of greatest speed"
         )
 
     @property
     def compact(self) -> str:
-        """The same for a terminal."""
+        """The most important number in short form, for a terminal."""
         if self.missed or self.invented:
             return formatting.lost(self.missed, self.invented)
-        return re.sub(" (late|early|of top.*)$", "", self.figure.replace(" of PIT", "\N{MULTIPLICATION SIGN}"))
+        return re.sub(" (late|early|of greatest.*)$", "", self.figure.replace(" of PIT", "\N{MULTIPLICATION SIGN}"))
 
 
 class GridRow(NamedTuple):
@@ -199,9 +207,9 @@ class GridRow(NamedTuple):
 
     Attributes:
         name: Name of the scene.
-        description: What it shows.
-        certified: How far its reference is certified; empty where that is not known.
-        cells: They.
+        description: Topic of the scene.
+        certified: The certified part of its reference; empty if unknown.
+        cells: The cells.
     """
 
     name: str
@@ -211,13 +219,13 @@ class GridRow(NamedTuple):
 
 
 class NotRun(NamedTuple):
-    """Cells, at any step, that were not run or not scored for the same reason."""
+    """Cells at any step that were not run or not scored for the same reason."""
 
     mark: Mark
     reason: str
     columns: tuple[str, ...]
     scenes: tuple[str, ...]
-    everywhere: bool  # whether these are all scenes of the cross-check
+    everywhere: bool  # whether `scenes` are all scenes of the cross-check
 
 
 @dataclass(frozen=True)
@@ -225,13 +233,13 @@ class Grid:
     """All runs of a cross-check.
 
     Attributes:
-        columns: By method, in the order of the rows.
+        columns: Columns by method, in the order of results.
         rows: Scenes, each at its coarsest step.
         runs: Every run at every step.
         step_phrase: The steps of the rows, as a phrase.
-        unrun: What was not run, and why.
-        results: References, known answers, engines and machine; without references or engines if the grid comes from
-            results.jsonl.
+        unrun: Cells that were not run, with reasons.
+        results: References, known answers, engines and machine. References and engines are missing if the grid comes
+            from results.jsonl.
     """
 
     columns: Mapping[Method, GridColumn]
@@ -247,13 +255,13 @@ class Grid:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """The marks for the legend: the grades, and any other mark that occurs."""
+        """The marks for the legend: all grades, and other marks that occur."""
         present = {cell.mark for row in self.rows for cell in row.cells}
         return tuple(mark for mark in Mark if mark in present or (mark.rank is not None and mark is not Mark.EXACT_32))
 
     @property
     def compared(self) -> list[GridColumn]:
-        """The columns that are compared with PIC, the best first; PIC itself where nothing else ran."""
+        """The columns that are compared with PIC, best first; PIC itself if nothing else ran."""
         ran = [column for column in self.columns.values() if any(cell.scored for cell in self.cells(column))]
         return rank_methods(self, [column for column in ran if column.engine != "pic"] or ran)
 
@@ -271,14 +279,14 @@ def build_grid(results: Results) -> Grid:
 
 
 def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
-    """Build the grid of a cross-check from its records, which hold no traces and no references."""
+    """Build the grid of a cross-check from its records, which contain no traces and references."""
     results = Results((), {}, {}, (), summary.environment, summary.command, summary.elapsed_s)
     return _build(summary, lines, [None] * len(lines), results)
 
 
 def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
     methods = list(dict.fromkeys(map(_method, lines)))
-    # A profile can come in at a later step only; among an engine's columns its own order decides.
+    # Sort profiles within an engine, because the first step may lack a profile.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
     columns = {method: GridColumn(method, method.engine in _OWN) for method in methods}
@@ -338,27 +346,37 @@ def _group_not_run(runs: Iterable[GridCell], scene_count: int) -> tuple[NotRun, 
     )
 
 
+def keep_worst(items: Sequence[T], most: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:
+    """Return the items whose cells have the worst grades, in their original order; all items if there are few."""
+    if len(items) <= most:
+        return items
+
+    def badness(place: int) -> list[int]:
+        return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
+
+    return [items[place] for place in sorted(heapq.nlargest(most, range(len(items)), badness))]
+
+
 RANKING_NOTE = (
-    "Methods are ranked by their mean grade, from 0 (exact) to 6 (wrong), with 7 for a run without an answer; among "
-    "equals, the lower median error relative to PIT comes first."
+    "Methods are ranked by their mean grade, from 0 (exact) to 6 (wrong), with 7 for a run without a result. "
+    "Among equal grades, the smaller median error relative to PIT is first."
 )
 
 
 def rank_methods(grid: Grid, columns: Iterable[GridColumn]) -> list[GridColumn]:
-    """Sort methods, the best first; ties stay in the order of the grid's columns."""
+    """Sort methods, best first. Equal methods keep the order of the grid's columns."""
     return sorted(columns, key=lambda column: compute_standing(grid.cells(column)))
 
 
 def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
-    """Compute the sort key of a method from its cells, one per scene; the smallest key is the best.
+    """Compute the sort key of a method from its cells, one per scene. The best method has the smallest key.
 
     All methods have cells of the same scenes.
 
-    It is the mean of its grades, then the median error over PIT's, which is 0 where no scene has one. A method without
-    a grade is last.
+    The key is the mean grade, then the median error over PIT's (0 if no scene has one). A method without a grade is
+    last.
     """
     cells = list(cells)
-    ranks = [_BROKEN_RANK if cell.mark in BROKEN else cell.mark.rank for cell in cells]
-    places = [rank for rank in ranks if rank is not None]
+    places = [cell.rank for cell in cells if cell.rank is not None]
     known = [cell.cost for cell in cells if not math.isnan(cell.cost)]
     return statistics.fmean(places) if places else math.inf, statistics.median(known) if known else 0.0

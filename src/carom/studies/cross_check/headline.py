@@ -1,4 +1,4 @@
-"""Headline of a cross-check: its result in numbers, and how far the reference is proven."""
+"""Headline of a cross-check: its result in numbers, and the evidence for the reference."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from carom.report.document import Headline
 from carom.report.mark import RIGHT, Mark
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
-#: Name of the profile of an engine as shipped.
+#: Name of the profile with an engine's default settings.
 SHIPPED = "default"
 #: Largest number of names in one sentence.
 MOST_NAMES = 4
 
 
 def build_headline(grid: Grid) -> Headline:
-    """Return the result in one sentence, and what else matters: the reference, the counts, and chance."""
+    """Return the result in one sentence, and further sentences on the reference, counts, and chance."""
     every = grid.compared
     columns = [column for column in every if not column.own] or every
     if not columns:
-        sentence = "Nothing could be scored: no requested method ran any of these scenes."
+        sentence = "Nothing was scored, because no requested method ran any of these scenes."
     else:
         sentence = _describe_scene(grid, columns) if len(grid.rows) == 1 else _describe_scenes(grid, columns)
     more = (_describe_reference(grid.results), _describe_counts(grid, columns), *_describe_phase_dependence(grid))
@@ -32,21 +32,21 @@ def build_headline(grid: Grid) -> Headline:
 
 
 def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Say what each method does with the one scene."""
+    """Describe the result of each method on a single scene."""
     cells = [cell for column in columns for cell in grid.cells(column) if cell.scored]
     kinds = list(formatting.together((_describe_run(cell), cell.column.name) for cell in cells).items())
     shown = kinds if len(kinds) < MOST_NAMES else [kinds[0], kinds[-1]]
     parts = [f"{_join_names(names)}: {does}" for does, names in shown]
-    more = f"; {len(kinds) - len(shown)} other outcomes in between" if len(shown) < len(kinds) else ""
+    more = f"; {len(kinds) - len(shown)} outcomes in between are omitted" if len(shown) < len(kinds) else ""
     steps = {cell.line.dt_s for cell in grid.rows[0].cells if cell.mark is not Mark.ABSENT}
     at = f" at {formatting.step(steps.pop())}" if len(steps) == 1 else ""
     return f"{grid.rows[0].name}{at}: {'; '.join(parts)}{more}."
 
 
 def _describe_run(cell: GridCell) -> str:
-    """Describe the gravest fault of a run: impacts missed or invented, velocity error, or lateness."""
+    """Describe the worst fault of a run: missed or invented impacts, velocity error, or lateness."""
     if cell.has_verdict(Verdict.PARTED):
-        return cell.mark.word if cell.mark is not Mark.WRONG else "wrong and parted"
+        return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, with a diverged trajectory"
     lost = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
     if lost:
         return f"{formatting.listed(lost)} of {formatting.count(cell.expected, 'impact')}"
@@ -59,7 +59,7 @@ def _describe_run(cell: GridCell) -> str:
 
 
 def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Summarise several scenes: what methods as shipped miss, and in how many scenes tuned ones are as good as PIT."""
+    """Summarise several scenes: misses with default settings, and scenes with errors within PIT's when tuned."""
     by_profile = formatting.together((column.profile, column) for column in columns)
     first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
     others = [profile for profile in by_profile if profile != first]
@@ -78,7 +78,7 @@ def _settings(profile: str) -> str:
 
 
 def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Say in how many scenes all methods miss an impact, or, where that is never, each of them."""
+    """Describe the number of scenes in which all methods miss an impact, otherwise the range over methods."""
     scenes = len(grid.rows)
     counts = [sum(cell.has_miss for cell in grid.cells(column)) for column in columns]
     ran = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]
@@ -95,7 +95,7 @@ def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 
 def _describe_sampled(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Say in how many scenes methods find all impacts with no more error than sampling has."""
+    """Describe the number of scenes in which methods find all impacts with errors within sampling error."""
     good = RIGHT | {Mark.SAMPLED}
     counts = [sum(cell.mark in good for cell in grid.cells(column)) for column in columns]
     names, does = _join_names([column.label for column in columns]), "is" if len(columns) == 1 else "are"
@@ -128,15 +128,15 @@ def _describe_reference(results: Results) -> str:
     off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
     if off:
         right = f"{len(deviations) - len(off)} of {formatting.count(len(deviations), 'known answer')}"
-        return f"PIC reproduces {right} to rounding; it does not reproduce {formatting.listed(off)}."
+        return f"PIC reproduces {right} to rounding, but not {formatting.listed(off)}."
     which = f"all {len(deviations)} known answers" if len(deviations) > 1 else "the one known answer"
     return f"PIC reproduces {which} (largest deviation {formatting.number(max(deviations.values()))})."
 
 
 def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Describe the number of runs by grade."""
+    """Describe the numbers of runs by grade."""
     asked, what = [column for column in grid.columns.values() if not column.own], "engine run"
-    if not asked:  # Carom's own methods only: then it is PIT that is compared with PIC
+    if not asked:  # with Carom's own methods only, PIT is compared with PIC
         asked = list(columns) or list(grid.columns.values())
         labels = {column.label for column in asked}
         what = f"{labels.pop()} run" if len(labels) == 1 else "run"
@@ -151,7 +151,7 @@ def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 
 def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
-    """Say which grades of PIT hold at this phase of the step only, because of where in a step an impact falls."""
+    """Describe grades that depend on the phase of the step at which an impact falls."""
     for column in grid.columns.values():
         scores = [cell.row.score for cell in grid.cells(column) if cell.row and cell.row.score]
         found = [score.lucky_phase for score in scores if score.lucky_phase]
@@ -160,5 +160,5 @@ def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
         owes = "its grade" if len(scores) == 1 else f"the grade in {len(found)} of {len(scores)} scenes"
         shares = sorted({share for share, _ in found})
         some = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
-        right = f"sampling alone is equally accurate at {some} of {found[0][1]} phases"
+        right = f"PIT is equally accurate at {some} of {found[0][1]} phases"
         yield f"{column.name}: {owes} depends on the phase of the step; {right}."

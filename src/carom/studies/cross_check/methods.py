@@ -1,4 +1,4 @@
-"""First sections of a report: the methods ranked, one row each, and for a single scene its impacts by method."""
+"""First sections of a report: a table of methods, best first; and for a single scene its impacts by method."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ from carom.report.mark import RIGHT, Mark
 from carom.report.replay import impact_rows
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
-#: Largest number of impacts that are listed, largest number that are columns of the table of methods, and largest
-#: number of methods next to which a terminal has room for impacts.
+#: Largest number of listed impacts, largest number of impact columns in the table of methods, and largest number of
+#: methods that fit on a terminal.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 METHOD_NOTE = (
-    "Impacts: missed (-) and invented (+) over all scenes. Error: the median over scenes of a method's largest error, "
-    "relative to PIT's."
+    "Impacts: missed (-) and invented (+) over all scenes. Error: a method's largest error in a scene, divided "
+    "by PIT's; median over scenes."
 )
 METHOD_DETAIL = (
-    "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the same step: 1 is "
-    "the whole cost of checking once per step, 0 none of it. Scenes without a unique answer have none. A cell of a "
-    "group counts its scenes that are exact or close, among those graded, and opens its worst scene. "
-    f"{Mark.WRONG.symbol} in a corner: an impact is missed in at least one of them. "
+    "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the same step. "
+    "1 is the whole cost of checking once per step, 0 is none of it. Scenes without a unique answer have no "
+    "error. A cell of a group shows how many of its graded scenes are exact or close, and links to the worst "
+    f"one. {Mark.WRONG.symbol} in a corner: an impact is missed in at least one scene of the group. "
 )
-METHOD_SHORT = "impacts: - missed, + invented; error: of velocity or spin, {median}over PIT's at worst"
-SCENE_NOTE = "Largest errors; time: + is late; n/a: missed or parted; ×: error over PIT's error"  # noqa: RUF001 - the sign of the table
+METHOD_SHORT = "impacts: - missed, + invented; error: largest velocity or spin error over PIT's{median}"
+SCENE_NOTE = "Largest errors. Time: + is late. n/a: missed or parted. ×: error over PIT's error"  # noqa: RUF001 - the sign of the table
 
-#: Marks that share a column of counts, by its heading.
+#: Marks that are counted together, by column heading.
 _COUNTED = {
     "exact": (Mark.EXACT, Mark.EXACT_32),
     "close": (Mark.CLOSE,),
@@ -60,11 +60,11 @@ _COUNTED = {
 
 
 def methods_section(grid: Grid) -> Section:
-    """Return all methods, the best first; for a single scene with the errors of each run."""
+    """Return a section with all methods, best first; for a single scene also the errors of each run."""
     methods, alone = grid.compared, len(grid.rows) == 1
     impacts = _find_impacts(grid, methods)
     heading = f"{grid.rows[0].name}: every" if alone else "Every"
-    short = METHOD_SHORT.format(median="" if alone else "median, ")
+    short = METHOD_SHORT.format(median="" if alone else ", median")
     symbols = dict.fromkeys(f"{mark.symbol} {mark.css.replace('-', ' ')}" for mark in grid.marks)
     blocks: tuple[Block, ...] = (
         *(_run_tables(grid) if alone else (_counts_table(grid, methods),)),
@@ -133,7 +133,7 @@ def _format_cost(cells: Sequence[GridCell]) -> str:
 
 
 def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
-    """Find the cell with the worst grade and, among those, the largest error over PIT's; None if none is graded."""
+    """Find the cell with the worst grade and, among equals, the largest error over PIT's; None if none is graded."""
 
     def badness(cell: GridCell) -> tuple[int, int, float]:
         return (cell.mark.rank or 0, cell.missed + cell.invented, 0.0 if math.isnan(cell.cost) else cell.cost)
@@ -147,13 +147,13 @@ def _worst_scene(cells: Sequence[GridCell]) -> Cell:
 
 
 def _group_of(scene: str) -> str:
-    """Return the group in a scene's name; scenes without a group form one."""
+    """Return the group in a scene's name. Scenes without a group form one group."""
     group, slash, _ = scene.partition("/")
     return group if slash else "others"
 
 
 def _group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
-    """Return in how many of a group's graded scenes a method is right, with a link to the worst."""
+    """Return a cell with the number of a group's scenes that a method gets right, and a link to the worst."""
     cells = [cell for cell in grid.cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
     if worst is None:
@@ -171,7 +171,7 @@ def _group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
 
 
 def first_replay(grid: Grid) -> Cell | None:
-    """Return a link to the replay of the engines' worst run, and among those the one with fewest impacts."""
+    """Return a link to the replay of an engine's worst run; among equals, of the scene with fewest impacts."""
     graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.has_replay]
     engines = [cell for cell in graded if not cell.column.own] or graded
     if not engines:
@@ -182,7 +182,7 @@ def first_replay(grid: Grid) -> Cell | None:
 
 
 def _counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
-    """Return one row per method: its number of scenes by grade."""
+    """Return a table with one row per method: its numbers of scenes by grade."""
 
     def count(marks: Sequence[Mark], method: GridColumn) -> str:
         return str(sum(cell.mark in marks for cell in grid.cells(method)) or "")
@@ -194,14 +194,14 @@ def _counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
 
 
 def _scored_runs(grid: Grid) -> list[GridCell]:
-    """Return the scored runs of the methods, at all steps, the coarsest step and the best run first."""
+    """Return the scored runs of the methods at all steps, sorted by step (coarsest first) and quality."""
     methods = grid.compared
     runs = [cell for cell in grid.runs if cell.scored and cell.column in methods]
     return sorted(runs, key=lambda cell: (-cell.line.dt_s, compute_standing([cell])))
 
 
 def _run_tables(grid: Grid) -> tuple[Table, ...]:
-    """Return one table of errors per step of the scene."""
+    """Return one table of errors for each step of the scene."""
     runs = _scored_runs(grid)
     by_step = formatting.together((cell.line.dt_s, cell) for cell in runs)
     columns = (
@@ -236,7 +236,7 @@ def _format_found(cell: GridCell) -> str:
 
 
 def _error(cell: GridCell, value: float, unit: float, *, sign: bool = False, limit: float | None = None) -> str:
-    """Format an error; absent where the trajectory left the reference's, after which errors of impacts are chance."""
+    """Format an error; absent if the trajectory diverged, because errors of impacts are then accidental."""
     if math.isnan(value) or cell.has_verdict(Verdict.PARTED):
         return formatting.ABSENT
     if abs(value) <= (cell.rounding if limit is None else limit):
@@ -245,19 +245,19 @@ def _error(cell: GridCell, value: float, unit: float, *, sign: bool = False, lim
 
 
 def _format_grade(cell: GridCell) -> str:
-    """Return the symbol of the grade, and the error over that of PIT."""
+    """Return the symbol of the grade, and the error over PIT's."""
     if cell.mark in _COUNTED["exact"] or math.isnan(cell.cost) or not cell.matched:
         return f"{cell.mark.symbol} float32" if cell.mark is Mark.EXACT_32 else cell.mark.symbol
     return f"{cell.mark.symbol} {formatting.ratio(cell.cost).replace(' ', '')}"
 
 
 def impacts_section(grid: Grid) -> Section:
-    """Return the impacts of a single scene by method, and each method's verdicts."""
+    """Return a section with the impacts of a single scene by method, and each method's verdicts."""
     methods = grid.compared
     if len(grid.rows) != 1 or not methods:
         return Section("", ())
     impacts = _find_impacts(grid, methods)
-    # Next to the methods paper has few impacts already; a terminal has room for few methods' times.
+    # A page already shows few impacts in the table of methods. A terminal has room for few methods.
     media = (DETAIL if len(impacts) <= MOST_BESIDE else IN_FULL) | (TERMINAL if len(methods) <= MOST_ACROSS else DETAIL)
     columns = [
         Column("bodies", lambda impact: impact.bodies),
@@ -277,9 +277,9 @@ def impacts_section(grid: Grid) -> Section:
 
 
 def _verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
-    """Return one line per run that is not exact, the best first: its verdicts, in full with the numbers.
+    """Return one line per run that is not exact, best first, with its verdicts; if `full`, also their numbers.
 
-    Where there are several steps, the short lines are of the coarsest step only.
+    Short lines only cover the coarsest step.
     """
     runs = _scored_runs(grid)
     coarsest = max((cell.line.dt_s for cell in runs), default=0.0)
@@ -290,12 +290,12 @@ def _verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
             continue
         found = "; ".join(reason if full else reason.partition(" (")[0] for reason in cell.reasons)
         step = f", {formatting.step(cell.line.dt_s)}" if several and full else ""
-        said.setdefault((cell.column.name, found), step)  # the same line at each step is shown once
+        said.setdefault((cell.column.name, found), step)  # equal lines at several steps are shown once
     return tuple(f"{name}{step}: {found}" for (name, found), step in said.items())
 
 
 class _Impact(NamedTuple):
-    """An impact of the reference or a spurious one, with its outcome by method."""
+    """An impact of the reference, or a spurious one, with its outcome by method."""
 
     bodies: str
     time_s: float | None
@@ -303,7 +303,7 @@ class _Impact(NamedTuple):
 
     @property
     def when(self) -> str:
-        """The time in seconds; empty where it is not known."""
+        """The time in seconds; empty if it is unknown."""
         return "" if self.time_s is None else formatting.number(self.time_s, 6)
 
 

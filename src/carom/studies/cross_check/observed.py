@@ -1,6 +1,6 @@
-"""Journal of a cross-check: complete traces of jobs, so that an interrupted cross-check can be resumed.
+"""Journal of a cross-check: complete traces of jobs, to resume an interrupted cross-check.
 
-Run times are not in the journal, because only times measured in one session can be compared.
+The journal has no run times, because only times of one session can be compared.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from carom.execution.codec import CarriedTrace
 from carom.execution.journal import Journal, JournalEntry
 from carom.model.trace import Trace
 
-#: The form of a job whose states are kept for drawing; see `carom.execution.cache_key.JobKey`.
+#: The form of a job with states for drawing; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
 #: Opens the journal of a cross-check, stamped with its options.

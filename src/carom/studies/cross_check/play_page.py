@@ -1,4 +1,4 @@
-"""The play page of a report, on which discs of its scenes can be thrown, and links to it."""
+"""The play page of a report, on which readers can throw the discs of its scenes, and links to it."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from urllib.parse import quote
 
 from carom.model.scene import Scene
 
-#: Name of the page's file in the folder of a report.
+#: File name of the page in the folder of a report.
 PLAY_PAGE = "play.html"
 
 
 def play_link(scene: Scene) -> str:
-    """Return the relative link to a scene on the play page; empty where its discs can't be thrown."""
+    """Return the relative link to a scene on the play page; empty if the page can't show the scene."""
     from carom.web.page import beyond_page
 
     return "" if beyond_page(scene) else f"{PLAY_PAGE}#{quote(scene.name, safe='')}"
 
 
 def build_play_page(scenes: Iterable[Scene]) -> str:
-    """Build the page with the scenes whose discs can be thrown; empty if there are none."""
+    """Build the page with all scenes that it can show; an empty text if there are none."""
     from carom.web.page import page_html, with_gallery
 
     own = [scene for scene in scenes if play_link(scene)]

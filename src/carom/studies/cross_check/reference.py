@@ -1,4 +1,4 @@
-"""Sections on the reference: how far it is reliable, and which known answers it reproduces."""
+"""Sections on the reference: its reliable part, and the known answers that it reproduces."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from carom.report import formatting
 from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Column, Lines, Media, Section, Table, Text
 from carom.studies.cross_check.grid import Grid
 
-#: Largest number of references that the terminal lists; more are listed in the report only.
-MOST_TOLD = 3
+#: Largest number of references that a terminal lists. More are listed in the report only.
+MOST_LISTED = 3
 
 REFERENCE_NOTE = (
-    "Impacts beyond a reference's horizon are scored from the engine's own state only, because rounding alone has led "
-    "the reference elsewhere. A certified run, in which every digit is proven, gives the horizon; without one it is an "
-    "estimate."
+    "Beyond its horizon, a reference is unreliable because of rounding, so impacts are only scored from the "
+    "engine's own state. A certified run, in which every digit is proven, gives the horizon. Without one, the "
+    "horizon is an estimate."
 )
-ESTIMATE_NOTE = "The estimate compares PIC with a run whose start is moved by one unit in the last place."
+ESTIMATE_NOTE = "The estimate compares PIC with a run whose initial numbers are moved by one unit in the last place."
 REST_NOTE = (
-    "Impacts are compared until a disc comes to rest, slides or rolls. From there each step is compared with PIC from "
-    "the run's own state."
+    "Impacts are compared until a disc comes to rest, slides or rolls. After that, each step is compared with "
+    "PIC from the run's own state."
 )
 KNOWN_NOTE = (
-    "Known answers come from mathematics or a cited source, never from the code under test. A deviation is divided by "
+    "Known answers come from mathematics or a cited source, never from Carom itself. A deviation is divided by "
     "the scene's duration, greatest speed or extent."
 )
 
 
 def reference_section(grid: Grid) -> Section:
-    """Describe how far references are reliable, where that is not the whole run or was asked for."""
+    """Describe the reliable part of references, if it is not the whole run or was requested."""
     results, lines = grid.results, []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         said = [str(results.certified[name])] if name in results.certified else []
@@ -44,11 +44,11 @@ def reference_section(grid: Grid) -> Section:
             lines.append(f"{name}: {'; '.join(said)}.")
     rests = [
         f"{name}: runs are compared up to {formatting.seconds(reference.contact_s)} of "
-        f"{formatting.seconds(reference.scene.duration_s)}, where a disc {reference.contact_of_disc}."
+        f"{formatting.seconds(reference.scene.duration_s)}, when a disc {reference.contact_of_disc}."
         for name, reference in results.references.items()
         if reference.contact_s < math.inf
     ]
-    told = _lines(lines, EVERYWHERE if len(lines) <= MOST_TOLD else IN_FULL)
+    told = _lines(lines, EVERYWHERE if len(lines) <= MOST_LISTED else IN_FULL)
     blocks: tuple[Block, ...] = (
         (told, Text(REFERENCE_NOTE, ON_PAPER), Text(ESTIMATE_NOTE, ON_PAPER, folded=True)) if lines else ()
     )
@@ -61,7 +61,7 @@ def reference_section(grid: Grid) -> Section:
 
 
 def _lines(lines: list[str], media: Media) -> Lines:
-    return Lines(tuple(lines), media, folded="" if len(lines) <= MOST_TOLD else formatting.count(len(lines), "scene"))
+    return Lines(tuple(lines), media, folded="" if len(lines) <= MOST_LISTED else formatting.count(len(lines), "scene"))
 
 
 class _Known(NamedTuple):
@@ -84,7 +84,7 @@ def _known_source(known: _Known) -> Cell:
 
 
 def known_section(grid: Grid) -> Section:
-    """Return every known answer, in the order of the scenes, with PIC's deviation from it."""
+    """Return a section with every known answer, in the order of scenes, and PIC's deviation from it."""
     columns = (
         Column("scene", lambda known: known.scene),
         Column("source", _known_source),

@@ -1,4 +1,4 @@
-"""Animated replay of one run next to its reference: in a notebook, as a page, a GIF or a film."""
+"""Animated replay of one run next to its reference: in a notebook, as a page, or as a film."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from carom.report.svg import drawing
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.film import FRAMES_PER_S, film
 from carom.studies.cross_check.run import run
+from carom.support.checks import instance
 from carom.support.escaping import visible
 from carom.support.folders import write_file
 from carom.support.limits import MOST_DISCS_DRAWN
@@ -32,7 +33,7 @@ _MOST_IMPACTS_DRAWN = 1000
 
 @dataclass(frozen=True, repr=False)
 class Replay:
-    """A run next to its reference, as `carom.replay` makes it.
+    """A run next to its reference, as returned by `carom.replay`.
 
     Attributes:
         reference: The reference.
@@ -48,7 +49,7 @@ class Replay:
         return f"Replay of {self.observed!r}"
 
     def html(self) -> str:
-        """Return the replay as a page in one file, with every impact in a table.
+        """Return the replay as an HTML page in one file, with a table of all impacts.
 
         Raises:
             MissingExtraError: The extra `report` is not installed.
@@ -56,19 +57,19 @@ class Replay:
         trace = self.observed
         job = Job(trace.scene, Method(trace.method, trace.profile, tuple(trace.tried.items())), trace.dt_s)
         row = Row(job, Status.RAN, trace=trace, score=self.score)
-        # A solver that was called directly has no profile, and no command.
+        # A trace by a solver that was called directly has no profile and no command.
         command = run_command("scene.toml", job) if trace.profile else ""
         said = describe_run(row, trace.method, visible(trace.scene.name), command)
         data = packed(replay_data(self.reference, [(trace, self.score, said)]))
         return replay_page(visible(trace.scene.name), data, said["said"], self._stills())
 
     def _stills(self) -> list[tuple[str, str]]:
-        """Return captions and SVG pictures of both sides for readers without scripts; empty if they can't be drawn."""
+        """Return captions and SVG pictures for browsers without JavaScript; empty if they can't be drawn."""
         trace, name = self.observed, f"{self.observed.method} {self.observed.profile_shown}".strip()
         many = len(trace.scene.discs) > MOST_DISCS_DRAWN or len(trace.impacts) > _MOST_IMPACTS_DRAWN
         if many or find_non_finite(trace):
             return []
-        labels = (f"Exact: {visible(trace.scene.name)}", f"What {name} makes of it")
+        labels = (f"Exact: {visible(trace.scene.name)}", name)
         return list(zip(labels, draw_pair(self.reference, trace, self.score.missed, labels), strict=True))
 
     def _repr_html_(self) -> str | None:
@@ -76,16 +77,15 @@ class Replay:
             page = self.html()
         except MissingExtraError:
             return None
-        # The sandbox isolates the page from the notebook.
-        # Tall enough for pictures and buttons, one above the other on a phone; the text below may scroll.
+        # The sandbox isolates the page from the notebook. The height fits pictures and buttons on a phone.
         frame = 'sandbox="allow-scripts" style="width:100%;height:54em;border:0"'
         return f'<iframe title="replay" {frame} srcdoc="{escape(page)}"></iframe>'
 
     def save(self, path: str | Path) -> Path:
-        """Write the replay to a file and return its path: a page (``.html``), or a film (``.gif``, ``.mp4``).
+        """Write the replay to a page (``.html``) or a film (``.gif``, ``.mp4``), and return its path.
 
         Raises:
-            InputError: The path ends otherwise.
+            InputError: The path has another suffix.
             MissingExtraError: The extra `report`, or for ``.mp4`` the program ffmpeg, is not installed.
             OSError: The file can't be written.
         """
@@ -100,7 +100,7 @@ class Replay:
 
         if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
             raise MissingExtraError(
-                "an .mp4 needs the program ffmpeg, which is not installed", hints=[".gif and .html need none"]
+                "an .mp4 needs the program ffmpeg, which is not installed", hints=[".gif and .html do not need it"]
             )
         writer = (PillowWriter if path.suffix == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
         with tempfile.TemporaryDirectory() as folder, drawing():
@@ -117,19 +117,25 @@ def replay(
     dt: float | None = None,
     profile: str = "tuned",
 ) -> Replay:
-    """Return a run next to its reference, to show in a notebook or to save.
+    """Return a replay of a run next to its reference, to show in a notebook or to save.
 
     Args:
-        reference: The reference, usually from `carom.solve_pic`; or a scene, or its name in the catalogue.
-        observed: The run; or the name of an engine, which then runs the scene.
-        score: The score of the run; computed by `carom.compare` where it is not given.
-        dt: Step of an engine that is named, seconds; the scene's frame by default.
-        profile: Its profile.
+        reference: The reference, usually from `carom.solve_pic`; or a scene; or a scene's name in the catalogue.
+        observed: The run; or the name of an engine that runs the scene.
+        score: The score of the run (default: computed by `carom.compare`).
+        dt: Step of the named engine, seconds (default: the scene's frame).
+        profile: Profile of the named engine.
 
     Raises:
-        InputError: The traces can't be compared: see `carom.compare`; or a number of the run is NaN or infinite; or
-            `dt` is given with a run.
-        UnknownNameError, AdapterError: The engine that is named can't run the scene: see `carom.run`.
+        InputError: The traces can't be compared (see `carom.compare`), a number of the run is NaN or infinite, or `dt`
+        is given with a run. UnknownNameError, AdapterError: The named engine can't run the scene; see `carom.run`.
+
+    Examples:
+        >>> replay = carom.replay("paper/missed", "pit")
+        >>> replay.score.missed
+        (0,)
+        >>> replay.save("missed.html").name
+        'missed.html'
     """
     if isinstance(observed, str):
         scene = reference.scene if isinstance(reference, Trace) else as_scene(reference)
@@ -138,6 +144,7 @@ def replay(
         raise InputError("dt is allowed only with an engine name; a given run has its own step")
     if not isinstance(reference, Trace):
         reference = solve_pic(reference)
+    instance("observed", observed, Trace)
     if broken := find_non_finite(observed):
-        raise InputError(f"{broken} in the run: what has no place can't be played")
+        raise InputError(f"{broken} in the run, so it can't be replayed")
     return Replay(reference, observed, compare(reference, observed) if score is None else score)

@@ -24,7 +24,7 @@ from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Statu
 from carom.execution.journal import MemoryJournal
 from carom.execution.options import LimitOptions, Options
 from carom.execution.phases import compute_spread, phase_values
-from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job
+from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job, select_profiles
 from carom.execution.pool import Pool
 from carom.execution.reference import Reference, build_reference, solve_reference, will_certify
 from carom.execution.results import Results, Row
@@ -41,7 +41,7 @@ from carom.support.options import step, taken
 
 T = TypeVar("T")
 
-#: Key of a job in a cross-check, in which scene names are unique.
+#: Key of a job in a cross-check. Scene names are unique.
 Key = tuple[str, Method, float]
 
 
@@ -55,21 +55,26 @@ def run(
     time_limit_s: float = DEFAULT_TIME_LIMIT_S,
     scheduler: str | None = None,
 ) -> Trace:
-    """Run a scene on an engine, in a process of its own, and return the trace.
+    """Run a scene on an engine in a separate process, and return the trace.
 
     Args:
         scene: The scene, or its name in the catalogue.
-        engine: Name of an adapter, as `carom.engines()` lists it, or the ``engine.toml`` of a program.
-        dt: Step, seconds; the scene's frame by default.
-        profile: Name of one of its profiles.
-        settings: Settings to try instead of the profile's own, by name.
+        engine: Name of an adapter, as listed by `carom.engines()`, or the ``engine.toml`` of a program.
+        dt: Step, seconds (default: the scene's frame).
+        profile: Name of one of the engine's profiles.
+        settings: Settings by name that replace the profile's own.
         time_limit_s: Seconds after which the engine is terminated.
-        scheduler: Address of the Dask scheduler on whose cluster it runs; by default it runs on this machine.
+        scheduler: Address of a Dask scheduler whose cluster runs the engine (default: this machine).
 
     Raises:
-        UnknownNameError: There is no such scene, engine, profile or setting.
-        InputError: `dt` or `time_limit_s` is not a positive number, or a setting not of its kind.
-        AdapterError: The engine is unavailable, does not support the scene, crashed, or gave no answer in time.
+        UnknownNameError: The scene, engine, profile or setting does not exist.
+        InputError: `dt` or `time_limit_s` is not a positive number, or a setting has an invalid value.
+        AdapterError: The engine is unavailable, does not support the scene, crashed, or timed out.
+
+    Examples:
+        >>> trace = carom.run("paper/missed", "pit", dt=1 / 24)
+        >>> len(trace.impacts)  # the impact is missed
+        0
     """
     scene = as_scene(scene)
     dt = 1.0 / scene.frame_rate_hz if dt is None else dt
@@ -80,6 +85,8 @@ def run(
         tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
         job = Job(scene, Method(engine, profile, tried), dt)
         answer = observe_job(job, pool, samples=True)
+        if answer.status is Status.FAILED:
+            select_profiles(describe_engines([engine], pool), [profile])
     if answer.value is None:
         raise AdapterError(f"{job}: {answer.said}")
     return answer.value
@@ -97,19 +104,24 @@ def cross_check(
     """Run every scene on every engine with every profile at every step, and score each run against PIC.
 
     Args:
-        scenes: Scene objects, or scenes of the catalogue by name, group or pattern; no two of one name.
-        engine_names: Names of adapters, or manifests; every one that is installed by default.
+        scenes: Scene objects, or scenes of the catalogue by name, group or pattern. Names must differ.
+        engine_names: Names of adapters, or manifests (default: all installed ones).
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
-        pool: Worker processes for the jobs; it stays open. By default a new pool, which is closed.
+        pool: Worker pool, which stays open. By default, a new pool is used and closed.
         options: ``dts``, ``profiles``, ``settings``, ``phases``, ``scheduler`` and the other fields of
             `carom.execution.options.Options`.
 
     Raises:
-        InputError: No scenes, two scenes of one name, or a number that is out of range.
-        UnknownNameError: There is no such engine, no engine asked for has such a profile, or one has no such setting.
+        InputError: There are no scenes, two scenes have the same name, or a number is out of range.
+        UnknownNameError: An engine does not exist, no requested engine has a profile, or an engine lacks a setting.
+
+    Examples:
+        >>> results = carom.cross_check(["paper/missed"], ["pit"], dts=[1 / 24], timing=False)
+        >>> [(row.job.scene.name, row.score.missed) for row in results.rows]
+        [('paper/missed', (0,))]
     """
-    asked = Options(engine_names, **options)
+    asked = Options.passed("cross_check", options, engines=engine_names)
     asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool]
     own = asked.pool() if pool is None else nullcontext(pool)
@@ -129,8 +141,8 @@ def execute(
 
     Args:
         plan: The jobs to run.
-        pool: Worker processes for the jobs; it stays open.
-        notes: Journal of runs that are known already, to which new ones are added.
+        pool: Worker pool, which stays open.
+        notes: Journal of known runs, to which new ones are added.
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
     """
@@ -150,7 +162,7 @@ def execute(
         if isinstance(reason := references[job.scene.name], str):
             rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
     skipped = {}
-    if options.samples:  # only for a report
+    if options.samples:  # needed for a report only
         skipped = {job.scene.name: measure_skips(usable[job.scene.name].trace, job.dt_s) for job in timed}
     found = _build_results(plan, [rows[_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started)
     return replace(found, skipped=skipped)
@@ -174,25 +186,25 @@ class _Observer:
         self._progress(self._done, self.total, what)
 
     def traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
-        """Yield the answer of each job as it arrives.
+        """Yield the result of each job as it arrives.
 
-        States are kept for drawing at the coarsest step, of scenes that fit a picture.
+        States are kept for drawing, at the coarsest step of scenes that fit a picture.
         """
         asks = []
         for job in jobs:
             drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
             key = job_key(job, DRAWN if drawn else "")
             asks.append(TaskRequest(job, key, ObserveTask(job, drawn), self._refusal(job), steps_of(job)))
-        for job, answer in self._told(run_tasks(asks, self._pool, self._notes)):
+        for job, answer in self._count_each(run_tasks(asks, self._pool, self._notes)):
             yield job, check_own_scene(job, answer)
 
     def timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
         """Yield the run time of each job, one after another with nothing else running."""
         asks = [TaskRequest(job, job_key(job), TimeTask(job)) for job in jobs]
         with self._pool.on_this_machine() as pool:
-            yield from self._told(run_tasks(asks, pool, MemoryJournal[JobKey, Timing](), alone=True))
+            yield from self._count_each(run_tasks(asks, pool, MemoryJournal[JobKey, Timing](), alone=True))
 
-    def _told(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
+    def _count_each(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
         for job, answer in found:
             self.count(f"{job.scene.name} on {job.engine}")
             yield job, answer
@@ -203,7 +215,7 @@ def _key(job: Job) -> Key:
 
 
 def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | str]:
-    """Solve the reference of each scene; a string is the reason why there is none."""
+    """Solve the reference of each scene. A string is the reason why there is none."""
     options = plan.options
     found: dict[str, Reference | str] = {}
     for scene in plan.scenes:
@@ -217,12 +229,12 @@ def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | s
 
 
 def _pit_job(job: Job) -> Job:
-    """Return PIT on the same scene at the same step, whose errors are the cost of sampling."""
+    """Return the job of PIT on the same scene at the same step. Its errors are the cost of sampling."""
     return replace(job, method=PIT_METHOD)
 
 
 def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
-    """Score all jobs, and PIT on each scene at each step, which runs first and whether asked for or not."""
+    """Score all jobs. PIT always runs first on each scene at each step, even if it was not requested."""
     sampling = {_key(one): one for one in map(_pit_job, jobs)}
     pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
     rows: dict[Key, Row] = {}
@@ -237,13 +249,13 @@ def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: 
         else:
             row = replace(same, job=job, trace=answer.value)
         rows[_key(job)] = row
-        if answer.status is Status.RAN:  # score a row of PIT while engines run
+        if answer.status is Status.RAN:  # score PIT while engines run
             rows |= {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in islice(left, 1)}
     return rows | {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in left}
 
 
 def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
-    """Whether two runs are the same except for their settings, so that they have the same score."""
+    """Whether two runs are equal except for their settings, so that their scores are equal."""
     if one is None or other is None:
         return False
     settings = {name: getattr(other, name) for name in ("profile", "tried", "settings", "counts")}
@@ -251,21 +263,21 @@ def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
 
 
 def _row(job: Job, answer: Answer[Trace], usable: Mapping[str, Reference], pit: Trace | None) -> Row:
-    """Return the row of a job, scored against the reference and PIT where there is a trace."""
+    """Return the row of a job. If it has a trace, it is scored against the reference and PIT."""
     row = Row(job, answer.status, answer.reason, answer.value)
     if answer.value is None:
         return row
     try:
         reference = usable[job.scene.name]
         score = compare(reference.trace, answer.value, sampling=pit, horizon=reference.horizon_s)
-    except Exception as error:  # noqa: BLE001 - a run that can't be scored must not affect other rows
+    except Exception as error:  # noqa: BLE001 - one bad run must not affect other rows
         return _failed_row(job, error)
     return replace(row, score=score)
 
 
 def _failed_row(job: Job, error: Exception) -> Row:
     """Return the row of a job whose run could not be scored."""
-    return Row(job, Status.FAILED, f"what it returned can't be scored: {describe_exception(error)}")
+    return Row(job, Status.FAILED, f"the engine's result can't be scored: {describe_exception(error)}")
 
 
 def _shift_references(
@@ -285,7 +297,7 @@ def _run_phases(
     usable: Mapping[str, Reference],
     observer: _Observer,
 ) -> dict[Key, Row]:
-    """Run every successful job at its phases as well, and return its row with the spread of its errors."""
+    """Run every successful job at other phases, and return its row with the spread of its errors."""
     ran = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}
     if len(ran) < len(shifted):
         observer.count("phases", sum(len(references) for key, references in shifted.items() if key not in ran))
@@ -341,7 +353,7 @@ def _build_results(
 
 
 def _add_time_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Add to the rows their run times over PIT's on the same scene at the same step."""
+    """Add run times over PIT's on the same scene at the same step to the rows."""
     pit_s = {
         (row.job.scene.name, row.job.dt_s): row.timing.advance_s
         for row in rows

@@ -13,24 +13,24 @@ from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Cell, Column, Figur
 from carom.report.svg import SURFACE, drawing, error_scale, finish, line_style, new_figure, render
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
-#: Width of the chart, height of a line in it, and margins for names and for the axis, inches; on a phone in turn.
+#: Width of the chart, width on a phone, height of a line, and margins for names and for the axis, inches.
 _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5
 
 TITLE = "Error of each engine, and the part that sampling does not explain"
 CAPTION = "Ring: largest velocity error. Disc: the part that sampling does not explain. Medians over scenes."
 
 NOTE = (
-    "1 is the whole cost of checking once per step, 0 none of it, above 1 worse than PIT. Medians over scenes, with "
-    "least and greatest."
+    "1 is the whole cost of checking once per step, 0 is none of it, and more than 1 is worse than PIT. Medians "
+    "over scenes, with smallest and largest values."
 )
 DETAIL_NOTE = (
-    "The error is the largest velocity error over PIT's largest over the phases of the same step, or the largest spin "
-    "error over PIT's where that is more. A missed impact is off by all that it changes. The error of an engine's own "
-    "is the velocity error, over the greatest speed, against PIT, or against PIC where that is less. Impact by impact "
-    "it is taken from the engine's own state before. Times are left out, because a method that checks once per step is "
-    "late by up to a step. Scenes without a unique answer are left out."
+    "The error is the largest velocity error, divided by PIT's largest over the phases of the same step; or the "
+    "same ratio of spin errors if it is larger. A missed impact has an error of its whole change. The own error "
+    "is the velocity error against PIT or PIC, whichever is smaller, divided by the greatest speed. For single "
+    "impacts it is measured from the engine's own state before the impact. Times do not count, because checking "
+    "once per step is late by up to a step. Scenes without a unique answer are omitted."
 )
-SHORT_NOTE = "error / PIT's: largest velocity or spin error over PIT's worst at any phase of the step (1: all, 0: none)"
+SHORT_NOTE = "error / PIT's: largest velocity or spin error, divided by PIT's largest at any phase of the step"
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class EngineCost:
 
     Attributes:
         column: The engine and profile.
-        cells: Its cells, where the scene has one answer and PIT was run.
+        cells: Its cells for scenes with a unique answer in which PIT was run.
     """
 
     column: GridColumn
@@ -47,32 +47,32 @@ class EngineCost:
 
     @property
     def cost_ratios(self) -> list[float]:
-        """The error over PIT's in each scene that has one."""
+        """The error over PIT's, for each scene with such an error."""
         return [cell.cost for cell in self.cells if not math.isnan(cell.cost)]
 
     @property
     def scenes_unlike_pit(self) -> list[str]:
-        """Names of the scenes in which its impacts and errors do not equal PIT's, to rounding."""
+        """Names of the scenes in which its impacts or errors differ from PIT's by more than rounding."""
         return [cell.scene for cell in self.cells if not cell.line.equals_pit]
 
     @property
     def worse_than_pit(self) -> int:
-        """Number of scenes with larger errors than PIT at worst."""
+        """Number of scenes with errors above PIT's largest."""
         return sum(cell.cost > 1 and cell.scene in self.scenes_unlike_pit for cell in self.cells)
 
     @property
     def own(self) -> list[float]:
-        """The velocity error that sampling does not explain, in each scene that has one."""
+        """The velocity error that sampling does not explain, for each scene with such an error."""
         return _known(cell.line.own_velocity for cell in self.cells)
 
     @property
     def total(self) -> list[float]:
-        """The largest velocity error against the reference, in each scene that has one."""
+        """The largest velocity error against the reference, for each scene with such an error."""
         return _known(cell.errors.velocity for cell in self.cells)
 
     @property
     def local_own_errors(self) -> list[float]:
-        """The error of its own for each impact from its own state before it, in scenes with a horizon."""
+        """The own errors of single impacts, from the engine's own states, in scenes with a horizon."""
         scores = [cell.row.score for cell in self.cells if cell.row and cell.row.score]
         return [
             min(error, solver_error)
@@ -88,7 +88,7 @@ def _known(errors: Iterable[float | None]) -> list[float]:
 
 
 def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
-    """Measure the cost of sampling for every engine except Carom's own methods; empty where PIT was not run."""
+    """Measure the cost of sampling for every engine except Carom's own methods; empty if PIT was not run."""
     found = []
     for column in grid.columns.values():
         cells = (cell for cell in grid.cells(column) if cell.scored and cell.pit and cell.line.outcome_taken is None)
@@ -98,14 +98,14 @@ def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
 
 
 def sampling_cost_section(grid: Grid) -> Section:
-    """Return the chart of errors, and one row per engine with its error over PIT's and the error of its own."""
+    """Return a section with the chart of errors, and a row per engine: error over PIT's and own error."""
     found = measure_engine_costs(grid)
     if not found:
         return Section("", ())
     chart = Figures((Figure(partial(draw_sampling_costs, found), CAPTION, TITLE),), large=True)
     columns = [column for column in _COLUMNS if any(column.cell(cost).text != formatting.ABSENT for cost in found)]
     return Section(
-        "The price of sampling",
+        "The cost of sampling",
         (
             *((chart,) if any(cost.own for cost in found) else ()),
             Table(columns, found, only=IN_FULL),
@@ -117,7 +117,7 @@ def sampling_cost_section(grid: Grid) -> Section:
 
 
 def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> str:
-    """Draw each engine's velocity error against PIC, and the part that sampling does not explain, as SVG."""
+    """Draw each engine's velocity error against PIC, and the part not explained by sampling, as SVG."""
     with drawing():
         shown = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
         width, height = _NARROW_IN if narrow else _WIDTH_IN, _FOOT_IN + _LINE_IN * max(2, len(shown))
@@ -131,15 +131,15 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
             axes.plot([along(own), along(total)], [-k, -k], color=colour, linestyle=dash, linewidth=2.0, alpha=0.6)
             axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
             axes.plot([along(own)], [-k], "o", color=colour, markersize=6)
-        axes.set_ylim(0.5 - max(2, len(shown)), 0.5)  # half a line above the first and below the last
+        axes.set_ylim(0.5 - max(2, len(shown)), 0.5)  # half a line of margin
         axes.set_yticks([-k for k in range(len(shown))], [cost.column.name for cost, _, _ in shown])
-        axes.set_xlabel("velocity error, over the greatest speed")
+        axes.set_xlabel("velocity error / greatest speed")
         finish(axes)
         return render(figure, TITLE, narrow=narrow)
 
 
 def _median_column(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:
-    """Return a column's text for numbers of scenes or impacts: the median, with the least and the greatest."""
+    """Return a column's text for several numbers: the median, with smallest and largest value."""
 
     def say(cost: EngineCost) -> Cell | str:
         known = numbers(cost)
@@ -159,11 +159,11 @@ def _format_equal_scenes(cost: EngineCost) -> Cell:
 _COLUMNS = (
     Column("engine", lambda cost: cost.column.name),
     Column("error / PIT's, median", _median_column(lambda cost: cost.cost_ratios)),
-    Column("no cost", lambda cost: f"{cost.cost_ratios.count(0.0)} of {len(cost.cells)}"),
+    Column("without cost", lambda cost: f"{cost.cost_ratios.count(0.0)} of {len(cost.cells)}"),
     Column("worse than PIT", lambda cost: f"{cost.worse_than_pit} of {len(cost.cells)}"),
     Column("equals PIT", _format_equal_scenes),
-    Column("velocity error of its own, median", _median_column(lambda cost: cost.own)),
+    Column("own velocity error, median", _median_column(lambda cost: cost.own)),
     Column("impacts missed", lambda cost: str(sum(cell.missed for cell in cost.cells))),
-    Column("by PIT", lambda cost: str(sum(int(cell.pit.get("missed") or 0) for cell in cost.cells))),
-    Column("velocity error of its own, impact by impact", _median_column(lambda cost: cost.local_own_errors)),
+    Column("missed by PIT", lambda cost: str(sum(int(cell.pit.get("missed") or 0) for cell in cost.cells))),
+    Column("own velocity error, single impacts", _median_column(lambda cost: cost.local_own_errors)),
 )

@@ -1,4 +1,4 @@
-"""Section with every scene on every engine, their replays, and what was not scored."""
+"""Sections with every scene on every engine, with replays, and with runs that were not scored."""
 
 from __future__ import annotations
 
@@ -31,27 +31,30 @@ from carom.report.document import (
 from carom.report.files import packed
 from carom.report.mark import Mark
 from carom.report.replay import describe_run, replay_data, replay_key, run_command
-from carom.studies.cross_check.grid import Grid, GridCell, GridRow, NotRun
+from carom.studies.cross_check.grid import Grid, GridCell, GridRow, NotRun, keep_worst
 from carom.studies.cross_check.play_page import play_link
 from carom.support.escaping import visible
 
-#: Marks of cells that a reader can act on: install an engine, report a crash, raise a limit.
+#: Largest number of scenes in the table.
+MOST_SCENES = 500
+
+#: Marks that a user can act on: install an engine, report a crash, or raise a limit.
 _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
-    "0.5 of PIT: the run's largest error is half of PIT's at the same step. Late: velocities are right, and the impact "
-    "is found this many steps late."
+    "0.5 of PIT: the run's largest error is half of PIT's at the same step. 0.4 steps late: velocities are "
+    "right, but an impact is found 0.4 steps late."
 )
 FIGURE_DETAIL = (
-    "Impacts that are missed or invented are counted first. Otherwise the largest velocity or spin error counts, over "
-    "PIT's largest over the phases of the step. Where PIT has no such error, it is a share of the greatest speed in "
-    "the scene. Where all velocities and spins are right to rounding, the largest time error counts, in steps. PIC is "
-    "compared with itself here; the known answers show how accurate it is."
+    "A cell shows the number of missed or invented impacts. Without such impacts, it shows the largest velocity "
+    "or spin error, divided by PIT's largest over the phases of the step; or divided by the greatest speed if "
+    "PIT has no such error. If all velocities and spins are right to rounding, it shows the largest time error "
+    "in steps. PIC is compared with itself here. The known answers show its accuracy."
 )
 SHORT_NOTE = (
     "0.5\N{MULTIPLICATION SIGN}: largest velocity or spin error over PIT's\n"
     "-1 +2: impacts missed and invented\n"
-    "0.4 steps: velocities right to rounding, found this many steps late or early"
+    "0.4 steps: velocities are right, but an impact is this late or early"
 )
 
 
@@ -60,11 +63,14 @@ def scenes_section(grid: Grid) -> Section:
     columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
     columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), IN_FULL - PAGE)
+    rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
+    more = f"The {MOST_SCENES:,} scenes with the worst grades of {len(grid.rows):,}: results.jsonl has all."
     return Section(
         f"Every scene on every engine, against PIC at {grid.step_phrase}",
         (
             legend,
-            Table(columns, grid.rows, css="grid", only=IN_FULL),
+            Table(columns, rows, css="grid", only=IN_FULL),
+            *((Text(more, IN_FULL),) if len(rows) < len(grid.rows) else ()),
             Text(FIGURE_NOTE, ON_PAPER),
             Text(FIGURE_DETAIL, ON_PAPER, folded=True),
             Text(SHORT_NOTE, DETAIL),
@@ -75,7 +81,7 @@ def scenes_section(grid: Grid) -> Section:
 
 
 def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
-    """Yield number and heading of each column; profiles of Carom's own method that agree are merged."""
+    """Yield number and heading of each column. Equal profiles of Carom's own methods are merged."""
     columns = list(grid.columns.values())
 
     def content(k: int) -> list[tuple[Mark, str]]:
@@ -102,7 +108,7 @@ def _cell(k: int, row: GridRow) -> Cell:
 
 
 def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
-    """Yield the name of each scene that has a reference, and its replays, packed."""
+    """Yield the name and the packed replays of each scene that has a reference."""
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         runs = [found for cell in row.cells if (found := _replay(cell))]
@@ -111,7 +117,7 @@ def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
 
 
 def _replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | None:
-    """Return a run, its score and what is said of it; None where there is no replay."""
+    """Return a run, its score and its description; None if there is no replay."""
     if cell.row is None or cell.row.trace is None or cell.row.score is None:
         return None
     job = cell.row.job
@@ -120,21 +126,21 @@ def _replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | None:
 
 
 def unscored_section(grid: Grid) -> Section:
-    """Return what was not run or not scored, and why; a terminal shows what a reader can act on, or what has no run."""
+    """Return a section with cells that were not run or scored. A terminal shows only those that a user can act on."""
     every = tuple(map(_describe_not_run, grid.unrun))
     important = tuple(_describe_not_run(one) for one in grid.unrun if one.everywhere or one.mark in _ACTIONABLE)
     run = {column.engine for column in grid.columns.values()}
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
-    here = f"{Path.cwd()}{os.sep}"  # reports go to others: below the working folder, paths begin there
+    here = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
     names = formatting.listed([info.name for info in missing])
     lines = (
         Lines(every, IN_FULL, folded=formatting.count(len(every), "reason")),
         Lines(important, TERMINAL),
         Lines(tuple(f"{one.name} is not run: {one.unavailable.replace(here, '')}" for one in missing), IN_FULL),
-        Lines((f"Not installed: {names}; 'carom engines' says how to get them.",) if missing else (), TERMINAL),
+        Lines((f"Not installed: {names}; 'carom engines' shows how to install them.",) if missing else (), TERMINAL),
         Lines(tuple(_missing_profiles(grid)), ON_PAPER),
     )
-    return Section("Not scored, and why", tuple(block for block in lines if block.items), level=3)
+    return Section("Runs without a score", tuple(block for block in lines if block.items), level=3)
 
 
 def _describe_not_run(entry: NotRun) -> str:
@@ -143,7 +149,7 @@ def _describe_not_run(entry: NotRun) -> str:
 
 
 def _missing_profiles(grid: Grid) -> Iterator[str]:
-    """Describe why an engine does not have a profile that others were run with."""
+    """Describe why an engine lacks a profile that other engines were run with."""
     profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.own)
     for info in grid.results.engines:
         for profile in profiles:

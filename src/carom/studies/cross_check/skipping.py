@@ -1,4 +1,4 @@
-"""Section on skipped work: what a scene does not need, and how much time that saves PIC and PIT."""
+"""Section on skipped work: calculations that a scene does not need, and the time that PIC and PIT save."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from carom.studies.cross_check.grid import Grid
 from carom.support.formatting import number
 
 NOTE = (
-    "Skipping changes no result. PIC without it predicts all pairs after each impact, and runs event by event instead "
-    "of in closed form; PIT without it tests every pair and wall at every frame. Both are timed in turn on this "
-    "machine. A ratio below 1 is a scene so small that keeping count takes more time than it saves."
+    "Skipping changes no result. Without skipping, PIC predicts all pairs after each impact, and runs event by "
+    "event instead of in closed form. PIT tests every pair and wall at every frame. Both forms are timed in turn "
+    "on this machine. A ratio below 1 is a scene so small that the bookkeeping takes more time than it saves."
 )
 
 
 class _Scene(NamedTuple):
-    """A reference and the time saved in its scene."""
+    """A scene's reference and the time saved."""
 
     reference: Trace
     skips: SceneSkips
 
 
 def skipping_section(grid: Grid) -> Section:
-    """Return the work that each scene does not need and the time saved; empty where nothing was timed."""
+    """Return a section with the skipped work of each scene and the time saved; empty if nothing was timed."""
     found = [_Scene(grid.results.references[name], skips) for name, skips in grid.results.skipped.items()]
     if not found:
         return Section("Skipped work", ())
     pit = [one.skips.pit.ratio for one in found if one.skips.pit]
     pic = [one.skips.pic.ratio for one in found if one.skips.pic]
     said = [
-        f"Without skipping {name} takes {formatting.ratio(statistics.median(ratios))} the run time (median of "
+        f"Without skipping, {name} takes {formatting.ratio(statistics.median(ratios))} the run time (median of "
         f"{formatting.count(len(ratios), 'scene')}, up to {formatting.ratio(max(ratios))})."
         for name, ratios in (("PIC", pic), ("PIT", pit))
         if ratios
@@ -52,8 +52,8 @@ def skipping_section(grid: Grid) -> Section:
         Column("PIT, ms", lambda one: _with(one.skips.pit), number=True),
         Column("without", lambda one: _without(one.skips.pit), number=True),
     )
-    folded = f"What each of {formatting.count(len(found), 'scene')} does not need"
-    figure = Figure(partial(_diagram, found), "Run time with skipping (full) and without (ring).")
+    folded = f"Skipped work in {formatting.count(len(found), 'scene')}"
+    figure = Figure(partial(_diagram, found), "Run time with skipping (filled) and without (ring).")
     table = Table(columns, found, folded=folded, css="cells", only=ON_PAPER)
     explained = Text(NOTE, ON_PAPER, folded=True)
     return Section("Skipped work", (Text(" ".join(said), ON_PAPER), Figures((figure,), large=True), table, explained))
@@ -68,7 +68,7 @@ def _without(saved: SkippedTime | None) -> str:
 
 
 def _diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
-    """Draw the run times of each scene as SVG: a line from that with skipping to that without."""
+    """Draw the run times of each scene as SVG: a line from the time with skipping to that without."""
     with drawing():
         width, height, left = 4.0 if narrow else 9.0, 0.7 + 0.24 * len(found), 1.9
         figure = new_figure(width, height)

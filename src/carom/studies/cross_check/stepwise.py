@@ -1,4 +1,4 @@
-"""Section on stepwise accuracy: methods ranked by their steps, where steps show more than the trajectory."""
+"""Section on stepwise accuracy: methods ranked by their steps, for runs whose steps show more than the trajectory."""
 
 from __future__ import annotations
 
@@ -11,25 +11,28 @@ from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
 from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Column, Media, Section, Table, Text
 from carom.report.mark import Mark, mark_of_grade
-from carom.studies.cross_check.grid import Grid, GridCell
+from carom.studies.cross_check.grid import Grid, GridCell, keep_worst
 
+#: Largest number of listed runs.
+MOST_RUNS = 1000
 NOTE = (
-    "Each step is compared with PIC from the run's own state at its start, so errors do not add up. The table lists "
-    "runs whose steps show more than their trajectory, the best first."
+    "Each step is compared with PIC from the run's own state at its start, so errors do not add up. The table "
+    "lists runs whose steps show more than their trajectory, best first."
 )
 DETAIL_NOTE = (
-    "Steps in which several bodies meet are compared together. Missed: two bodies passed through each other; in "
-    "brackets how many of these PIT misses from the same state. Invented: a body turned with nothing near. Late is in "
-    "steps. The error is that of velocity or spin, over PIT's largest from the same state; up to 1, checking once per "
-    "step explains it. Energy is gained or lost beyond what PIT's steps gain or lose, over the scene's energy. Late "
-    "and error are of impacts that are alone in their steps; entangled is the share of windows with several impacts, "
-    "which have no unique answer. Methods are ranked by misses that PIT does not have, then inventions, early impacts, "
-    "the largest error and energy. A run that ended before the scene comes last. A run is listed if it goes beyond the "
-    "horizon or a rest, if it left the reference's trajectory, or if a verdict is about its steps."
+    "Steps in which several bodies meet are compared together as a window. Missed: two bodies passed through "
+    "each other; in brackets, the number of these that PIT also misses from the same state. Invented: a body "
+    "turned with nothing near. Late: lateness in steps. Error: velocity or spin error, divided by PIT's largest "
+    "from the same state; checking once per step explains an error of up to 1. Energy: energy gained or lost "
+    "beyond PIT's steps, divided by the scene's energy. Late and error count only impacts that are alone in "
+    "their window. Entangled: share of windows with several impacts, which have no unique answer. Methods are "
+    "ranked by misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs "
+    "that ended early are last. A run is listed if it continues beyond the horizon or after a disc comes to "
+    "rest, if its trajectory diverged, or if a verdict is about its steps."
 )
 SHORT_NOTE = (
-    "impacts: - missed (PIT misses these, too, from the same state), + invented\n"
-    "error: the worst over PIT's from the same state; energy: beyond PIT's\n"
+    "impacts: - missed (of these, PIT also misses), + invented\nerror: largest over PIT's from the same state; "
+    "energy: beyond PIT's\n"
     "best first; runs that ended early last"
 )
 #: Verdicts that only steps show.
@@ -45,7 +48,7 @@ class _Steps(NamedTuple):
 
 
 def steps_section(grid: Grid) -> Section:
-    """Return one row per method and scene, the best method of a scene first; a terminal shows single scenes only."""
+    """Return a section with one row per method and scene, best first. A terminal shows single scenes only."""
     found = list(_find_listed_runs(grid))
     if not found:
         return Section("", ())
@@ -75,11 +78,14 @@ def steps_section(grid: Grid) -> Section:
         column("entangled", lambda local: formatting.percent(_entangled(local))),
         column("until", lambda local: formatting.seconds(local.until_s)),
     )
-    folded = "" if alone else formatting.count(len(found), "run")
+    listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
+    more = f"The {MOST_RUNS:,} runs with the worst grades of {len(found):,}: results.jsonl has all."
+    folded = "" if alone else formatting.count(len(listed), "run")
     return Section(
-        "Each step from the run's own state",
+        "Accuracy of single steps",
         (
-            Table(columns, found, folded=folded, css="cells", only=media),
+            Table(columns, listed, folded=folded, css="cells", only=media),
+            *((Text(more, media),) if len(listed) < len(found) else ()),
             *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),
             Text(NOTE, ON_PAPER),
             Text(DETAIL_NOTE, ON_PAPER, folded=True),
@@ -90,7 +96,7 @@ def steps_section(grid: Grid) -> Section:
 
 
 def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
-    """Yield the runs to list, scene by scene, the best first; PIC only where no other method ran."""
+    """Yield the runs to list, by scene and best first. PIC is only listed if no other method ran."""
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         rests = reference is not None and reference.contact_s < math.inf
@@ -110,7 +116,7 @@ def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
 
 
 def _rank(run: _Steps) -> tuple[bool, int, int, int, float, float]:
-    """Return the sort key of a run, the best first; differences within rounding do not count."""
+    """Return the sort key of a run, which is smallest for the best. Differences within rounding do not count."""
     local = run.local
     ratio = math.inf if math.isnan(local.ratio[1]) else float(f"{local.ratio[1]:.3e}")
     energy = local.energy if local.energy > local.energy_rounding else 0.0
@@ -129,7 +135,7 @@ def _format_impacts(local: LocalScore) -> str:
 
 
 def _entangled(local: LocalScore) -> float:
-    """Return the fraction of the windows compared that are entangled; NaN where there is none."""
+    """Return the fraction of compared windows that are entangled; NaN if there is none."""
     compared = local.entangled + local.judged
     return local.entangled / compared if compared else math.nan
 
@@ -140,7 +146,7 @@ def _parted_at(run: _Steps) -> str:
 
 
 def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
-    """Describe when the trajectories left the reference's, and when PIT's did."""
+    """Describe when the trajectories of methods and of PIT diverged from the reference's."""
     lines = [run.cell.line for run in found if run.cell.line.parted_s is not None]
     times = sorted(line.parted_s for line in lines if line.parted_s is not None)
     if times:
@@ -148,5 +154,5 @@ def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
         when = f"at {first}" if first == last else f"between {first} and {last}"
         asked = {line.pit_parted_s for line in lines}
         pit = [formatting.seconds(time_s) for time_s in sorted(time_s for time_s in asked if time_s is not None)]
-        also_pit = f"; PIT's at {formatting.listed(pit)}" if pit else ""
-        yield f"Parted from the reference's trajectory: {formatting.count(len(times), 'method')}, {when}{also_pit}."
+        also_pit = f"; PIT diverged at {formatting.listed(pit)}" if pit else ""
+        yield f"Diverged from the reference's trajectory: {formatting.count(len(times), 'method')} {when}{also_pit}."

@@ -1,4 +1,4 @@
-"""How errors shrink with the step: medians over one set of scenes, so that a point compares with its neighbours."""
+"""Section on the decrease of errors with the step: medians over one set of scenes for all steps."""
 
 from __future__ import annotations
 
@@ -23,21 +23,22 @@ if TYPE_CHECKING:
 _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
 
 DETAIL_NOTE = (
-    "A median compares with its neighbours only over the same scenes, so these are chosen once: PIT finds an impact in "
-    "them at every step, with a velocity error above rounding. Where a method found no impact, it has fewer scenes."
+    "Medians at different steps are only comparable over the same scenes. So only scenes are used in which PIT "
+    "finds an impact at every step with a velocity error above rounding. A method that finds no impact in a "
+    "scene has fewer scenes."
 )
 
 
 class TrendPoint(NamedTuple):
-    """One engine and profile at one refinement.
+    """One engine and profile at one step.
 
     Attributes:
-        median: Median over scenes of the largest velocity error; None where no scene has one.
-        low: Least of these errors.
-        high: Greatest of them.
-        scenes: How many scenes are in it.
-        wrong: How many of all graded scenes are wrong.
-        graded: How many scenes were graded.
+        median: Median over scenes of the largest velocity error; None if no scene has one.
+        low: Smallest of these errors.
+        high: Largest of these errors.
+        scenes: Number of scenes in the median.
+        wrong: Number of scenes with grade *wrong*.
+        graded: Number of graded scenes.
     """
 
     median: float | None
@@ -49,7 +50,7 @@ class TrendPoint(NamedTuple):
 
 
 class Series(NamedTuple):
-    """The points of an engine and profile, one for each refinement, and its name in the legend and the table."""
+    """The points of an engine and profile, one per step, and the name in legend and table."""
 
     column: GridColumn
     points: tuple[TrendPoint, ...]
@@ -61,11 +62,11 @@ class Trend:
     """Error against step.
 
     Attributes:
-        parts: The step of each refinement in parts of the scene's coarsest, 1 first.
-        coarsest_s: Least and greatest of the scenes' coarsest steps, seconds.
-        series: One for each column of the grid; one for all profiles of a method of Carom's own that gave the same.
+        parts: Steps as fractions of each scene's coarsest step, beginning with 1.
+        coarsest_s: Smallest and largest of the scenes' coarsest steps, seconds.
+        series: One per column of the grid. Equal profiles of Carom's own methods share one.
         scenes: Names of the scenes in the velocity medians.
-        left_out: Why the others are not, and which they are.
+        left_out: Names of the other scenes, by reason.
     """
 
     parts: tuple[float, ...]
@@ -75,7 +76,7 @@ class Trend:
     left_out: Mapping[str, Sequence[str]]
 
 
-#: Why a scene is not among those whose errors are compared, in the order in which it is listed.
+#: Reasons to omit a scene from the medians, in the order of the report.
 _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
     "PIT's velocities are right at every step",
     "PIT finds no impact at one of the steps, so it has no velocity error",
@@ -85,7 +86,7 @@ _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
 
 
 def build_trend(grid: Grid) -> Trend:
-    """Derive the series, over the scenes in which PIT has a velocity error at every step."""
+    """Compute the series over the scenes in which PIT has a velocity error at every step."""
     by_place = formatting.together(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
     coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
     ratios = formatting.together(
@@ -108,9 +109,9 @@ def build_trend(grid: Grid) -> Trend:
 
 
 def _merged(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Series]:
-    """Yield the series of each column; profiles of a method of Carom's own that gave the same are one, without profile.
+    """Yield the series of each column. Equal profiles of one of Carom's own methods are merged.
 
-    Engines' profiles differ in settings, and stay apart even where their results agree.
+    Profiles of other engines stay separate, because they differ in settings.
     """
     seen = set[tuple[str, tuple[TrendPoint, ...]]]()
     for column, own in points.items():
@@ -122,7 +123,7 @@ def _merged(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Ser
 
 
 def _left_out(cells: Sequence[GridCell]) -> str:
-    """Return why the scene of these cells is left out; empty where it is chosen."""
+    """Return the reason to omit the scene of these cells; an empty text if it is used."""
     scored = [cell for cell in cells if cell.scored]
     if not scored or any(cell.mark is Mark.UNGRADED for cell in cells):
         return _OTHER
@@ -146,14 +147,17 @@ def _point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint:
 
 
 def trend_section(grid: Grid) -> Section:
-    """Return the charts of error and of wrong scenes against the step with their numbers, where there are any."""
+    """Return a section with charts of error and of wrong scenes against the step, and their numbers."""
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
     charts = Figures(
         (
-            Figure(partial(_velocity_chart, trend), "Velocity error. Shaded: from the least to the greatest, for PIT."),
-            Figure(partial(_wrong_chart, trend), "Wrong: an impact missed, invented or out of order, or another end."),
+            Figure(partial(_velocity_chart, trend), "Velocity error. Shaded: PIT's range from smallest to largest."),
+            Figure(
+                partial(_wrong_chart, trend),
+                "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently.",
+            ),
         )
     )
     steps = [(k, f"step {formatting.part(part)}") for k, part in enumerate(trend.parts)]
@@ -162,19 +166,19 @@ def trend_section(grid: Grid) -> Section:
     columns += [
         Column("scenes wrong", _at(k, lambda point: f"{point.wrong} of {point.graded}"), step) for k, step in steps
     ]
-    note = "Velocity error: median over scenes (least to greatest; scenes)."
+    note = "Velocity error: median over scenes (smallest to largest; number of scenes)."
     table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=ON_PAPER)
     said = (
-        f"Velocity errors are medians over the same {formatting.count(len(trend.scenes), 'scene')} at every step"
+        f"Velocity errors are medians over {formatting.count(len(trend.scenes), 'scene')} at every step"
         if trend.scenes
-        else "In no scene does PIT have a velocity error at every step, so there are no medians"
+        else "There are no medians, because PIT has no scene with a velocity error at every step"
     )
-    scenes = Lines(tuple(_describe_scenes(trend)), ON_PAPER, folded="Which scenes these are")
+    scenes = Lines(tuple(_describe_scenes(trend)), ON_PAPER, folded="Scenes in the medians")
     return Section(
         "Error against step",
         (
             charts,
-            Text(f"{said}. Wrong scenes are counted among all graded ones.", ON_PAPER),
+            Text(f"{said}. Wrong scenes are counted among all graded scenes.", ON_PAPER),
             Text(DETAIL_NOTE, ON_PAPER, folded=True),
             table,
             scenes,
@@ -183,7 +187,7 @@ def trend_section(grid: Grid) -> Section:
 
 
 def _at(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], Cell | str]:
-    """Return what a column says of the k-th point of a series."""
+    """Return a function that formats the k-th point of a series."""
     return lambda series: say(series.points[k])
 
 
@@ -195,11 +199,11 @@ def _error(point: TrendPoint) -> Cell | str:
 
 
 def _describe_scenes(trend: Trend) -> Iterator[str]:
-    """Say which scenes the velocity errors are medians of, and why the others are not."""
+    """Describe the scenes in the medians, and why others are omitted."""
     if trend.scenes:
-        yield f"Velocity errors are of {formatting.listed(trend.scenes)}."
+        yield f"Velocity errors are medians over {formatting.listed(trend.scenes)}."
     for why, names in trend.left_out.items():
-        yield f"Left out, because {why}: {formatting.listed(names)}."
+        yield f"Omitted because {why}: {formatting.listed(names)}."
 
 
 def _velocity_chart(trend: Trend, narrow: bool = False) -> str:
@@ -237,13 +241,13 @@ def _wrong_chart(trend: Trend, narrow: bool = False) -> str:
 
 def _x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
     axes.set_xscale("log")
-    # From coarse to fine in the direction of reading.
+    # From coarse to fine, left to right.
     axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
     axes.set_xticks(trend.parts, [formatting.part(part) for part in trend.parts])
     axes.minorticks_off()
     low, high = (formatting.step(dt_s) for dt_s in trend.coarsest_s)
     between = high if low == high else f"{high} to {low}"
-    axes.set_xlabel(f"step, in parts of the coarsest ({between})")
+    axes.set_xlabel(f"step, as a fraction of the coarsest ({between})")
     finish(axes, below)
 
 

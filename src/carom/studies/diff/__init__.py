@@ -1,1 +1,1 @@
-"""Comparison of two cross-checks: what got better and worse."""
+"""Study: comparison of two cross-checks, and what became better or worse."""

@@ -1,4 +1,4 @@
-"""A diff of two cross-checks as a document: the count, what got worse, what is mixed, what got better."""
+"""Document of `carom diff`: the numbers of changes, and the changed cells, worst first."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from carom.report.document import (
 )
 from carom.studies.diff.run import Change, Diff, Kind
 
-#: Most rows, since a comment on a pull request has a limited length.
+#: Largest number of rows. A comment on a pull request has a limited length.
 MOST_ROWS = 50
-#: Number of groups that a terminal shows in 25 lines: worse or mixed, all others, and not graded. A group takes two
+#: Numbers of groups that a terminal shows in 25 lines: worse or mixed, other changes, and not graded. A group takes two
 #: lines with one method, and three with several.
 MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
-#: Number of settings whose values a terminal shows, and characters of each.
+#: Largest number of settings on a terminal, and of characters of a value.
 MOST_SETTINGS, MOST_LETTERS = 4, 40
 
 _COLUMNS = (
@@ -38,25 +38,25 @@ _COLUMNS = (
 )
 
 
-#: Changes of one kind and grade, with the same changes of settings and versions; the first grew most, or shrank least.
+#: Changes with equal kind, grades, settings and versions. The first has the largest growth.
 _Group = list[Change]
 
 
 def diff_document(found: Diff, old: str, new: str) -> Document:
-    """Return the document: the cells that got better and worse, with their numbers; a terminal shows some in 25 lines.
+    """Return a document of the cells that changed, with their numbers. A terminal shows some of them in 25 lines.
 
     Args:
         found: The changes.
         old: Name of the old cross-check, as the user gave it.
-        new: Name of the new one.
+        new: Name of the new cross-check.
     """
     changes, left_out = found.changes, len(found.changes) - MOST_ROWS
-    note = f"{left_out} more are not shown; --page FILE writes all of them" if left_out > 0 else ""
+    note = f"{left_out} more are not shown; --page FILE writes all" if left_out > 0 else ""
     tables = (
         Table(_COLUMNS, changes, css="cells diff", only=PAGE | DETAIL),
         Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=EVERYWHERE - PAGE - DETAIL - TERMINAL),
     )
-    around = Text(f"Not the same in both runs: {'; '.join(found.around)}.", EVERYWHERE - TERMINAL)
+    around = Text(f"These differ between the runs: {'; '.join(found.around)}.", EVERYWHERE - TERMINAL)
     in_few = tuple(_in_few(changes))
     sections = (
         *((Section("Summary", in_few, only=TERMINAL),) if in_few else ()),
@@ -68,7 +68,7 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
 
 
 def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
-    """Yield a row for each group of alike cells: worse or mixed, other changes, and changes that are not graded."""
+    """Yield tables with a row for each group of similar changes: worse or mixed, others, and not graded."""
     bad = [change for change in changes if change.graded and change.kind in (Kind.WORSE, Kind.MIXED, Kind.VANISHED)]
     ungraded = [change for change in changes if not change.graded]
     others = [change for change in changes if change.graded and change not in bad]
@@ -89,10 +89,10 @@ def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
 
 
 def _groups(changes: Sequence[Change]) -> list[_Group]:
-    """Return groups of changes of the same kind, grades and changed settings, in the order of the worst of each."""
+    """Group changes of the same kind, grades and changed settings. Groups are in the order of their worst changes."""
 
     def shared(change: Change) -> tuple[object, ...]:
-        # A different number of found impacts has another cause than a larger error.
+        # Changed numbers of impacts have other causes than larger errors.
         counts = any(measure.counts for measure in change.measures)
         return (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
 
@@ -107,7 +107,7 @@ def _lead(found: Diff) -> list[str]:
     same = formatting.count(found.unchanged, "cell")
     lead = [f"{formatting.capitalised(formatting.listed(counted))}; {same} unchanged." if counted else ""]
     if not counted:
-        lead = [f"No change: {same} compared, all equal to rounding."]
+        lead = [f"No change: all {same} are equal to rounding."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
         worst = found.changes[0]
         number = f" ({worst.telling})" if worst.telling else ""
@@ -117,7 +117,7 @@ def _lead(found: Diff) -> list[str]:
 
 
 def _settings(changes: Sequence[Change]) -> Iterator[str]:
-    """Yield one sentence on changed settings and versions, which also tells what varies from cell to cell."""
+    """Yield one sentence on changed settings and versions."""
     values: dict[str, dict[str, None]] = {}
     cells = Counter[str]()
     for change in changes:

@@ -1,4 +1,4 @@
-"""Options of a comparison of two cross-checks: see `carom.support.options`."""
+"""Options of `carom diff`; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ def _two_names(value: Any) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class DiffOptions(DeclaredOptions):
-    """Options of a comparison, without its two reports.
+    """Options of a comparison, except for the two reports.
 
     Attributes:
-        match: Pairs of engines ("pymunk") or methods ("pymunk/tuned") to compare, old and new; others are left out. By
-            default each is compared with its namesake, or, if both reports have one method, these two.
-        fail_on: The best grade at which a change for the worse is a violation.
+        match: Pairs of old and new engines ("pymunk") or methods ("pymunk/tuned") to compare. Others are omitted. By
+            default, methods with the same name are compared; or, if each report has one method, these two.
+        fail_on: The best grade at which a change to worse counts as a violation.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     match: Sequence[tuple[str, str]] | None = option(
@@ -48,6 +48,6 @@ class DiffOptions(DeclaredOptions):
     fail_on: FailOn = option(
         FailOn.INACCURATE,
         one_of(FailOn),
-        "Best grade at which a change for the worse gives exit code 1.",
+        "Best grade at which a change to worse gives exit code 1.",
         "--fail-on",
     )

@@ -1,4 +1,4 @@
-"""Changes between the records of two cross-checks, cell by cell, beyond rounding."""
+"""Changes between the records of two cross-checks, cell by cell, without rounding errors."""
 
 from __future__ import annotations
 
@@ -8,33 +8,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from carom.comparator import Errors, Grade, Verdict
-from carom.comparator.scales import Scales
+from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.environment import Environment
-from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.mark import BROKEN, GRADED, Mark, parse_mark
-from carom.report.record import RowLine, SceneLine, Summary
-from carom.report.records import read_records
+from carom.report.mark import BROKEN, GRADED, Mark
+from carom.studies.diff.cells import DiffCell, read_cells
 from carom.studies.diff.options import DiffOptions
-
-#: Facts without a size: present or not.
-_FLAGS = (
-    *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
-    *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
-    *(Verdict.SLID, Verdict.STUCK),
-)
-
-
-_NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in dataclasses.fields(Errors)}
 
 
 class Kind(Enum):
-    """Kinds of changes of a cell, the worst first."""
+    """Kinds of changes of a cell, beginning with the worst."""
 
     WORSE = "worse"
     MIXED = "mixed"
@@ -46,14 +33,14 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """A number of a cell before and after; None where it is not measured.
+    """A number of a cell before and after; None if it is not measured.
 
     Attributes:
         name: Name of the number.
-        old: Before, with its sign.
-        new: After.
-        rounding: Largest difference that is no change.
-        unit: Its unit, empty without one.
+        old: The number before, with its sign.
+        new: The number after.
+        rounding: Largest difference that does not count as a change.
+        unit: Unit of the number; empty without a unit.
     """
 
     name: str
@@ -64,7 +51,7 @@ class BeforeAfter:
 
     @property
     def counts(self) -> bool:
-        """Whether it is a number of impacts, which has no rounding."""
+        """Whether this is a number of impacts, which has no rounding."""
         return self.rounding == 0.0
 
     @property
@@ -76,7 +63,7 @@ class BeforeAfter:
 
     @property
     def growth(self) -> float:
-        """Increase of its magnitude; 0 within rounding, and where one is not measured."""
+        """Increase of the magnitude; 0 within rounding, or if one number is not measured."""
         if self.old is None or self.new is None:
             return 0.0
         grown = abs(self.new) - abs(self.old)
@@ -85,7 +72,7 @@ class BeforeAfter:
     def __str__(self) -> str:
         if isinstance(self.old, bool):
             return f"{self.name}: {'gone' if self.old else 'new'}"
-        # The least digits at which the two differ; 17 distinguish any two floats.
+        # The smallest number of digits at which the two differ. 17 digits distinguish any two floats.
         texts = ([_number(value, digits) for value in (self.old, self.new)] for digits in range(3, 18))
         old, new = next((pair for pair in texts if pair[0] != pair[1]), ["", ""])
         return f"{self.name} {old} → {new}{self.unit}"
@@ -102,13 +89,13 @@ class Change:
     Attributes:
         kind: Kind of the change.
         scene: Name of the scene.
-        method: Engine and profile; of both runs, where they differ.
+        method: Engine and profile, of both runs if they differ.
         dt_s: Step, seconds.
-        old: Its mark before.
-        new: Its mark after.
+        old: The cell's mark before.
+        new: The cell's mark after.
         measures: The numbers that changed.
-        verdicts: Verdicts of only one run.
-        changed: Changed settings, versions and reference, by name, as before and after.
+        verdicts: Verdicts that only one run has.
+        changed: Changed settings, versions and reference values: name, and text of before and after.
     """
 
     kind: Kind
@@ -130,14 +117,14 @@ class Change:
 
     @property
     def graded(self) -> bool:
-        """Whether both have a grade, or one broke off; otherwise the change is neither better nor worse."""
+        """Whether both runs have a grade or failed. Otherwise the change is neither better nor worse."""
         return _graded(self.old, self.new)
 
     @property
     def badness(self) -> tuple[float, ...]:
-        """Sort key for the worst: whether graded, kind and grade, impacts missed or spurious, the largest growth."""
+        """Sort key, largest for the worst change: graded, kind, grade, missed or spurious impacts, largest growth."""
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
-        # Errors over the scene's own scales are comparable; seconds and degrees are not.
+        # Only errors over the scene's own scales are comparable, not seconds and degrees.
         growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
         return (
             float(self.graded),
@@ -150,11 +137,11 @@ class Change:
 
     @property
     def telling(self) -> BeforeAfter | None:
-        """The most important changed number, None where none changed.
+        """The most important changed number; None if none changed.
 
-        It is one that moved in the direction of the change. Missed or spurious impacts come first, then errors over the
-        scene's scales, errors with a unit, and facts. Among equals it is the first, because an impact's error causes
-        the end's.
+        It is a number that moved in the direction of the change. Missed or spurious impacts come first, then errors
+        over the scene's scales, errors with a unit, and verdicts. Among equals it is the first, because errors of
+        impacts cause errors of the final state.
         """
         way = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -164,9 +151,9 @@ class Change:
         return max(self.measures, key=order, default=None)
 
     def violates(self, fail_on: Grade) -> bool:
-        """Whether a graded cell got worse, and now has a grade or a worse one; a failed run is worse than all grades.
+        """Whether a graded cell became worse and now has the grade `fail_on` or a worse one.
 
-        A mixed change counts as worse.
+        A mixed change counts as worse, and a failed run is worse than all grades.
         """
         if self.kind not in (Kind.WORSE, Kind.MIXED) or not self.graded:
             return False
@@ -180,9 +167,9 @@ class Diff:
     """Changes between two cross-checks.
 
     Attributes:
-        changes: The changes, the worst first.
+        changes: The changes, worst first.
         unchanged: Number of unchanged cells.
-        around: Differences of versions and machine.
+        around: Differences in versions and machine.
     """
 
     changes: tuple[Change, ...]
@@ -190,51 +177,27 @@ class Diff:
     around: tuple[str, ...]
 
 
-class _Number(NamedTuple):
-    """A number of a cell, one of the two of a `BeforeAfter`."""
-
-    name: str
-    value: float | bool | None
-    rounding: float
-    unit: str = ""
-
-
-@dataclass(frozen=True)
-class _Cell:
-    """A row of the records, with the data of its scene from the header."""
-
-    method: Method
-    scene: str
-    dt_s: float
-    mark: Mark
-    numbers: tuple[_Number, ...]
-    verdicts: tuple[str, ...]
-    settings: Mapping[str, Any]
-    reference: Mapping[str, Any]
-    pair: int = 0  # number of the requested pair of names that it belongs to, from 1 on; 0 without one
-
-
 def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
     """Compare the records of one cross-check with those of another.
 
     Args:
         old: Folder of the old report, or its `results.jsonl`.
-        new: The new one.
+        new: Folder of the new report, or its `results.jsonl`.
         match: See `carom.studies.diff.options.DiffOptions`.
 
     Raises:
-        InputError: A file can't be read or has another format, no cell is in both, or `match` is no list of pairs.
+        InputError: A file can't be read or has another format, no cell is in both, or `match` is not a list of pairs.
     """
     match = DiffOptions(match).match
-    (before, old_cells), (after, new_cells) = _read(old), _read(new)
+    (before, old_cells), (after, new_cells) = read_cells(old), read_cells(new)
     if match:
         old_cells, new_cells = _matched(old_cells, match, 0, old), _matched(new_cells, match, 1, new)
     methods = {cell.method for cell in old_cells}, {cell.method for cell in new_cells}
 
-    def key(cell: _Cell) -> tuple[object, ...]:
+    def key(cell: DiffCell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
-        # Settings that replace a profile's are compared with the profile, and named next to it.
+        # Runs with other settings are compared with the profile's run.
         return (cell.scene, cell.dt_s, cell.method.profile, cell.pair or cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
@@ -242,7 +205,7 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     ran = [pair for pair in pairs if any(map(_was_run, pair))]
     if not any(all(map(_was_run, pair)) for pair in ran):
         raise InputError(
-            f"no cell was run in both {old} and {new}: scenes, engines, profiles or steps differ, or an engine was "
+            f"{old} and {new} have no cell in common: scenes, engines, profiles or steps differ, or an engine was "
             "not available; --engine OLD=NEW compares one engine with another"
         )
     versions = _versions(before.environment, after.environment)
@@ -252,76 +215,11 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     return Diff(tuple(changes), len(ran) - len(changes), around)
 
 
-def _was_run(cell: _Cell | None) -> bool:
-    return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
+def _was_run(cell: DiffCell | None) -> bool:
+    return cell is not None and cell.was_run
 
 
-def _read(path: Path) -> tuple[Summary, list[_Cell]]:
-    file = path / "results.jsonl" if path.is_dir() else path
-    summary, lines = read_records(file)
-    cells, number = [], 1
-    try:
-        for number, line in enumerate(lines, start=2):  # noqa: B007 - the error names it
-            cells.append(_cell(summary, line))
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # valid types, but not a valid cell
-        raise InputError(
-            f"{file}, line {number}: not a cell of a cross-check ({error!r})", hints=["run the cross-check again"]
-        ) from None
-    return summary, cells
-
-
-def _cell(summary: Summary, line: RowLine) -> _Cell:
-    mark = parse_mark(line.status, line.grade, line.float_bits)
-    found = {one.verdict: one.reason for one in line.verdicts}
-    said = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
-    return _Cell(
-        method=Method(line.engine, line.profile, tuple(line.tried.items())),
-        scene=line.scene,
-        dt_s=line.dt_s,
-        mark=mark,
-        numbers=tuple(_numbers(line, summary.scenes[line.scene].scales, found)) if mark.ran else (),
-        verdicts=said or (line.reason,) * bool(line.reason),
-        settings=dict(line.settings or {}),
-        reference=_reference(summary.scenes[line.scene]) if mark.ran else {},
-    )
-
-
-def _numbers(line: RowLine, scales: Scales, found: Mapping[str, str]) -> Iterator[_Number]:
-    """Yield the numbers that rate a cell, with their rounding in the declared floats."""
-    bits, dt_s, time_s, total = line.float_bits, line.dt_s, scales.time_s, line.total
-    if bits is None or total is None or line.missed is None or line.spurious is None:
-        lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
-        raise ValueError(f"it has a grade and no {lacking}")
-    rounding = THRESHOLDS.rounding_of(bits)
-    missed, invented = len(line.missed), len(line.spurious)
-    if line.parted_s is not None and line.local_truth:  # after it diverged its impacts are chance, and its steps decide
-        missed, invented = line.local_truth.missed, line.local_truth.invented
-    yield _Number("impacts missed", float(missed), 0.0)
-    yield _Number("impacts invented", float(invented), 0.0)
-    for verdict in _FLAGS:
-        yield _Number(verdict.value, verdict.name.lower() in found, rounding)
-    limits = {  # the errors that decide a grade, and the direction, which shows in a picture
-        "time_s": (THRESHOLDS.time_rounding_of(bits, time_s, dt_s), " s"),
-        "velocity": (rounding, ""),
-        "spin": (rounding, ""),
-        "direction_rad": (THRESHOLDS.direction_rad, "°"),
-        "energy": (min(rounding, THRESHOLDS.energy), ""),
-        "final_position": (THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales.reach_m / scales.length_m, ""),
-        "final_velocity": (rounding, ""),
-        "final_spin": (rounding, ""),
-    }
-    for name, (limit, unit) in limits.items():
-        error: float = getattr(total, name)
-        shown = math.degrees if unit == "°" else float
-        yield _Number(_NAMES[name], None if math.isnan(error) else shown(error), shown(limit), unit)
-
-
-def _reference(scene: SceneLine) -> Mapping[str, Any]:
-    """Return the numbers of a scene's reference, by their names."""
-    return {"expected": scene.expected, **dataclasses.asdict(scene.scales)}
-
-
-def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
+def _of_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCell]:
     found = [
         cell
         for cell in cells
@@ -329,11 +227,11 @@ def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
     ]
     if not found:
         known = formatting.listed(sorted({cell.method.name for cell in cells}))
-        raise InputError(f"--engine: {path} has no {name!r}", hints=[f"it has {known or 'no rows'}"])
+        raise InputError(f"--engine: {path} has no engine or method {name!r}", hints=[f"it has {known or 'no rows'}"])
     return found
 
 
-def _matched(cells: Sequence[_Cell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[_Cell]:
+def _matched(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
     """Return the cells of one report for each pair of names, with the pair's number."""
     return [
         dataclasses.replace(cell, pair=number)
@@ -343,7 +241,7 @@ def _matched(cells: Sequence[_Cell], match: Sequence[tuple[str, str]], side: int
 
 
 def _versions(old: Environment, new: Environment) -> dict[str, str]:
-    """Return the differences of versions and machine, by name, as before and after."""
+    """Return the differences in versions and machine: text of before and after, by name."""
     olds, news = (
         {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
         for one in (old, new)
@@ -357,7 +255,7 @@ def _differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, str]
 
 
 def _same(a: object, b: object) -> bool:
-    """Whether two values are equal; numbers to rounding, because of other machines."""
+    """Whether two values are equal. Numbers may differ by rounding, because machines differ."""
     if not (isinstance(a, float) and isinstance(b, float)):
         return a == b
     return math.isclose(a, b, rel_tol=THRESHOLDS.rounding) or (math.isnan(a) and math.isnan(b))
@@ -367,16 +265,13 @@ def _value(value: Any) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -> Change | None:
-    """Return the change of a cell, None where nothing changed."""
+def _change(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Change | None:
+    """Return the change of a cell; None if nothing changed."""
     one = new or old
     if one is None:
         return None
     was, now = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
-    pairs = zip(old.numbers, new.numbers, strict=True) if old and new and was.ran and now.ran else ()
-    # If the two declare floats of different widths, the wider ones count.
-    both = (BeforeAfter(a.name, a.value, b.value, min(a.rounding, b.rounding), a.unit) for a, b in pairs)
-    measures = tuple(measure for measure in both if measure.changed)
+    measures = tuple(_measured(old, new)) if old and new and was.ran and now.ran else ()
     there = _was_run(old), _was_run(new)
     kind = _kind(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
     if kind is None:
@@ -386,9 +281,18 @@ def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -
     return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, verdicts, changed)
 
 
+def _measured(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
+    """Yield the numbers that changed; if the two declare floats of different widths, the wider one counts."""
+    for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
+        if before != after:
+            measure = BeforeAfter(a.name, before, after, min(a.rounding, b.rounding), a.unit)
+            if measure.changed:
+                yield measure
+
+
 def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
     grew = _badness(now) - _badness(was) if _graded(was, now) else 0
-    # Hit or miss first: errors of impacts that only one run has found cannot be compared.
+    # Numbers of impacts come first: errors of impacts that only one run has found can't be compared.
     impacts = sum(measure.growth for measure in measures if measure.counts)
     growths = [impacts] if impacts else [measure.growth for measure in measures]
     rose, fell = any(growth > 0 for growth in growths), any(growth < 0 for growth in growths)
@@ -404,19 +308,19 @@ def _graded(was: Mark, now: Mark) -> bool:
 
 
 def _badness(mark: Mark) -> int:
-    """Return the place of a mark among the grades, from best to worst; a failed run is worse than any."""
+    """Return the rank of a mark among the grades, from best to worst. A failed run has the worst rank."""
     grades = list(Grade)
     return len(grades) if mark in BROKEN else -1 if mark not in GRADED else grades.index(GRADED[mark])
 
 
-def _verdicts(old: _Cell | None, new: _Cell | None) -> Iterator[str]:
+def _verdicts(old: DiffCell | None, new: DiffCell | None) -> Iterator[str]:
     said, unsaid = (cell.verdicts if cell else () for cell in (new, old))
     yield from (verdict for verdict in said if verdict not in unsaid)
     if old is not None and new is not None and not old.mark.ran:
         yield from (f"before: {verdict}" for verdict in unsaid if verdict not in said)
 
 
-def _changed(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def _changed(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     if old is None or new is None:
         return
     if new.mark.ran and old.mark.ran:
@@ -426,7 +330,7 @@ def _changed(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) 
         if old.settings and new.settings:
             for name, values in _differing(old.settings, new.settings).items():
                 yield f"settings: {name}", values
-        # The header has versions by the engines' own names; an adapter's name is usually that in lower case.
+        # The header has versions by engine name, which in lower case is usually the adapter's name.
         for name in versions:
             if name.casefold() in (new.method.engine.casefold(), "carom"):
                 yield f"version: {name}", versions[name]

@@ -1,1 +1,1 @@
-"""Changes between releases of an engine, found with today's adapter and scenes on releases from its registry."""
+"""Study: changes between releases of an engine. Releases come from its registry and run with the present adapter."""

@@ -1,4 +1,4 @@
-"""Stored results of one run of one release, and the comparison of two releases in one cell."""
+"""Stored result of a run of a release, and the comparison of two releases in one cell."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from carom.model.trace import Outcome, Trace, free_flights
 from carom.studies.history.options import FEWEST_PHASES
 from carom.support.formatting import number
 
-#: References, and runs of PIT, that a worker keeps.
+#: Number of references, and of runs of PIT, that a worker caches.
 _KEPT = 64
-#: Number of instants at which positions are compared, the last of them the end. Two runs that bounce differently differ
-#: for longer than an eighth of the run, and may agree again at the end.
+#: Number of instants at which positions are compared, up to the end. Runs with different bounces may agree again at the
+#: end, but differ for longer than an eighth of the run.
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -38,18 +38,18 @@ class Ran:
     """Stored result of a run.
 
     Attributes:
-        digest: SHA-256 of its impacts and its final state, to the bit.
-        settings: The settings read back, each value as text.
-        grade: Its grade, by name.
-        verdicts: Its verdicts, by name.
-        expected: Impacts of the reference.
-        found: Impacts found from the engine's contacts.
-        lost: Impacts missed and impacts invented.
-        velocity: Largest velocity error over the scene's speed; NaN where no impact was matched.
-        late_steps: Largest error of a time, in steps; NaN likewise.
-        off_m: Error of each disc's position at `PLACES` evenly spread instants, the last of them the end: both
-            coordinates of one disc after the other, metres. Infinite where the run, or the reference, ends before.
-        off_m_s: Errors of velocities at the end, metres a second.
+        digest: SHA-256 of all bits of the impacts and the final state.
+        settings: The settings that were read back from the engine, as text.
+        grade: Name of the grade.
+        verdicts: Names of the verdicts.
+        expected: Number of impacts of the reference.
+        found: Number of impacts found from the engine's contacts.
+        lost: Number of missed and invented impacts.
+        velocity: Largest velocity error over the scene's speed; NaN if no impact was matched.
+        late_steps: Largest time error, in steps; NaN if no impact was matched.
+        off_m: Errors of positions at `PLACES` evenly spread instants up to the end: both coordinates of each disc,
+            metres. Infinite if the run or the reference ends earlier.
+        off_m_s: Errors of final velocities, metres a second.
         place_rounding_m: Rounding error of a position.
         speed_m_s: The scene's speed.
         float_bits: Width of the floats that the adapter declares.
@@ -72,34 +72,34 @@ class Ran:
 
     @property
     def farthest_m(self) -> float:
-        """Largest error of a position, metres; infinite where unknown."""
+        """Largest position error, metres; infinite if unknown."""
         return _largest(self.off_m)
 
     @property
     def velocity_off(self) -> float:
-        """Largest velocity error at the end, over the speed; infinite where unknown."""
+        """Largest final velocity error over the scene's speed; infinite if unknown."""
         return _largest(self.off_m_s) / self.speed_m_s
 
     @property
     def unseen(self) -> bool:
-        """Whether velocities changed and no impact was reported: the adapter sees no contact."""
+        """Whether velocities changed but no impact was reported, so the adapter observes no contacts."""
         return self.expected > 0 and self.found == 0 and self.half_seen
 
     @property
     def half_seen(self) -> bool:
-        """Whether velocities changed without a reported impact: the adapter does not see every contact."""
+        """Whether velocities changed without a reported impact, so the adapter does not observe every contact."""
         return Verdict.TURNS.name in self.verdicts
 
 
 @dataclass(frozen=True)
 class HistoryTask(JobTask):
-    """Run a job at its phase and score it, in a worker process."""
+    """Runs a job at its phase in a worker process, and scores it."""
 
     def carry_out(self) -> Ran:
         """Return the stored result.
 
         Raises:
-            UnsupportedError: There is no reference, or no such start.
+            UnsupportedError: There is no reference, or no start at this phase.
         """
         job = self.job
         adapter = load_supported_adapter(job)
@@ -133,12 +133,12 @@ def _largest(off: Sequence[float]) -> float:
 
 
 def _off(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return errors of positions at the instants, shape ``(PLACES, n, 2)``, and of velocities at the end, ``(n, 2)``.
+    """Return errors of positions, shape ``(PLACES, n, 2)``, and of final velocities, shape ``(n, 2)``.
 
     Unknown errors, such as those after `until_s`, are infinite.
     """
     scene, flights, samples = trace.scene, list(free_flights(reference)), trace.samples
-    assert samples is not None  # noqa: S101 - they were asked for
+    assert samples is not None  # noqa: S101 - the run was asked for samples
     places = np.full((PLACES, len(scene.discs), 2), np.inf)
     velocities = np.full((len(scene.discs), 2), np.inf)
     until_s = min(until_s, reference.end_time_s)
@@ -159,7 +159,7 @@ def _numbers(off: NDArray[np.float64]) -> tuple[float, ...]:
 
 
 def _digest(trace: Trace) -> str:
-    """Return a digest of a run's results, which every bit of every number changes."""
+    """Return a digest of a run's results. Every bit of every number affects it."""
     found = hashlib.sha256(trace.outcome.name.encode())
     arrays = (trace.impacts, trace.final_position_m, trace.final_velocity_m_s, trace.spins, trace.final_spin_rad_s)
     for array in arrays:
@@ -173,34 +173,34 @@ history_journal = partial(Journal[JobKey, Ran], "releases", JournalEntry[JobKey,
 
 @dataclass(frozen=True)
 class SeenCell:
-    """One release in one cell: the result at the scene's own phase, and those at other phases where requested."""
+    """Results of one release in one cell: at the scene's own phase, and at other phases if requested."""
 
     own: Answer[Ran]
     phases: tuple[Answer[Ran], ...] = ()
 
     @property
     def ran(self) -> tuple[Ran, ...]:
-        """Results of all phases, the scene's own among them."""
+        """Results at all phases, including the scene's own."""
         return tuple(answer.value for answer in (self.own, *self.phases) if answer.value is not None)
 
 
 class Moved(Enum):
-    """Change of a cell from one release to the next; the value is the phrase shown."""
+    """Change of a cell from one release to the next. The value is the phrase shown."""
 
     NOTHING = "same bits"
-    ROUNDING = "other bits, same to rounding at this phase"
-    OVERLAP = "changed, and ranges over phases overlap"
+    ROUNDING = "other bits, but equal to rounding at this phase"
+    OVERLAP = "changed, but the ranges over phases overlap"
     WORSE = "worse"
     BETTER = "better"
-    OTHERWISE = "changed, neither better nor worse"
-    ASKED = "other settings: the settings read back differ"
-    TOLD = "reported contacts differ, and the motion only as much as with the phase"
-    UNSEEN = "changed, and the adapter does not see every contact"
+    OTHERWISE = "changed, but neither better nor worse"
+    ASKED = "the settings read back from the engine differ"
+    TOLD = "reported contacts differ, but the motion differs no more than between phases"
+    UNSEEN = "changed, but the adapter does not observe every contact"
     NOT_RUN = "not run by both"
 
     @property
     def real(self) -> bool:
-        """Whether it is a change of the engine's motion, and not of phase, settings, adapter or reported contacts."""
+        """Whether the engine's motion changed, and not only phase, settings, adapter or reported contacts."""
         return self in {Moved.WORSE, Moved.BETTER, Moved.OTHERWISE}
 
 
@@ -210,7 +210,7 @@ class CellChange:
 
     Attributes:
         moved: Kind of change.
-        why: The numbers behind it, as a phrase; empty where there are none.
+        why: The numbers behind the change, as a phrase; empty if there are none.
     """
 
     moved: Moved
@@ -219,12 +219,12 @@ class CellChange:
 
 @dataclass(frozen=True)
 class _Measure:
-    """A number of a run in which two releases can differ; a larger one is worse.
+    """A number of a run in which two releases may differ. A larger number is worse.
 
     Attributes:
         name: Name of the number.
         of: Returns the number.
-        rounding: Returns by how much rounding alone can change it.
+        rounding: Returns the largest change by rounding.
     """
 
     name: str
@@ -236,21 +236,21 @@ def _rounding(ran: Ran) -> float:
     return THRESHOLDS.rounding_of(ran.float_bits)
 
 
-#: Measures of the motion, which a script without contact listeners shows.
+#: Measures of the motion, which do not depend on contact listeners.
 _MOTION = (
-    _Measure("error of velocities at the end, over the greatest", attrgetter("velocity_off"), _rounding),
-    _Measure("error of places in metres", attrgetter("farthest_m"), attrgetter("place_rounding_m")),
+    _Measure("error of final velocities, over the greatest speed", attrgetter("velocity_off"), _rounding),
+    _Measure("error of positions in metres", attrgetter("farthest_m"), attrgetter("place_rounding_m")),
 )
 #: Measures of the reported contacts.
 _TOLD = (
-    _Measure("impacts missed and invented", attrgetter("lost"), lambda _: 0.0),
+    _Measure("missed and invented impacts", attrgetter("lost"), lambda _: 0.0),
     _Measure("velocity error", attrgetter("velocity"), _rounding),
-    _Measure("error of time in steps", attrgetter("late_steps"), _rounding),
+    _Measure("time error in steps", attrgetter("late_steps"), _rounding),
 )
 
 
 def differs(old: Ran, new: Ran) -> bool:
-    """Whether two runs differ in grade, verdicts, numbers or motion beyond rounding. If so, other phases are run."""
+    """Whether two runs differ in grade, verdicts, numbers or motion by more than rounding, so that phases matter."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _move_alike(old, new):
         return True
     return any(_apart(one.of(old), one.of(new), _allowed(one, [old, new])) for one in _TOLD)
@@ -265,7 +265,7 @@ def _apart(a: float, b: float, rounding: float) -> bool:
 
 
 def _move_alike(old: Ran, new: Ran) -> bool:
-    """Whether discs are in the same places, and end with the same velocities, to rounding."""
+    """Whether positions and final velocities are equal to rounding."""
     speed = max(_rounding(old), _rounding(new)) * old.speed_m_s
     place = max(old.place_rounding_m, new.place_rounding_m)
     states = ((old.off_m, new.off_m, place), (old.off_m_s, new.off_m_s, speed))
@@ -276,11 +276,11 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     """Return the change of a cell between two releases.
 
     A change is attributed to the engine if the settings read back are equal and the motion differs. The motion differs
-    if the ranges of one number over at least `FEWEST_PHASES` phases are separate: an error of final velocities or of
-    positions, or a coordinate. The gap must exceed rounding and what phases in between may add. Such a change also
-    shows without contact listeners, and no phase explains it. Otherwise the reported contacts changed, or the phase
-    explains the change. Where velocities change and no impact is reported, the adapter does not see every contact, and
-    the change is not judged.
+    if the ranges of one number over at least `FEWEST_PHASES` phases do not overlap. The numbers are the errors of final
+    velocities and of positions, and coordinates. The gap between the ranges must exceed rounding and what phases in
+    between may add. Such a change does not depend on contact listeners, and no phase explains it. Otherwise the
+    reported contacts changed, or the phase explains the change. If velocities change without a reported impact, the
+    adapter does not observe every contact, and the change is not judged.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:
@@ -289,17 +289,17 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
         return CellChange(Moved.NOTHING)
     if a.settings != b.settings:
         return CellChange(Moved.ASKED, ", ".join(_differing(a.settings, b.settings)))
-    if a.half_seen or b.half_seen:  # contacts that the adapter does not see would count as the engine's change
+    if a.half_seen or b.half_seen:  # contacts that the adapter misses would count as the engine's change
         return CellChange(Moved.UNSEEN)
     if not differs(a, b):
         return CellChange(Moved.ROUNDING)
     if min(len(old.ran), len(new.ran)) < FEWEST_PHASES:
         fewest = min(len(old.ran), len(new.ran))
-        return CellChange(Moved.OVERLAP, f"{fewest} phases ran, of {FEWEST_PHASES} that it takes")
+        return CellChange(Moved.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
     parted = list(_parted(_MOTION, old.ran, new.ran))
     if parted or (elsewhere := _elsewhere(old.ran, new.ran)):
         kinds = {moved for moved, _ in parted}
-        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # neither of the two is known to be right
+        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is right
         moved = kinds.pop() if len(kinds) == 1 and not unknown else Moved.OTHERWISE
         return CellChange(moved, "; ".join(why for _, why in parted) or elsewhere)
     told = [why for _, why in _parted(_TOLD, old.ran, new.ran)] + _verdicts(old.ran, new.ran)
@@ -319,22 +319,22 @@ def _parted(measures: Sequence[_Measure], old: Sequence[Ran], new: Sequence[Ran]
 
 
 def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return by how much numbers of runs exceed those of others, and fall below them, each along the first axis.
+    """Return the gaps above and below between the ranges of two sets of runs, along the first axis.
 
-    Phases between those that were run may extend a range: each end by the difference of its two outermost numbers.
+    Other phases may extend a range, so each end is extended by the difference of its two outermost numbers.
     """
 
     def reach(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         low, lower, *_, higher, high = np.sort(values, axis=0)[[0, 1, -2, -1]]
         return np.where(low == lower, low, 2 * low - lower), np.where(high == higher, high, 2 * high - higher)
 
-    with np.errstate(invalid="ignore"):  # a number that is infinite in both has no gap
+    with np.errstate(invalid="ignore"):  # infinite in both: no gap
         (old_low, old_high), (new_low, new_high) = reach(before), reach(after)
         return np.nan_to_num(np.stack([new_low - old_high, old_low - new_high]), nan=0.0, posinf=np.inf)
 
 
 def _elsewhere(old: Sequence[Ran], new: Sequence[Ran]) -> str:
-    """Return where and when ranges of a coordinate differ most, as a phrase; empty where none do."""
+    """Describe where and when the ranges of a coordinate differ most; an empty text if none differ."""
     before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
     gaps = _gaps(before, after).max(axis=0)
     k = int(gaps.argmax())
@@ -342,7 +342,7 @@ def _elsewhere(old: Sequence[Ran], new: Sequence[Ran]) -> str:
         return ""
     instant, disc = divmod(k // 2, len(gaps) // (2 * PLACES))
     ranges = f"{_range(before[:, k].tolist())} m before, {_range(after[:, k].tolist())} m now"
-    return f"{'xy'[k % 2]} of disc {disc}, {instant + 1}/{PLACES} of the run, off by {ranges}"
+    return f"error of {'xy'[k % 2]} of disc {disc} after {instant + 1}/{PLACES} of the run: {ranges}"
 
 
 def _ranges(old: Sequence[Ran], new: Sequence[Ran]) -> Iterator[str]:
@@ -355,7 +355,7 @@ def _ranges(old: Sequence[Ran], new: Sequence[Ran]) -> Iterator[str]:
 def _range(values: Sequence[float]) -> str:
     known = [value for value in values if math.isfinite(value)]
     if not known:
-        return "not known"
+        return "unknown"
     low, high = number(min(known), 3), number(max(known), 3)
     return low if low == high else f"{low} to {high}"
 
@@ -368,7 +368,7 @@ def _differing(old: Sequence[tuple[str, str]], new: Sequence[tuple[str, str]]) -
 
 
 def _verdicts(old: Sequence[Ran], new: Sequence[Ran]) -> list[str]:
-    """Return the verdicts that hold at every phase of the one and at none of the other, as phrases."""
+    """Return the verdicts that hold at every phase of one release and at no phase of the other, as phrases."""
 
     def own(ones: Sequence[Ran], others: Sequence[Ran]) -> list[str]:
         shared = set.intersection(*(set(run.verdicts) for run in ones))

@@ -1,7 +1,7 @@
-"""Clients of the registries (pip and npm): list the releases of a package, and install one into a folder.
+"""Registry clients (pip and npm): list the releases of a package, and install a release into a folder.
 
-The installation runs no code of a package: pip takes only wheels, and npm runs no package's scripts. A client has
-limits of time and output, and ends with this process in any case.
+Installation runs no code of a package: pip takes only wheels, and npm runs no scripts. A client has limits of time and
+output, and always ends with this process.
 """
 
 from __future__ import annotations
@@ -23,42 +23,42 @@ from carom.errors import CaromError
 from carom.support.escaping import last_words, shown
 from carom.support.versions import require_version
 
-#: A list, or a plan of an installation, takes seconds; the largest release tried, 300 MB, takes half a minute.
+#: Time limits of listing and installing, seconds. Listing takes seconds; the largest tested release, 300 MB, takes half
+#: a minute.
 LISTING_S, INSTALLING_S = 60.0, 600.0
-#: Most bytes that are read of a client's output; npm's list of a package of a thousand releases has a hundredth of
-#: this.
+#: Largest number of bytes read from a client's output. A list of a thousand releases has a hundredth of this.
 MOST_PRINTED_BYTES = 2**22
 
 _NAME = re.compile(r"(@[a-z0-9][a-z0-9._-]*/)?[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
 class ClientError(CaromError):
-    """A client is missing, does not answer, or cannot install the request; the message is its last line."""
+    """A client is missing, does not respond, or can't install a release. The message is the client's last line."""
 
 
 class Client(Protocol):
     """A registry's client."""
 
     def listed(self, package: str) -> tuple[str, ...]:
-        """Return the versions that the registry lists for a package, in no order.
+        """Return the versions that the registry lists for a package, unordered.
 
         Raises:
-            ClientError: The registry can't be reached, or has no such package.
+            ClientError: The registry is unreachable, or does not have the package.
         """
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Install a release, with its missing requirements, into an empty folder; return the installed packages.
+        """Install a release with its missing requirements into an empty folder, and return the installed packages.
 
         Raises:
-            ClientError: The registry can't be reached, or has no such release for this machine.
+            ClientError: The registry is unreachable, or does not have the release for this machine.
         """
 
 
 class Pip:
-    """pip of this environment: installs releases as wheels in a folder that is first on the path."""
+    """The pip of this environment. It installs releases as wheels in a folder that is first on the path."""
 
     def listed(self, package: str) -> tuple[str, ...]:
-        """Return the versions that the registry lists of a package."""
+        """Return the versions that the registry lists for a package."""
         printed = _printed([*_PIP, "index", "versions", *_QUICK, _checked(package)], LISTING_S)
         found = re.search(r"^Available versions: (.*)$", printed, re.MULTILINE)
         if found is None:
@@ -66,17 +66,17 @@ class Pip:
         return tuple(word.strip() for word in found[1].split(","))
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Install the wheels of a release, and of requirements that this environment lacks, into an empty folder."""
+        """Install the wheels of a release, and of missing requirements, into an empty folder."""
         asked = f"{_checked(package)}=={require_version(version)}"
         words = [*_PIP, "install", "--dry-run", "--quiet", *_QUICK, *_WHEELS, "--report", "-", asked]
         report = _read_json(_printed(words, LISTING_S), "pip")
         try:
             found = [(one["metadata"]["name"], one["metadata"]["version"]) for one in report["install"]]
         except (KeyError, TypeError):
-            raise ClientError("pip's report is not what it was: no list of what is to be installed") from None
+            raise ClientError("pip's report has an unknown form: it contains no list of packages to install") from None
         others = [f"{_checked(name)}=={require_version(one)}" for name, one in found]
         needs = tuple(dict.fromkeys((asked, *(one for one in others if _canonical(one) != _canonical(asked)))))
-        # The list contains the requirements; installed packages are not installed again.
+        # The list includes requirements, except for packages that are already installed.
         _printed(
             [*_PIP, "install", "--quiet", *_QUICK, *_WHEELS, "--no-deps", "--target", str(folder), *needs], INSTALLING_S
         )
@@ -84,14 +84,14 @@ class Pip:
 
 
 class Npm:
-    """npm: installs a release, with its requirements, in the `node_modules` of a folder."""
+    """npm. It installs a release with its requirements in the `node_modules` of a folder."""
 
     def listed(self, package: str) -> tuple[str, ...]:
-        """Return the versions that the registry lists of a package."""
+        """Return the versions that the registry lists for a package."""
         found = _read_json(
             _printed(["npm", "view", *_CALM, "--json", "--", _checked(package), "versions"], LISTING_S), "npm"
         )
-        versions = [found] if isinstance(found, str) else found  # npm prints a single version without a list
+        versions = [found] if isinstance(found, str) else found  # a single version is not in a list
         if not isinstance(versions, list) or not all(isinstance(one, str) for one in versions):
             raise ClientError(f"npm lists no versions of {package}: it printed {shown(found)}")
         return tuple(versions)
@@ -104,22 +104,22 @@ class Npm:
         _printed(words, INSTALLING_S, folder)
         there = folder / "node_modules" / package / "package.json"
         if not there.is_file():
-            raise ClientError(f"npm has installed no {package} {version}")
+            raise ClientError(f"npm did not install {package} {version}")
         return (f"{package}@{version}",)
 
 
-#: Clients by the names of their registries.
+#: Clients by name.
 CLIENTS: dict[str, Client] = {"pip": Pip(), "npm": Npm()}
 
 _PIP = (sys.executable, "-m", "pip", "--no-input", "--disable-pip-version-check")
-#: A registry that is not reached is tried once more, and not for minutes.
+#: Options of pip: a single retry, and short time-outs.
 _QUICK = ("--retries", "1", "--timeout", "15")
 _WHEELS = ("--only-binary", ":all:")
 _CALM = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", "1", "--fetch-timeout", "30000")
 
 
 def _checked(package: str) -> str:
-    """Return the name of a package if it is safe for a client, which could take other words for options or paths."""
+    """Return the name of a package if it is safe for a client. Other words might be options or paths."""
     if not _NAME.fullmatch(package):
         raise ClientError(f"{shown(package)} is not a package name")
     return package
@@ -133,7 +133,7 @@ def _read_json(text: str, client: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError):
-        raise ClientError(f"{client} did not answer with JSON: {shown(text)}") from None
+        raise ClientError(f"{client} did not print JSON: {shown(text)}") from None
 
 
 def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) -> str:
@@ -151,20 +151,20 @@ def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) ->
         tempfile.TemporaryFile() as said,
         tempfile.TemporaryDirectory(prefix="carom-client-") as elsewhere,
     ):
-        process = subprocess.Popen(  # noqa: S603 - pip or npm, with a name and a version that were checked
+        process = subprocess.Popen(  # noqa: S603 - pip or npm, with a checked name and version
             [program, *words[1:]],
             stdin=subprocess.DEVNULL,
             stdout=printed,
             stderr=said,
-            cwd=folder or elsewhere,  # a .npmrc or package in the user's folder must not apply
+            cwd=folder or elsewhere,  # not in the user's folder, which may contain an .npmrc
             start_new_session=True,
         )
         try:
             code = process.wait(most_s)
         except subprocess.TimeoutExpired:
-            raise ClientError(f"{client} did not answer within {most_s:g} s") from None
+            raise ClientError(f"{client} did not finish within {most_s:g} s") from None
         finally:
-            if process.poll() is None:  # too long, or Ctrl-C: its child processes end with it
+            if process.poll() is None:  # time limit or Ctrl-C: also ends child processes
                 with suppress(ProcessLookupError):
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()

@@ -1,4 +1,4 @@
-"""Releases of an engine as engines of one run: a manifest for each release, with today's adapter."""
+"""Releases of an engine as engines of one run: a manifest for each release, with the present adapter."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Origin:
 
     Attributes:
         engine: Display name of the engine.
-        registry: Client of its registry, "pip" or "npm"; empty without one.
-        package: Its name in the registry.
-        oldest: Oldest release that its adapter supports; empty where none is known to fail.
-        newest_tried: Newest release that was tested with the adapter; empty where unknown.
-        manifest: Manifest of an engine that is a program; empty for an adapter in Python.
-        installed: The installed release; empty where none is.
+        registry: Client of the registry, "pip" or "npm"; empty without a registry.
+        package: Name of the engine's package in the registry.
+        oldest: Oldest release that the adapter supports; empty if no release is known to fail.
+        newest_tried: Newest release that was tested with the adapter; empty if unknown.
+        manifest: Manifest of an engine in another language; empty for an adapter in Python.
+        installed: The installed release; empty if none is installed.
     """
 
     engine: str
@@ -46,7 +46,7 @@ class Origin:
 
 @dataclass(frozen=True)
 class AskOrigin(AdapterTask):
-    """Get the origin of an adapter's engine, without importing the engine."""
+    """Finds the origin of an adapter's engine, without importing the engine."""
 
     def carry_out(self) -> Origin:
         """Return the origin."""
@@ -63,7 +63,7 @@ class AskOrigin(AdapterTask):
 
 @dataclass(frozen=True)
 class AskServed(AdapterTask):
-    """Get the manifest, as TOML, of an adapter in Python that is served next to a release of its engine."""
+    """Builds the manifest, as TOML, that serves an adapter in Python with a release of its engine."""
 
     name: str
     version: str
@@ -76,14 +76,14 @@ class AskServed(AdapterTask):
 
 
 def column_name(engine: str, version: str) -> str:
-    """Return the name of a release among the engines of a run."""
+    """Return the name of a release in the list of engines."""
     return f"{engine}-{re.sub('[^A-Za-z0-9_.-]', '_', version)}"
 
 
 def laid(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -> Path:
-    """Copy the program of an engine from npm next to a release of the engine; return its manifest there.
+    """Copy the program of an npm engine next to a release of the engine, and return the copied manifest.
 
-    The manifest's folder and the files next to it are copied, because node resolves a module from its real path.
+    The manifest's folder and the files next to it are copied, because Node resolves modules from their real paths.
     """
     here, there = manifest.parent, folder / manifest.parent.name
     shutil.copytree(here, there, ignore=shutil.ignore_patterns("node_modules"))

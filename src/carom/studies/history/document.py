@@ -1,4 +1,4 @@
-"""The report of a history: a row a release, the cells that changed with their numbers, and errors over the releases."""
+"""Document of `carom history`: a row per release, the changed cells with their numbers, and errors by release."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from carom.support.folders import write_files
 _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
-    "A change is attributed to the engine if the settings read back are equal and the motion differs over {phases} "
-    "phases of the step and the scene's own. The motion differs if the ranges of final velocity errors, of positions "
-    "at eight instants or of one coordinate are separate. The gap must exceed rounding and the gap between the two "
-    "outermost values of a range. Reported contacts are not compared. Same bits: impacts and final states are "
-    "bit-identical at the scene's "
-    "own phase."
+    "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion "
+    "is compared at {phases} phases of the step and at the scene's own phase. It differs if the ranges of one "
+    "number do not overlap: of final velocity errors, of position errors at eight instants, or of one "
+    "coordinate. The gap between the ranges must exceed rounding and the distance of the two outermost values of "
+    "a range. Reported contacts do not count. Same bits: impacts and final states are bit-identical at the "
+    "scene's own phase."
 )
 
 
@@ -41,15 +41,15 @@ _HEADS = {
     Moved.BETTER: "better",
     Moved.OTHERWISE: "otherwise",
     Moved.ROUNDING: "rounding",
-    Moved.OVERLAP: "chance of phase",
+    Moved.OVERLAP: "phase only",
     Moved.ASKED: "other settings",
     Moved.TOLD: "other contacts",
-    Moved.UNSEEN: "half seen",
+    Moved.UNSEEN: "not judged",
 }
 
 
 class _Row(NamedTuple):
-    """A release, and its changes since the previous one that ran; None for the first."""
+    """A release, and its changes since the previous release that ran; None for the first."""
 
     release: Release
     since: Transition | None
@@ -64,7 +64,7 @@ class _Changed(NamedTuple):
 
 
 def history_document(found: History) -> Document:
-    """Return the report of a history."""
+    """Return the document of a history."""
     since = {step.new.version: step for step in found.transitions}
     rows = [_Row(release, since.get(release.version)) for release in reversed(found.releases)]
     changed = [
@@ -76,8 +76,8 @@ def history_document(found: History) -> Document:
         f"Carom: releases of {found.origin.engine}",
         Headline.of(_lead(found)),
         (
-            Section("Release by release", (Table(_release_columns(found), rows), *_notes(found))),
-            *((Section("What changed", (Table(_CHANGED, changed),)),) if changed else ()),
+            Section("Releases", (Table(_release_columns(found), rows), *_notes(found))),
+            *((Section("Changed cells", (Table(_CHANGED, changed),)),) if changed else ()),
             Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=ON_PAPER),
             *making(found.environment, found.command, found.elapsed_s),
         ),
@@ -85,23 +85,23 @@ def history_document(found: History) -> Document:
 
 
 def write_history(found: History, folder: Path) -> Path:
-    """Write ``history.md`` and ``history.svg`` into a folder and return the path of the first.
+    """Write ``history.md`` and ``history.svg`` into a folder, and return the path of the former.
 
     Raises:
-        InputError: The folder holds files of others.
-        OSError: They can't be written.
+        InputError: The folder contains foreign files.
+        OSError: The files can't be written.
     """
     files = {"history.md": markdown(history_document(found)), "history.svg": error_chart(found)}
     return write_files(folder, PURPOSE, files)
 
 
 def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
-    """Yield a line for each release that a registry lists, the newest first, with its support."""
+    """Yield a line with the support of each release that a registry lists, newest first."""
     for version in reversed(versions):
         notes = []
         if origin.oldest and is_older(version, origin.oldest):
             notes.append(f"older than {origin.oldest}, the oldest supported release")
-        # "7.3" includes 7.3.1.
+        # A tested "7.3" includes 7.3.1.
         tried = release_numbers(origin.newest_tried)
         if tried and release_numbers(version)[: len(tried)] > tried:
             notes.append(f"newer than {origin.newest_tried}, the newest tested release")
@@ -113,7 +113,7 @@ def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
 def bisection_lines(found: Bisection | None) -> Iterator[str]:
     """Yield the result of a bisection."""
     if found is None:
-        yield "The oldest and the newest release agree in this cell, within the spread over phases."
+        yield "The oldest and the newest release agree in this cell within the range over phases."
         return
     oldest = found.asked[0]
     before = (
@@ -130,7 +130,7 @@ def _lead(found: History) -> Iterator[str]:
     moved = [step for step in found.transitions if step.real]
     if len(ran) >= 2 and not moved:
         still = all(step.count(Moved.NOTHING) == step.compared for step in found.transitions)
-        nothing = "no bit changed" if still else "no change beyond the spread over phases"
+        nothing = "no bit changed" if still else "no change beyond the range over phases"
         yield f"{engine} from {ran[0].version} to {ran[-1].version}: {nothing}."
     for step in reversed(moved):
         counts = Counter(change.moved for change in step.real.values())
@@ -138,7 +138,7 @@ def _lead(found: History) -> Iterator[str]:
         yield f"{engine} {step.old.version} → {step.new.version}: {formatting.listed(said)}."
     cells = formatting.count(max((len(one.seen) for one in ran), default=0), "cell")
     releases = formatting.count(len(ran), "release")
-    yield f"{releases} of {engine} ran (of {len(found.releases)} requested), on {cells} each."
+    yield f"{releases} of {engine} ran (of {len(found.releases)} requested), each on {cells}."
 
 
 def _release_columns(found: History) -> tuple[Column, ...]:
@@ -157,7 +157,7 @@ def _release_columns(found: History) -> tuple[Column, ...]:
 
 
 def _since(kind: Moved, row: _Row) -> str:
-    """Return the number of cells with this change since the release before; empty for 0."""
+    """Return the number of cells with this change since the previous release; an empty text for 0."""
     return "" if row.since is None else str(row.since.count(kind) or "")
 
 
@@ -166,19 +166,19 @@ def _same_bits(row: _Row) -> str:
 
 
 def _graded(grade: Grade, row: _Row) -> str:
-    """Return the number of cells with a grade; empty for 0, or where the release was not run."""
+    """Return the number of cells with a grade; an empty text for 0, or if the release was not run."""
     ran = [seen.own.value for seen in row.release.seen.values() if seen.own.value is not None]
     return "" if row.release.not_run else str(sum(one.grade == grade.name for one in ran) or "")
 
 
 def _note(release: Release) -> str:
     if release.unseen:
-        return "the adapter reads no contacts of this release, so nothing can be compared"
+        return "the adapter can't read contacts of this release, so nothing is compared"
     return release.not_run
 
 
 def _notes(found: History) -> Iterator[Lines]:
-    """Yield the settings that differ between neighbours, once each, and the cells that a release could not run."""
+    """Yield the settings that differ between consecutive releases, and the cells that a release could not run."""
     asked: dict[str, None] = {}
     for step in found.transitions:
         for cell, change in step.changes.items():
@@ -190,7 +190,7 @@ def _notes(found: History) -> Iterator[Lines]:
             if seen.own.value is None:
                 lacking.setdefault((cell.profile, seen.own.said), {})[release.version] = None
     if asked:
-        yield Lines(tuple(f"Settings that differ: {one}" for one in asked))
+        yield Lines(tuple(f"Different settings: {one}" for one in asked))
     if lacking:
         lines = (
             f"Not run in some scenes, {profile}: {said} ({', '.join(who)})" for (profile, said), who in lacking.items()
@@ -210,9 +210,9 @@ _CHANGED = (
 
 
 def error_chart(found: History) -> str:
-    """Return a chart, as SVG, of the median and the largest velocity error over the releases for each profile.
+    """Return a chart of the median and the largest velocity error by release for each profile, as SVG.
 
-    Only cells count in which every release that ran has an error; a mark is at each release in which a bit changed.
+    Only cells with an error in every release count. Each release in which a bit changed has a mark.
     """
     with drawing():
         figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
@@ -230,14 +230,14 @@ def error_chart(found: History) -> str:
             axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
         axes.set_yscale("symlog", linthresh=1e-9)
         axes.set_xticks(list(places), [release.version for release in ran], rotation=45, ha="right")
-        axes.set_ylabel("velocity error over the scene's speed")
+        axes.set_ylabel("velocity error / scene's speed")
         if axes.lines:
             finish(axes)
         return alone(render(figure, f"Velocity error of {found.origin.engine} by release"))
 
 
 def _errors(ran: list[Release], profile: str) -> list[list[float]]:
-    """Return the velocity errors of each release in the cells of a profile in which every release has one."""
+    """Return the velocity errors of each release, in the cells of a profile with an error in every release."""
 
     def error(release: Release, cell: RunCell) -> float:
         seen = release.seen.get(cell)

@@ -1,4 +1,4 @@
-"""Options of a history: see `carom.support.options`."""
+"""Options of `carom history`; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from carom.support.options import flag, megabytes, name, option, whole
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Ranges over fewer phases cannot show a change, because the phase alone can make a step look good or bad.
+#: Smallest number of phases that can show a change. With fewer, the phase alone can make a step look good or bad.
 FEWEST_PHASES = 8
 
 
 @dataclass(frozen=True)
 class HistoryOptions(LimitOptions):
-    """Options of a history, without its engine and scenes.
+    """Options of a history, except for its engine and scenes.
 
     Attributes:
-        versions: Releases to run: versions, and conditions such as ">=6" or "3.0..4.0"; all by default.
-        most: Most releases that meet the conditions; the newest are kept.
-        installed: Whether the installed engine is also run, after all releases.
+        versions: Releases to run: versions, and conditions such as ">=6" or "3.0..4.0" (default: all).
+        most: Largest number of releases that meet the conditions. The newest ones are used.
+        installed: Whether the installed engine also runs, after all releases.
         profiles: Names of profiles.
-        dts: Steps, seconds; by default each scene's own frame.
-        phases: Number of phases at which a changed cell is run, in addition to the scene's own.
+        dts: Steps, seconds (default: each scene's own frame).
+        phases: Number of additional phases at which a changed cell is run.
         seed: Start of the quasi-random sequence of phases.
-        kept_mb: Megabytes of releases to keep.
+        kept_mb: Largest size of cached releases, megabytes.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     versions: Sequence[str] | None = option(
@@ -43,8 +43,8 @@ class HistoryOptions(LimitOptions):
         many=True,
         said="all",
     )
-    most: int = option(12, whole(1, 1000), "Maximum number of releases; the newest are kept.", "--most")
-    installed: bool = option(False, flag(), "Run the installed engine too, after all releases.", "--with-installed")
+    most: int = option(12, whole(1, 1000), "Maximum number of releases; the newest are used.", "--most")
+    installed: bool = option(False, flag(), "Also run the installed engine, after all releases.", "--with-installed")
     profiles: Sequence[str] = profile_names("default", "tuned")
     dts: Sequence[float] | None = step_lengths("one frame of each scene")
     phases: int = option(
@@ -64,5 +64,5 @@ class HistoryOptions(LimitOptions):
     scheduler: str | None = no_scheduler("each release is installed into a folder of this machine")
 
     def steps_of(self, scene: Scene) -> tuple[float, ...]:
-        """Return the steps at which a scene is run, from the coarsest on."""
+        """Return the steps at which a scene is run, beginning with the coarsest."""
         return tuple(sorted(set(self.dts or (1.0 / scene.frame_rate_hz,)), reverse=True))

@@ -1,6 +1,6 @@
-"""Cache of installed releases, each in its own folder, with a limit of size.
+"""Cache of installed releases, each in its own folder, with a limited size.
 
-A folder is made under another name and renamed when it is complete, so an interrupted installation is never used.
+A folder is built under another name and renamed when it is complete, so an interrupted installation is never used.
 Removal needs the exclusive lock, so a running history keeps its folders.
 """
 
@@ -20,34 +20,35 @@ from pathlib import Path
 
 from carom.studies.history.clients import Client
 
-#: File next to the packages: a list of names and versions.
+#: Name of a file next to the packages, with a list of names and versions.
 _NOTE = "carom-release.json"
 
 
 @dataclass(frozen=True)
 class Kept:
-    """The folders of releases below a root on this machine."""
+    """The folders of cached releases below a root folder."""
 
     root: Path
 
     def has(self, registry: str, package: str, version: str) -> Path | None:
-        """Return the folder of an installed release; None where it is not."""
+        """Return the folder of an installed release; None if it is not installed."""
         folder = self._place(registry, package, version)
         try:
             json.loads((folder / _NOTE).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             return None
         with suppress(OSError):
-            os.utime(folder / _NOTE)  # used last
+            os.utime(folder / _NOTE)  # mark as recently used
         return folder
 
     def made(self, client: Client, registry: str, package: str, version: str) -> Path:
-        """Return the folder of a release; install the release if necessary.
+        """Return the folder of a release, after installing it if necessary.
 
-        The folder must be first on the path, or has a `node_modules`.
+        The folder must be first on the path, or contains a `node_modules`.
 
         Raises:
-            ClientError: It can't be installed.
+            ClientError: The release can't be installed.
+            OSError: Its folder can't be written.
         """
         if (there := self.has(registry, package, version)) is not None:
             return there
@@ -56,9 +57,15 @@ class Kept:
         new = Path(tempfile.mkdtemp(prefix=".new-", dir=place.parent))
         try:
             (new / _NOTE).write_text(json.dumps(client.install(package, version, new)), encoding="utf-8")
-            shutil.rmtree(place, ignore_errors=True)  # without its list it is incomplete
-            with suppress(OSError):  # another process has made it meanwhile
+            if place.is_dir() and not place.is_symlink():
+                shutil.rmtree(place, ignore_errors=True)  # incomplete without its list
+            else:
+                place.unlink(missing_ok=True)
+            try:
                 new.rename(place)
+            except OSError:
+                if self.has(registry, package, version) is None:  # no other process was faster
+                    raise
         finally:
             shutil.rmtree(new, ignore_errors=True)
         return place
@@ -74,7 +81,7 @@ class Kept:
         """Remove interrupted installations, and the least recently used releases beyond `most_bytes`."""
         for broken in self.root.glob("*/*/.new-*"):
             shutil.rmtree(broken, ignore_errors=True)
-        notes = sorted(self.root.glob(f"*/*/*/{_NOTE}"), key=lambda note: note.stat().st_mtime, reverse=True)
+        notes = sorted(self.root.glob(f"*/*/*/{_NOTE}"), key=lambda note: note.lstat().st_mtime, reverse=True)
         total = 0
         for note in notes:
             total += _size(note.parent)
@@ -86,7 +93,7 @@ class Kept:
 
 
 def _tag(registry: str) -> str:
-    """Return a name that distinguishes releases of machines and interpreters."""
+    """Return a name that distinguishes installations by machine and interpreter."""
     machine = re.sub(r"[^A-Za-z0-9]+", "_", sysconfig.get_platform())
     return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine
 
@@ -97,9 +104,9 @@ def _size(folder: Path) -> int:
 
 @contextmanager
 def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[Kept]:
-    """Open the folder of releases, ``$XDG_CACHE_HOME/carom/history``; at the end reduce it to its limit.
+    """Open the cache of releases, ``$XDG_CACHE_HOME/carom/history``, and reduce it to its limit at the end.
 
-    Not while another history runs, since its releases are in use.
+    It is not reduced while another history uses its releases.
     """
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     place = (root or cache / "carom" / "history").resolve()
@@ -114,10 +121,10 @@ def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[Kept]
 
 
 def _lock(file: int, *, alone: bool) -> bool:
-    """Take the exclusive or shared lock; return whether that succeeded."""
+    """Try to take the exclusive or shared lock, and return whether that succeeded."""
     try:
         import fcntl
-    except ImportError:  # not a POSIX system: other processes cannot be detected
+    except ImportError:  # not a POSIX system: other processes can't be detected
         return not alone
     try:
         fcntl.flock(file, (fcntl.LOCK_EX | fcntl.LOCK_NB) if alone else fcntl.LOCK_SH)

@@ -9,7 +9,7 @@ from carom.errors import UnknownNameError
 from carom.support.escaping import named_hints, release_numbers
 from carom.support.versions import require_version, version_condition
 
-#: Versions without a tag of an alpha, a nightly or the like; `post` repairs the packaging of a final release.
+#: Versions that are not marked as alpha, nightly or similar. `post` marks a repaired package of a final release.
 _FINAL = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
 
 #: Word for the newest release.
@@ -17,12 +17,12 @@ LATEST = "latest"
 
 
 def is_final(version: str) -> bool:
-    """Return whether a version is final: not marked as an alpha, a nightly or the like."""
+    """Return whether a version is final: not marked as alpha, nightly or similar."""
     return _FINAL.fullmatch(version) is not None
 
 
 def in_order(versions: Iterable[str]) -> tuple[str, ...]:
-    """Return versions from the oldest to the newest, by their numbers; pre-releases are before the final release."""
+    """Return versions from the oldest to the newest by number, with pre-releases before final releases."""
     return tuple(sorted(set(versions), key=lambda one: (release_numbers(one), is_final(one), _after(one), one)))
 
 
@@ -36,12 +36,13 @@ def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> t
 
     Args:
         listed: All listed releases.
-        asked: Versions, "latest", and conditions that must all be met; all by default. A pre-release must be named by
-            its version.
-        most: Most releases that meet the conditions, the newest of them; named versions are additional.
+        asked: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
+            be named by its version.
+        most: Largest number of releases that meet the conditions. The newest ones are used. Named versions are
+            additional.
 
     Raises:
-        UnknownNameError: A version is named that is not listed.
+        UnknownNameError: A named version is not listed.
         InputError: A request is neither a version nor a condition.
     """
     words = [word.strip() for text in asked or () for word in text.split(",") if word.strip()]

@@ -1,4 +1,4 @@
-"""History of an engine: releases from its registry, changes between neighbours, and bisection of a change."""
+"""Execution of a history: runs releases from a registry, compares consecutive releases, and bisects a change."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from carom.studies.history.overlay import Kept
 from carom.studies.history.releases import in_order, selected
 from carom.support.escaping import is_older
 
-#: Purpose of a history's folder, and the name of its journal.
+#: Name of the study in its output folders, and file name of its journal.
 PURPOSE, JOURNAL = "history", "journal.jsonl"
 
 
 @dataclass(frozen=True, order=True)
 class RunCell:
-    """A scene, by name, with a profile at a step."""
+    """A scene by name, a profile and a step."""
 
     scene: str
     profile: str
@@ -46,11 +46,11 @@ class RunCell:
 
 @dataclass(frozen=True)
 class Release:
-    """A release, and its results.
+    """A release and its results.
 
     Attributes:
-        version: Its version.
-        name: Its name among the engines of the run; empty if it is not one.
+        version: Version of the release.
+        name: Name of the release in the list of engines; empty if it is not in the list.
         reason: Reason why it was not run; empty if it was.
         seen: Results by cell.
     """
@@ -62,13 +62,13 @@ class Release:
 
     @property
     def unseen(self) -> bool:
-        """Whether it ran without a contact in any cell with an impact, so that its results are meaningless."""
+        """Whether it reported no contact in any cell with an impact, so that its results are meaningless."""
         ran = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
         return bool(ran) and all(one.unseen for one in ran)
 
     @property
     def not_run(self) -> str:
-        """Most frequent reason why the release ran in no cell; empty where it ran in one."""
+        """Most frequent reason why the release ran in no cell; empty if it ran in a cell."""
         if self.reason or any(one.ran for one in self.seen.values()):
             return self.reason
         said = [one.own.said for one in self.seen.values()]
@@ -77,10 +77,10 @@ class Release:
 
 @dataclass(frozen=True)
 class Transition:
-    """Changes from one release to the next that ran.
+    """Changes from one release to the next one that ran.
 
     Attributes:
-        old: The release before.
+        old: The previous release.
         new: The release.
         changes: Change of each cell.
     """
@@ -96,7 +96,7 @@ class Transition:
 
     @property
     def compared(self) -> int:
-        """Number of cells that both ran."""
+        """Number of cells that both releases ran."""
         return len(self.changes) - self.count(Moved.NOT_RUN)
 
     def count(self, moved: Moved) -> int:
@@ -110,11 +110,11 @@ class History:
 
     Attributes:
         engine: Name of the adapter.
-        origin: Origin of its releases.
+        origin: Origin of the engine's releases.
         options: Options of the history.
         releases: Releases from the oldest to the newest.
         environment: Machine and versions.
-        command: The command that repeats the history; empty where it was called from Python.
+        command: The command that repeats the history; empty if it was called from Python.
         elapsed_s: Elapsed seconds.
     """
 
@@ -138,7 +138,7 @@ class History:
 
     @property
     def worse_now(self) -> bool:
-        """Whether the newest release is worse than the one before in a cell, beyond the effect of the phase."""
+        """Whether the newest release is worse than the previous one in a cell, beyond the effect of the phase."""
         last = self.transitions[-1:] if self.ran and self.ran[-1] is self.releases[-1] else ()
         return any(change.moved is Moved.WORSE for one in last for change in one.changes.values())
 
@@ -152,9 +152,9 @@ def listing(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, t
     """Return the origin of an engine, and the releases that its registry lists, from the oldest to the newest.
 
     Raises:
-        UnknownNameError: There is no such engine.
-        InputError: No registry serves it.
-        UnavailableError: The registry's client is not there, or gives no list.
+        UnknownNameError: The engine does not exist.
+        InputError: The engine has no registry.
+        UnavailableError: The registry's client is missing, or returns no list.
     """
     with options.local_pool(1) as pool:
         origin = _origin(engine, pool)
@@ -162,7 +162,7 @@ def listing(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, t
 
 
 def _origin(engine: str, pool: Pool) -> Origin:
-    describe_engines([engine], pool)  # there is one of this name
+    describe_engines([engine], pool)  # raises an error for an unknown name
     answer = pool.run(AskOrigin(engine))
     if answer.value is None:
         raise AdapterError(f"{engine} could not return its origin: {answer.said}")
@@ -172,7 +172,7 @@ def _origin(engine: str, pool: Pool) -> Origin:
 
 
 def _listed(origin: Origin, options: HistoryOptions, kept: Kept) -> Sequence[str]:
-    """Return the registry's list; if it is not reached, the cached releases, if they are all that is requested."""
+    """Return the registry's list. If the registry is unreachable, return cached releases if they suffice."""
     try:
         return CLIENTS[origin.registry].listed(origin.package)
     except ClientError as error:
@@ -180,7 +180,7 @@ def _listed(origin: Origin, options: HistoryOptions, kept: Kept) -> Sequence[str
         asked = {word.strip() for text in options.versions or () for word in text.split(",")} - {""}
         if asked and asked <= set(there):
             return there
-        told = f"; kept from before, and run when named by --versions: {', '.join(there)}" if there else ""
+        told = f"; cached releases can be named by --versions: {', '.join(there)}" if there else ""
         raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{told}") from None
 
 
@@ -202,7 +202,7 @@ class _Study:
 
     @property
     def cells(self) -> list[RunCell]:
-        """All cells, in the order of scenes, steps, profiles."""
+        """All cells, in the order of scenes, steps and profiles."""
         return [
             RunCell(scene.name, profile, dt_s)
             for scene in self.scenes.values()
@@ -211,11 +211,11 @@ class _Study:
         ]
 
     def job(self, name: str, cell: RunCell, phase: float = 0.0) -> Job:
-        """Return the job of a cell by an engine of the run."""
+        """Return the job that runs a cell on an engine."""
         return Job(self.scenes[cell.scene], Method(name, cell.profile), cell.dt_s, phase=phase)
 
-    def ask(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[Ran]]:
-        """Return the results of jobs."""
+    def run_jobs(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[Ran]]:
+        """Run jobs and return their results."""
         todo = sort_by_start(jobs)
         infos = describe_engines(sorted({job.engine for job in todo}), pool)
         methods = list_methods(infos, self.options.profiles, sorted({job.dt_s for job in todo}), pool)
@@ -227,17 +227,17 @@ class _Study:
         found = {}
         for job, answer in run_tasks(asks, pool, self.notes):
             found[job] = answer
-            self.tell(f"{job.scene.name} on {job.engine}")
+            self.report(f"{job.scene.name} on {job.engine}")
         return found
 
-    def tell(self, what: str) -> None:
+    def report(self, what: str) -> None:
         """Report progress."""
         self._done += 1
         self._progress(self._done, max(self._total, self._done), what)
 
     def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
-        """Return the results of each engine, in this order, in each cell; at all phases where neighbours differ."""
-        own = self.ask((self.job(name, cell) for name in names for cell in cells), pool)
+        """Return the results of each engine in each cell. If consecutive engines differ, all phases are run."""
+        own = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
         seen = {name: {cell: SeenCell(own[self.job(name, cell)]) for cell in cells} for name in names}
         todo = {
             (name, cell)
@@ -248,14 +248,14 @@ class _Study:
         }
         phases = phase_values(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
-        found = self.ask((job for several in jobs.values() for job in several), pool)
+        found = self.run_jobs((job for several in jobs.values() for job in several), pool)
         for (name, cell), several in jobs.items():
             seen[name][cell] = replace(seen[name][cell], phases=tuple(found[job] for job in several))
         return seen
 
 
 def _undecided(old: SeenCell, new: SeenCell) -> bool:
-    """Whether two releases differ in a cell in a way that other phases can explain."""
+    """Whether two releases differ in a cell in a way that other phases may explain."""
     a, b = old.own.value, new.own.value
     return (
         a is not None
@@ -283,7 +283,7 @@ def _columns(
         made: list[Release] = []
         manifests: list[Path] = []
         for version in versions:
-            study.tell(f"{origin.package} {version}")
+            study.report(f"{origin.package} {version}")
             if origin.oldest and is_older(version, origin.oldest):
                 reason = f"older than {origin.oldest}, the oldest release that its adapter drives"
                 made.append(Release(version, reason=reason))
@@ -320,21 +320,21 @@ def history(
     progress: Progress = no_progress,
     command: str = "",
 ) -> History:
-    """Run releases of an engine on scenes, all with today's adapter, and return what changed between them.
+    """Run releases of an engine on scenes with the present adapter, and return the changes between them.
 
     Args:
         engine: Name of an adapter.
         scenes: Scenes to run.
-        kept: The folders of releases, into which missing releases are installed.
+        kept: The cache of releases, into which missing releases are installed.
         options: Options of the history.
         notes: Journal of results, to which new ones are added.
         progress: Called with (done, all, what) as jobs finish.
         command: The command that repeats the history, for the result.
 
     Raises:
-        UnknownNameError: There is no such engine, profile or release.
-        InputError: No registry serves the engine, or no release meets what is asked for.
-        UnavailableError: The registry's client is not there, or gives no list.
+        UnknownNameError: The engine, a profile or a release does not exist.
+        InputError: The engine has no registry, or no release meets the conditions.
+        UnavailableError: The registry's client is missing, or returns no list.
     """
     started, asked = time.perf_counter(), options or HistoryOptions()
     study = _Study(engine, scenes, asked, notes, progress)
@@ -352,7 +352,7 @@ def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> 
     """Return the origin of an engine, and the releases to run.
 
     Raises:
-        UnknownNameError, InputError, UnavailableError: As of `history`.
+        UnknownNameError, InputError, UnavailableError: As in `history`.
     """
     (info,) = describe_engines([engine], pool)
     for profile in options.profiles if info.profiles else ():
@@ -370,8 +370,8 @@ class Bisection:
 
     Attributes:
         cell: The cell.
-        last: The release before `first`, which agrees with the oldest.
-        first: The next release, which differs.
+        last: The last release that agrees with the oldest.
+        first: The next release, which differs from the oldest.
         change: Kind of the change.
         asked: The releases that were run, in order.
     """
@@ -393,12 +393,12 @@ def bisected(
     *,
     progress: Progress = no_progress,
 ) -> Bisection | None:
-    """Return the two releases between which a cell changed; None if the oldest and the newest agree.
+    """Find the two releases between which a cell changed. Return None if the oldest and the newest agree.
 
-    Only one of several changes is found: each tried release either agrees with the oldest or not.
+    If there are several changes, only one is found. Each tested release either agrees with the oldest or not.
 
     Raises:
-        CaromError: As of `history`, or a release can't be run in this cell.
+        CaromError: As in `history`, or a release can't run in this cell.
     """
     asked = replace(options or HistoryOptions(), profiles=(profile,), dts=(dt_s,))
     study, cell = _Study(engine, [scene], asked, None, progress), RunCell(scene.name, profile, dt_s)
@@ -408,7 +408,7 @@ def bisected(
         able = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
 
         def change(version: str) -> CellChange:
-            """Return the change of a release from the oldest."""
+            """Return the change between the oldest release and a given one."""
             order.append(version)
             with _columns(study, origin, (able[0], version), kept, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):

@@ -1,1 +1,1 @@
-"""Stress: sweeps to the breaking point, and invariances."""
+"""Study: stress tests that find where each method fails, and invariances between runs."""

@@ -1,4 +1,4 @@
-"""Attacks: an axis from harmless to absurd, scenes along it, and a judge of their traces."""
+"""Attacks: an axis from harmless to absurd values, the scenes along it, and a judge of their traces."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from carom.model.trace import Outcome, Trace, Vector, kinetic_energy
 from carom.studies.stress.truth import TrueMotion
 from carom.support.formatting import number
 
-#: Error at which a method fails: a tenth of what the impacts change is too much for any purpose. Every engine's usual
-#: error at a sensible step is below it. So the attack finds where a method fails, and not its accuracy; the accuracy
-#: before the failure is shown separately.
+#: Error at which a method fails: a tenth of the change by impacts is too much for any purpose. Every engine's usual
+#: error at a sensible step is smaller. So an attack finds where a method fails, not its accuracy. The error before the
+#: failure is shown separately.
 TOLERANCE = 0.1
 
 
@@ -27,9 +27,9 @@ class Judgement:
     """Judgement of a trace.
 
     Attributes:
-        error: Its error, in the measure of the attack; NaN where there is nothing to measure.
-        broken: Why the method fails; empty where it passes.
-        note: Further remark on the trace.
+        error: Error of the trace, in the measure of the attack; NaN if there is nothing to measure.
+        broken: Reason why the method fails; empty if it passes.
+        note: Remark on the trace.
         status: Whether there was a trace.
     """
 
@@ -45,7 +45,7 @@ Judge = Callable[[Trace], Judgement]
 
 @dataclass(frozen=True)
 class Trial:
-    """One scene of an attack, run at its own frame rate, and the judge of its traces."""
+    """A scene of an attack, which runs at its own frame rate, and the judge of its traces."""
 
     scene: Scene
     judge: Judge
@@ -53,23 +53,22 @@ class Trial:
 
 @dataclass(frozen=True)
 class Attack:
-    """One axis along which scenes go from harmless to absurd.
+    """An axis along which scenes change from harmless to absurd.
 
     Attributes:
-        name: Short name, the one given on the command line.
+        name: Short name, as on the command line.
         axis: Varied quantity, in words, with its unit.
         harmless: Value at the harmless end, where every sound method should pass.
-        absurd: Value at the absurd end, above or below.
-        trials: Makes the scenes of a value. Several scenes differ in the phase of their impact, and a method must pass
-            all of them.
+        absurd: Value at the absurd end, which is larger or smaller.
+        trials: Makes the scenes of a value. They differ in the phase of the impact, and a method must pass all of them.
         truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
-        quick_absurd: Value at the absurd end in the quick form, where it is nearer.
+        quick_absurd: Value at the absurd end in the quick form, which is nearer.
         whole: Whether the axis has whole numbers only.
-        rungs: Values a decade that are tried up to the first failure. There are more where a method can fail and then
-            pass by luck.
+        rungs: Number of values per decade that are tried up to the first failure. It is larger if a method can fail and
+            then pass by luck.
         full_only: Whether its runs are too long for the quick form.
-        last: A value beyond the absurd end without a logarithm, such as a gap of 0; it is tried, not bisected.
+        last: A value beyond the absurd end without a logarithm, such as a gap of 0. It is tried, but not bisected.
     """
 
     name: str
@@ -86,20 +85,20 @@ class Attack:
     last: float | None = None
 
     def ladder(self, quick: bool) -> list[float]:
-        """Return the values to try from the harmless end on; half as many in the quick form, but four at least."""
+        """Return the values to try, beginning at the harmless end: half as many in the quick form, but at least 4."""
         end = self.absurd if self.quick_absurd is None or not quick else self.quick_absurd
         decades = abs(math.log10(end / self.harmless))
         a_decade = self.rungs / 2 if quick else self.rungs
         rungs = max(4, math.ceil(decades * a_decade) + 1)
         values = [self.harmless * (end / self.harmless) ** (k / (rungs - 1)) for k in range(rungs)]
-        # Round values read well in a table and a file.
+        # Round values are easy to read.
         values = [float(f"{value:.3g}") for value in values[:-1]] + [end]
         if self.whole:
             values = sorted({round(value) * 1.0 for value in values}, reverse=end < self.harmless)
         return values if self.last is None else [*values, self.last]
 
     def between(self, stands: float, breaks: float, resolution: float) -> float | None:
-        """Return the value half way between two, by logarithm; None if they are near enough."""
+        """Return the value half-way between two on a logarithmic scale; None if they are near enough."""
         if min(stands, breaks) <= 0 or max(stands, breaks) / min(stands, breaks) <= resolution:
             return None
         middle = float(f"{math.sqrt(stands * breaks):.4g}")
@@ -112,15 +111,15 @@ class Attack:
 def attack(
     axis: str, ends: tuple[float, float], truth: str, gives_way: str, *, phases: Sequence[float] = (), **more: Any
 ) -> Callable[[Callable[..., Any]], Attack]:
-    """Return a decorator that turns a function that stages a value into an attack, under its name.
+    """Return a decorator that turns a function from value to trials into an attack with the function's name.
 
     Args:
-        axis: As of `Attack`.
-        ends: Values at the harmless end and at the absurd one.
-        truth: As of `Attack`.
-        gives_way: As of `Attack`.
-        phases: Phases of the impact, if each trial is staged from value and phase; else all trials of a value are
-            staged at once.
+        axis: As in `Attack`.
+        ends: Values at the harmless and at the absurd end.
+        truth: As in `Attack`.
+        gives_way: As in `Attack`.
+        phases: Phases of the impact. If given, the function makes one trial from a value and a phase; otherwise all
+            trials of a value.
         more: Other fields of `Attack`.
     """
 
@@ -135,10 +134,10 @@ def attack(
 
 
 def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
-    """Judge by the final velocities: the error of each disc over the greatest change that one impact makes to it.
+    """Return a judge by final velocities: the error of each disc over its greatest change by one impact.
 
-    A disc that is never hit is compared with the greatest change of any disc. So the measure has no unit, and the error
-    of a graze is relative to its small change.
+    The error of a disc that is never hit is divided by the greatest change of any disc. So the measure has no unit, and
+    the error of a graze is relative to its small change.
     """
     change = truth.greatest_change_m_s
     note = "by convention" if truth.convention else ""
@@ -151,14 +150,14 @@ def closed_form_judge(
     impacts: int,
     change_m_s: Sequence[float],
     note: str = "",
-    changes: str = "an impact changes",
+    changes: str = "an impact",
 ) -> Judge:
-    """Judge by known final velocities, relative to the change that impacts make to the disc.
+    """Return a judge by known final velocities, relative to the change of each disc by impacts.
 
     Args:
         scene: The scene.
         final_velocity_m_s: The known velocities, metres a second.
-        impacts: Number of impacts, for the message; 0 where it is unknown.
+        impacts: Number of impacts for the message; 0 if unknown.
         change_m_s: Change of each disc's velocity by impacts, metres a second; 0 for a disc that is never hit.
         note: Remark on a trace that passes.
         changes: Cause of these changes, for the message.
@@ -175,32 +174,34 @@ def closed_form_judge(
         if found == 0 and impacts:
             return Judgement(error, "no impact is found: the discs pass through each other")
         counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
-        return Judgement(error, f"{counted}, a velocity wrong by {number(error)} of what {changes}")
+        return Judgement(error, f"{counted}, and a velocity is wrong by {number(error)} of the change by {changes}")
 
     return _of_whole(judge)
 
 
 def energy_judge(scene: Scene) -> Judge:
-    """Judge by invariants of elastic scenes: kinetic energy to a tenth, and discs outside each other and the walls."""
+    """Return a judge by invariants of elastic scenes: kinetic energy to a tenth, and no deep overlap."""
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
 
     def judge(trace: Trace) -> Judgement:
         gained = kinetic_energy(scene, trace.final_velocity_m_s) / start - 1.0
         if not abs(gained) <= TOLERANCE:
-            return Judgement(abs(gained), f"{number(abs(gained))} of the energy {'gained' if gained > 0 else 'lost'}")
+            return Judgement(
+                abs(gained), f"{number(abs(gained))} of the energy is {'gained' if gained > 0 else 'lost'}"
+            )
         overlap = deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
         if not overlap <= 1.0:
-            return Judgement(abs(gained), f"discs {number(overlap)} radii inside each other or a wall")
+            return Judgement(abs(gained), f"discs are {number(overlap)} radii inside each other or a wall")
         return Judgement(abs(gained))
 
     return _of_whole(judge)
 
 
 def pressure_judge(scene: Scene, compressibility: float) -> Judge:
-    """Judge by ``Z = p V / N k T``, from the virial of the disc impacts in the last four fifths of the run.
+    """Return a judge by ``Z = p V / N k T``, from the virial of the disc impacts in the last four fifths of the run.
 
-    Each impact adds its impulse times the distance of the centres. The first fifth of the run is left out, because the
-    lattice still shows.
+    Each impact adds its impulse times the distance of the centres. The first fifth of the run is omitted, because the
+    lattice still has an effect.
     """
     mass = np.array([disc.mass_kg for disc in scene.discs])
     radius = np.array([disc.radius_m for disc in scene.discs])
@@ -214,7 +215,7 @@ def pressure_judge(scene: Scene, compressibility: float) -> Judge:
         along = np.sum(push * found["normal"], axis=1) * (radius[first] + radius[second])
         z = 1.0 + float(np.sum(along)) / (2.0 * energy * (scene.duration_s - since))
         error = abs(z / compressibility - 1.0)
-        note = f"Z = {z:.3f} where {compressibility:.4f} is known, from {len(found)} impacts"
+        note = f"Z = {z:.3f} from {len(found)} impacts; the known value is {compressibility:.4f}"
         if error <= TOLERANCE:
             return Judgement(error, note=note)
         return Judgement(error, note)
@@ -223,12 +224,12 @@ def pressure_judge(scene: Scene, compressibility: float) -> Judge:
 
 
 def _of_whole(judge: Judge) -> Judge:
-    """Return a judge that fails traces that end early, and judges others."""
+    """Return a judge that fails traces that end early, and passes others to another judge."""
     return lambda trace: _cut_short(trace) or judge(trace)
 
 
 def _cut_short(trace: Trace) -> Judgement | None:
-    """A run that ended before its scene fails, unless it ended in a reported collapse."""
+    """Fail a run that ended before its scene, unless it ended in a reported collapse."""
     if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
         return Judgement(math.nan, Outcome.NON_FINITE.value)
     if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:

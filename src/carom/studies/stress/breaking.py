@@ -1,4 +1,4 @@
-"""Search for the value at which a method fails under an attack: up the ladder to the first failure, then bisection."""
+"""Search for the value at which a method fails under an attack: values up to the first failure, then bisection."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, Judgement, Trial
 from carom.studies.stress.failure_points import STRESS, FoundSpot, Spot, SpotEnding
 
-#: Ratio of a failing value to a passing one at which the bisection ends.
+#: Ratio of failing to passing value at which the bisection ends.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 
 class NotRunError(Exception):
-    """The method cannot be attacked: it is unavailable, or does not support the scene.
+    """The method can't be tested: it is unavailable, or does not support the scene.
 
     Attributes:
-        status: Which of the two it is.
+        status: The status that shows which of these is the case.
     """
 
     def __init__(self, answer: Answer[Any]) -> None:
@@ -42,7 +42,7 @@ class _Tried(NamedTuple):
 
 
 def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> FoundSpot:
-    """Return the cell of an attack and a method, with the scene that shows its number."""
+    """Return the result of an attack on a method, with the scene that shows its number."""
     runs = 0
     stood: _Tried | None = None
     fell: _Tried | None = None
@@ -86,15 +86,15 @@ def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, quick:
 
 
 def named_scene(name: str, scene: Scene, shows: str) -> Scene:
-    """Return the scene of a number under a name of its own, so that all of them can be run together."""
+    """Return the scene of a result under a unique name, so that all such scenes can run together."""
     return scene.model_copy(update={"name": f"{STRESS}{name}", "description": shows})
 
 
 def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:
-    """Run one trial and judge it; an engine's failure is the reason of the judgement.
+    """Run a trial and judge it. A failure of the engine becomes the reason of the judgement.
 
     Raises:
-        NotRunError: The engine is unavailable, or declares not to support even the harmless end.
+        NotRunError: The engine is unavailable, or declares that it does not even support the harmless end.
     """
     answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)
     if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
@@ -103,11 +103,11 @@ def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool)
 
 
 def _try(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
-    """Run the trials of a value up to the first that fails; return the worst, and the number of runs."""
+    """Run the trials of a value up to the first failure. Return the worst result, and the number of runs."""
     try:
         trials = attack.trials(value)
     except InputError as error:
-        message = f"attack {attack.name} makes no scene at {value:g}: {error}"
+        message = f"attack {attack.name} can't make a scene at {value:g}: {error}"
         raise InputError(message) from error
     stood: list[_Tried] = []
     for trial in trials[::2] if quick else trials:

@@ -1,4 +1,4 @@
-"""Check whether an engine still shows a reported bug."""
+"""Check of reported bugs: whether an engine still shows a bug."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from carom.model.trace import Outcome, Trace, kinetic_energy
 from carom.studies.stress.failure_points import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
-#: A per cent of the scene's speed or energy, which people notice and report, and which is above float32's rounding.
+#: Smallest deviation that is mentioned: a per cent of the scene's speed or energy. People notice it, and it is above
+#: float32's rounding.
 NOTICED = 0.01
 
 
 def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner) -> FoundSpot:
-    """Return the cell of a complaint and a method, with its scene."""
+    """Return the result of a reported bug and a method, with its scene."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
@@ -50,9 +51,9 @@ def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner) -> 
 def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     """Return whether a trace shows the reported bug, the deviation, and the reason in words.
 
-    The deviation is the error of the energy if the report is on energy or nothing else is known. Otherwise it is that
-    of the final velocities, and of rim speeds where spins are known. It is relative to the scene's energy or speed. The
-    reason mentions a trace without the bug that is off by a per cent or more.
+    The deviation is the energy error if the report is about energy or nothing else is known. Otherwise it is the error
+    of final velocities, and of rim speeds if spins are known. It is relative to the scene's energy or speed. If a trace
+    does not show the bug but is wrong by a per cent or more, the reason mentions that.
     """
     symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
@@ -68,19 +69,19 @@ def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     if symptom is Symptom.MISSES:
         missed = _missed(trace, known)
         seen = missed > 0 and abs(figure) > least
-        reason = f"{missed} impact{'' if missed == 1 else 's'} missed"
+        reason = f"{missed} impact{' is' if missed == 1 else 's are'} missed"
     elif symptom is Symptom.INVENTS:
         invented = len(trace.impacts) - (known.count or 0)
-        seen, reason = invented > 0, f"{invented} impact{'' if invented == 1 else 's'} invented"
+        seen, reason = invented > 0, f"{invented} impact{' is' if invented == 1 else 's are'} invented"
     elif symptom is Symptom.ESCAPES:
         depth = deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
-        seen, reason = not depth <= 1.0, f"{number(depth)} radii inside another body or beyond a wall"
+        seen, reason = not depth <= 1.0, f"a disc is {number(depth)} radii inside another body or beyond a wall"
     elif symptom is Symptom.GAINS_ENERGY:
-        seen, reason = energy > least, f"{number(energy)} of the energy gained"
+        seen, reason = energy > least, f"{number(energy)} of the energy is gained"
     elif symptom is Symptom.LOSES_ENERGY:
-        seen, reason = energy < -least, f"{number(-energy)} of the energy lost"
+        seen, reason = energy < -least, f"{number(-energy)} of the energy is lost"
     elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
-        seen, reason = velocity > least, f"velocities off by {number(velocity)} of the scene's speed"
+        seen, reason = velocity > least, f"velocities are wrong by {number(velocity)} of the scene's speed"
     if seen:
         return True, figure, reason
     return False, figure, f"off by {number(figure)} of the scene's {what}" if abs(figure) > NOTICED else ""
@@ -99,7 +100,7 @@ def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
-    """Error of the mechanical energy at the end, over that at the start."""
+    """Return the error of the final mechanical energy, over the energy at the start."""
     weight = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
     floor = min(map(_height, scene.walls), default=0.0)
 
@@ -119,14 +120,14 @@ def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _height(wall: Wall | Chain | Ring) -> float:
-    """Return the height of a wall; a chain has that of its lowest point."""
+    """Return the height of a wall; for a chain, that of its lowest point."""
     if isinstance(wall, Wall):
         return wall.point_m[1]
     return wall.centre_m[1] if isinstance(wall, Ring) else min(y for _, y in wall.points_m)
 
 
 def _missed(trace: Trace, known: KnownAnswer) -> int:
-    """Number of known impacts of pairs that are missing in the trace."""
+    """Return the number of known impacts that are missing in the trace."""
     expected = Counter((impact.first, impact.second) for impact in known.impacts)
     found = Counter(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True))
     return (expected - found).total()

@@ -1,7 +1,7 @@
-"""Attacks with a disc on a wall under gravity: restitution, friction, rolling resistance, slopes at thresholds.
+"""Attacks with a disc on a wall under gravity: restitution, friction, rolling resistance, and slopes at thresholds.
 
-Each scene is a disc of unit mass on the line y = 0. A slope is made by the direction of gravity, so that no position is
-rounded by a rotation. Contact is continuous in the slope, so both sides of a threshold have the same true answer at it.
+Each scene is a disc of unit mass on the line y = 0. The direction of gravity makes a slope, so that no rotation rounds
+positions. The motion is continuous in the slope, so both sides of a threshold have the same limit.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from carom.support.formatting import number
 
 _RADIUS_M, _G, _K = 0.25, 10.0, 0.5
 _DT_S = 1.0 / RATE_HZ
-#: Duration of a contact, in which gravity or friction change the motion by far more than an integrator's error.
+#: Duration of a contact. Gravity and friction change the motion in this time by far more than an integrator's error.
 _LASTS_S = 0.5
 _SPEED_M_S = 1.2
 
-#: Friction of every slope, and of the floor that rolling resistance is on; the tangents of the steepest slopes. These
-#: hold a block, prevent slipping while rolling, hold a disc with rolling resistance, and stop the slip of a disc that
-#: bounces with e = 1/2.
+#: Friction of all slopes and of the floor with rolling resistance; and the tangents of the threshold slopes. Up to its
+#: threshold, a slope holds a block, lets a disc roll without slipping, holds a disc by rolling resistance, or stops the
+#: slip of a disc that bounces with e = 1/2.
 _FRICTION = 0.3
 _STEEPEST = {
     "sliding-slope": _FRICTION,
@@ -36,9 +36,9 @@ _STEEPEST = {
     "bouncing-slope": 0.75 * _FRICTION * (1.0 + 1.0 / _K),
 }
 
-_LAW = "Coulomb's law and that of rolling resistance, in closed form: docs/theory/contact.md"
-_SERIES = "geometric series of the hops, in closed form: docs/theory/contact.md"
-_MOTION = "a final velocity, or speed of a rim, wrong by more than a tenth of what contact changes"
+_LAW = "the laws of Coulomb friction and rolling resistance, in closed form: docs/theory/contact.md"
+_SERIES = "the geometric series of bounces, in closed form: docs/theory/contact.md"
+_MOTION = "a final velocity or rim speed is wrong by more than a tenth of the change by contact"
 
 
 def _on_a_floor(
@@ -51,7 +51,7 @@ def _on_a_floor(
     tangent: float = 0.0,
     **of: Any,
 ) -> Scene:
-    """Return a disc `up` metres above the line y = 0, where gravity leans by a tangent."""
+    """Return a disc `up` metres above the line y = 0, with gravity tilted by a tangent."""
     fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
     long = math.hypot(1.0, tangent)
     discs = [disc(complex(0.0, _RADIUS_M + up), velocity, _RADIUS_M, **fields)]
@@ -60,19 +60,19 @@ def _on_a_floor(
 
 
 def _ends(scene: Scene, along: float, rim: float, change: float) -> Trial:
-    """Judge a disc in contact by its speed along the wall and its rim's, which contact changes by `change`."""
-    return Trial(scene, spin_judge(scene, [(along, 0.0)], [rim], [change], 0, "contact changes"))
+    """Judge a disc in contact by its final velocity along the wall and its rim speed, relative to `change`."""
+    return Trial(scene, spin_judge(scene, [(along, 0.0)], [rim], [change], 0, "contact"))
 
 
 @attack(
     "1 - e of a ball that bounces three times under gravity",
     (0.1, 1e-9),
     _SERIES,
-    "a final velocity wrong by more than a tenth of what the first impact changes",
+    "a final velocity is wrong by more than a tenth of the change by the first impact",
     phases=PHASES,
 )
 def _lively(value: float, phase: float) -> Trial:
-    """Stage a ball that bounces three times, and flies for as long again as it fell at first."""
+    """Make a trial of a ball that bounces three times, and then flies for as long as its first fall."""
     e, bounces, fall_s = 1.0 - value, 3, (96 + phase) * _DT_S
     lost = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
     last_s, speed = fall_s + lost, e**bounces * _G * fall_s
@@ -86,27 +86,30 @@ def _lively(value: float, phase: float) -> Trial:
     "1 - e of a ball that bounces until it rests",
     (0.5, 0.01),
     _SERIES,
-    "half a second after the last bounce, a velocity of more than a tenth of what the first impact changes",
+    "half a second after the last bounce, the ball is faster than a tenth of the change by the first impact",
     phases=PHASES,
     quick_absurd=0.05,
     rungs=3,
 )
 def _rests(value: float, phase: float) -> Trial:
-    """Stage a ball that is dropped and bounces until it rests, half a second before the end."""
+    """Make a trial of a ball that is dropped and bounces until it rests, half a second before the end."""
     e, fall_s = 1.0 - value, (24 + phase) * _DT_S
     shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces until it rests."
-    ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # with a step
+    ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # ends with a step
     scene = _on_a_floor("rests", shows, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
     return Trial(scene, closed_form_judge(scene, [(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s]))
 
 
 def _slope(kind: str, value: float, side: float) -> Trial:
-    """Stage a disc on a slope that is steeper, or less steep, than a threshold's by a part of it."""
+    """Make a trial of a disc on a slope that differs from a threshold by a fraction of it."""
     steepest, friction, e, k = _STEEPEST[kind], _FRICTION, 0.5, _K
     tangent = steepest * (1.0 + side * value)
     pressed, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
     beyond = max(0.0, tangent - steepest)
-    shows = f"A disc on a slope of tangent {number(steepest, 3)}, a threshold, and {number(side * value, 3)} of it."
+    shows = (
+        f"A disc on a slope with the threshold tangent {number(steepest, 3)}, changed by {number(side * value, 3)} of "
+        "it."
+    )
     made = partial(_on_a_floor, kind, shows, _LASTS_S, tangent=tangent, wall_friction=friction)
     if kind == "sliding-slope":
         scene, k, slip = made(inertia_factor=math.inf), math.inf, 0.0
@@ -119,9 +122,9 @@ def _slope(kind: str, value: float, side: float) -> Trial:
         if kind == "slipping-slope":
             scene = made()
         else:
-            # Bounces that start at this speed end with the scene. Each hop adds 2 tan w to the slip. A bounce takes f
-            # (1 + e)(1 + 1/k) w off, which is 2 tan w at the threshold. In all, the bounces take as much as contact
-            # would.
+            # Bounces that start at this speed last until the end of the scene. Each hop adds 2 tan w to the slip. A
+            # bounce reduces the slip by f (1 + e)(1 + 1/k) w, which is 2 tan w at the threshold. In total, bounces
+            # reduce the slip as much as contact would.
             hits = 0.5 * _LASTS_S * pressed * (1.0 - e) / e
             scene = made(velocity=complex(0.0, -hits), wall_restitution=e)
         along = (pull * _LASTS_S + k * slip) / (1.0 + k)
@@ -134,14 +137,14 @@ def _slopes(kind: str, value: float) -> Sequence[Trial]:
 
 
 @attack(
-    "coefficient of friction of a disc that slides, and one over it",
+    "coefficient of friction of a disc that slides, and its reciprocal",
     (1.0, 1e-6),
     _LAW,
-    f"{_MOTION}; whatever is beyond what grips changes nothing",
+    f"{_MOTION}; friction beyond the value that grips changes nothing",
     last=0.0,
 )
 def _slide_friction(value: float) -> Sequence[Trial]:
-    """Stage a disc thrown along a floor with as much backspin: it slides, then rolls."""
+    """Make trials of a disc that is thrown along a floor with equal backspin: it slides, then rolls."""
 
     def thrown(friction: float) -> Trial:
         scene = _on_a_floor(
@@ -159,14 +162,14 @@ def _slide_friction(value: float) -> Sequence[Trial]:
 
 
 @attack(
-    "rolling resistance of a disc that rolls, and one over it",
+    "rolling resistance of a disc that rolls, and its reciprocal",
     (1.0, 1e-6),
     _LAW,
     f"{_MOTION}; rolling resistance beyond the limit of friction does not change its speed",
     last=0.0,
 )
 def _rolling_resistance(value: float) -> Sequence[Trial]:
-    """Stage a disc that rolls along a floor: c slows it by c g/(1 + k), up to the limit of friction; then it slides."""
+    """Make trials of a disc that rolls along a floor: c slows it by c g/(1 + k), up to the limit of friction."""
     friction = _FRICTION
 
     def rolled(resists: float) -> Trial:
@@ -196,10 +199,10 @@ def contact_attacks() -> list[Attack]:
     """Return the attacks with a disc on a wall under gravity."""
     ulp = 2.0**-52
     slopes = {
-        "sliding-slope": "how far a slope is from the steepest on which friction holds a block, over it",
-        "slipping-slope": "how far a slope is from the steepest on which a disc rolls, over it",
-        "rolling-slope": "how far a slope is from the steepest on which rolling resistance holds a disc, over it",
-        "bouncing-slope": "how far a slope is from the steepest on which bounces hold a slip, over it",
+        "sliding-slope": "relative distance of a slope from the steepest on which friction holds a block",
+        "slipping-slope": "relative distance of a slope from the steepest on which a disc rolls",
+        "rolling-slope": "relative distance of a slope from the steepest on which rolling resistance holds a disc",
+        "bouncing-slope": "relative distance of a slope from the steepest on which bounces stop a slip",
     }
     leaning = [
         Attack(name, axis, 0.5, ulp, partial(_slopes, name), _LAW, f"{_MOTION}, on either side", last=0.0)

@@ -1,4 +1,4 @@
-"""A stress campaign as a document, and as JSON."""
+"""Document and JSON file of `carom stress`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from carom.report.render.markdown import markdown
 from carom.studies.stress.failure_points import Line, Spot, SpotEnding, StressResults
 from carom.support.folders import write_files
 
-#: Words for the kinds of lines in documents; files and the command line use the kinds' own names.
+#: Names of the kinds of lines in documents. Files and the command line use the keys.
 WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "reported bug"}
 
 HEADINGS = {
@@ -47,23 +47,23 @@ HEADINGS = {
 }
 
 NOTES = {
-    "attack": "The size at which a method first fails, starting from the harmless end of the axis; 'to' marks a "
-    "method that passes the whole axis. Below it: the error at the last size that passed, and a bar for the share of "
-    "the axis that passed, in decades.",
-    "relation": "Difference between the changed scene's result and the changed result, over the scene's length or "
-    "speed, whichever is larger; 0 is bit-identical.",
-    "complaint": "Whether a method still shows the reported bug; the number is its deviation from the known answer.",
+    "attack": "The size at which a method first fails, starting from the harmless end of the axis. 'to' marks a method "
+    "that passes the whole axis. Below the size: the error at the last passed size, and a bar for the passed "
+    "part of the axis, in decades.",
+    "relation": "Largest difference between the changed scene's result and the expected result, over the scene's "
+    "length or speed; 0 is bit-identical.",
+    "complaint": "'seen' if a method still shows the reported bug. The number is its deviation from the known answer.",
 }
 
-#: Up to this number of methods each has a sentence; more are ranked in one sentence.
+#: Largest number of methods whose sentences are the answer. More methods are ranked first, with shorter sentences.
 SENTENCES = 4
 
-HEAT = "One sign per test, worst first: = passed; 0 to 9: tenths of its axis; -: not run."
+HEAT = "One character per test, worst first. =: passed. 0 to 9: passed tenths of the axis. -: not run."
 
-#: More methods than this are counted in a sentence, not named.
+#: Largest number of methods that are named in a sentence. More are counted.
 FEW = 3
 
-#: Sign of a cell and class of its colours; colours of a class on a terminal.
+#: Symbol and CSS class of a cell, and colours of the classes on a terminal.
 _GOOD, _WAY, _BAD, _NOT = ("=", "exact"), ("~", "inaccurate"), ("x", "wrong"), ("-", "not-scored")
 _STYLES = {"exact": "green", "inaccurate": "yellow", "wrong": "red", "not-scored": "dim"}
 _SHOWN = {
@@ -77,19 +77,19 @@ _SHOWN = {
     SpotEnding.NOT_RUN: _NOT,
 }
 _MEANINGS = (
-    (_GOOD, "passes", "the whole axis; an invariance holds, a reported bug is not seen"),
-    (_WAY, "fails at", "the size shown"),
-    (_BAD, "fails", "at the harmless end already; an invariance fails, a reported bug is seen"),
+    (_GOOD, "passes", "passes the whole axis, keeps the invariance, or does not show the bug"),
+    (_WAY, "fails at", "fails at the shown size"),
+    (_BAD, "fails", "fails at the harmless end, violates the invariance, or shows the bug"),
     (_NOT, "not run", "the method is unavailable, or does not support the scene"),
 )
 
 
 def write_stress(results: StressResults, folder: Path) -> Path:
-    """Write `stress.html`, `stress.md` and `stress.json` into a folder, replacing older ones; return the page.
+    """Write `stress.html`, `stress.md` and `stress.json` into a folder, and return the path of the page.
 
     Raises:
         MissingExtraError: jinja2, of the extra `report`, is not installed.
-        InputError: The folder can't be written into, or holds files of others.
+        InputError: The folder is not writable, or contains foreign files.
     """
     document = stress_document(results)
     contents = {"stress.html": html(document), "stress.md": markdown(document), "stress.json": _json(results)}
@@ -97,7 +97,7 @@ def write_stress(results: StressResults, folder: Path) -> Path:
 
 
 def stress_document(results: StressResults) -> Document:
-    """Return the document: results by method, a table for each kind of line, and the evidence of each cell."""
+    """Return a document of results by method, a table for each kind of line, and the evidence for each cell."""
     kinds = {kind: _worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
     return Document(
         "Carom: stress",
@@ -111,7 +111,7 @@ def stress_document(results: StressResults) -> Document:
 
 
 def _worst_first(results: StressResults, lines: list[Line]) -> list[Line]:
-    """Return stress tests by the part of their axes that methods pass, least first; other lines stay in order."""
+    """Sort stress tests by the part of their axes that methods pass, smallest first. Other lines keep their order."""
 
     def passed(line: Line) -> float:
         depths = [line.depth(spot) for _, spot in _spots(results, line)]
@@ -122,13 +122,13 @@ def _worst_first(results: StressResults, lines: list[Line]) -> list[Line]:
 
 
 def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[Block]:
-    """Yield a row for each method, with a heat map of its stress tests and the numbers passed, and a sentence each."""
+    """Yield a table with a row per method: a heat map of its stress tests, and numbers passed."""
 
     def counted(kind: str, head: str, ending: SpotEnding) -> list[Column]:
         def say(method: Method) -> str:
             return str(sum(results.spots[line.name, method.name].ending is ending for line in kinds[kind]))
 
-        only = EVERYWHERE if kind == "attack" or not attacks else IN_FULL
+        only = IN_FULL if attacks else EVERYWHERE  # a terminal has the sentences
         return [Column(head, say, f"of {len(kinds[kind])}", number=True, only=only)] if kinds[kind] else []
 
     attacks = kinds["attack"]
@@ -139,16 +139,18 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     columns += counted("relation", "hold", SpotEnding.HOLDS)
     columns += counted("complaint", "seen", SpotEnding.STILL_DOES)
     columns += [Column("fails first", partial(_weakest, results, attacks), only=PAGE)] if attacks else []
+    if attacks and len(results.methods) > SENTENCES:  # with fewer methods they are the answer
+        yield Lines(tuple(_sentence(results, attacks, method, short=True) for method in results.methods), TERMINAL)
     yield Table(columns, results.methods, css="methods")
     if attacks:
         yield Text(HEAT, TERMINAL | DETAIL)
-        if len(results.methods) > SENTENCES:  # with fewer methods they come first
+        if len(results.methods) > SENTENCES:
             yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
     yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
 
 
 def _heat(results: StressResults, lines: list[Line], method: Method) -> Cell:
-    """Return the number of a group's tests that a method passes; on a terminal, a sign for each test."""
+    """Return the number of a group's tests that a method passes; on a terminal, a character per test."""
     spots = [(line, results.spots[line.name, method.name]) for line in lines]
     ran = [spot.ending for _, spot in spots if spot.ending is not SpotEnding.NOT_RUN]
     passed = ran.count(SpotEnding.STANDS)
@@ -159,29 +161,31 @@ def _heat(results: StressResults, lines: list[Line], method: Method) -> Cell:
 
 
 def _sign(line: Line, spot: Spot) -> str:
-    """Return the sign of a test: passed, not run, or the tenths of the axis that were passed."""
+    """Return the character of a test: passed, not run, or the tenths of the axis that were passed."""
     depth = line.depth(spot)
     if depth is None:
         return _NOT[0]
     return _GOOD[0] if spot.ending is SpotEnding.STANDS else str(min(9, int(10 * depth)))
 
 
-def _sentence(results: StressResults, lines: list[Line], method: Method) -> str:
-    """Return the number of stress tests that a method passes, and its first failure with the size."""
+def _sentence(results: StressResults, lines: list[Line], method: Method, *, short: bool = False) -> str:
+    """Describe the number of stress tests that a method passes, and its first failure with the size, and its axis."""
     endings = [results.spots[line.name, method.name].ending for line in lines]
     ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
     name = method.phrase
     if not ran:
         return f"{name}: none of {formatting.count(len(lines), WORDS['attack'])} could be run."
-    unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) else ""
+    unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) and not short else ""
     passes = f"{name}: passes {endings.count(SpotEnding.STANDS)} of {ran}{unrun}"
     first = _weakest(results, lines, method).text
+    if short:
+        return f"{passes}; first failure: {first}." if first else f"{passes}."
     axis = next((line.axis for line in lines if first.startswith(f"{line.name} ")), "")
     return f"{passes}; first failure: {first} ({axis.partition(', ')[0]})." if first else f"{passes}."
 
 
 def _weakest(results: StressResults, lines: list[Line], method: Method) -> Cell:
-    """Return the stress test that a method fails after the least part of its axis."""
+    """Return a cell with the stress test that a method fails after the smallest part of its axis."""
     spots = [(line, results.spots[line.name, method.name]) for line in lines]
     fallen = [
         (depth, line, spot)
@@ -199,30 +203,30 @@ def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Sec
     """Yield the table of all lines of one kind, and the evidence for its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
-        Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # a page has it where the evidence is opened
+        Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # a page shows the axis with the evidence
     ]
     columns += [Column(method.engine, partial(_cell, results, method), method.profile) for method in results.methods]
     table = Table(columns, lines, note=NOTES[kind], css="grid", only=IN_FULL)
     yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", PAGE)))
     why = tuple(said for line in lines for said in _why(results, line))
-    yield Section(f"{HEADINGS[kind]}: why", (Lines(why, DETAIL),), level=3)
-    yield Section(f"{HEADINGS[kind]}: the evidence", tuple(_evidence(results, line) for line in lines), level=3)
+    yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, DETAIL),), level=3)
+    yield Section(f"{HEADINGS[kind]}: evidence", tuple(_evidence(results, line) for line in lines), level=3)
 
 
 def _why(results: StressResults, line: Line) -> Iterator[str]:
-    """Return the reasons of a line's results, each with its methods."""
+    """Yield the reasons of a line's results, each with its methods."""
     found = formatting.together((spot.reason, method.name) for method, spot in _spots(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
 def _evidence(results: StressResults, line: Line) -> Table:
-    """Return the evidence of each cell of a line: the result, its scene, and the command that runs it."""
+    """Return a table with the evidence for each cell of a line: result, scene, and command."""
     columns = (
         Column("method", lambda cell: Cell(cell[0].name, anchor=_anchor(line, cell[0]))),
         Column("result", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
         Column("value", lambda cell: _number(cell[1].value), number=True),
         Column("passes up to", lambda cell: _number(cell[1].stands_at), number=True),
-        Column("error there", lambda cell: _number(cell[1].error), number=True),
+        Column("error at that size", lambda cell: _number(cell[1].error), number=True),
         Column("why", lambda cell: Cell(cell[1].reason, css="prose")),
         Column("scene", lambda cell: Cell(", ".join(cell[1].scenes), link=next(iter(cell[1].scenes), ""))),
         Column("command, in this folder", lambda cell: _command(*cell)),
@@ -240,7 +244,7 @@ def _evidence(results: StressResults, line: Line) -> Table:
 
 
 def _anchor(line: Line, method: Method) -> str:
-    """Return the name of a cell's evidence within the page."""
+    """Return the anchor of a cell's evidence within the page."""
     return quote(f"{line.name}/{method.name}")
 
 
@@ -271,7 +275,7 @@ def _said(spot: Spot) -> str:
         case SpotEnding.NOT_RUN:
             return spot.status.value
         case SpotEnding.STILL_DOES | SpotEnding.DOES_NOT:
-            return f"{'does it' if spot.ending is SpotEnding.STILL_DOES else 'does not'} {value}".rstrip()
+            return f"{'seen' if spot.ending is SpotEnding.STILL_DOES else 'not seen'} {value}".rstrip()
         case _:
             return value or spot.reason.partition(":")[0]
 
@@ -306,21 +310,28 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
             if ran and ran == len(endings):
                 passed.setdefault(endings.count(good), []).append(name)
             elif ran:
-                partly.append(f"{name} {does} {endings.count(good)} of the {ran} that it ran")
+                partly.append(f"{name} {does} {endings.count(good)} of {ran} that it can run")
         if passed:
             most, fewest = max(passed), min(passed)
-            best, worst = f"{most}, the most", f", and {_named(passed[fewest])} {fewest}, the fewest"
+            each = "each " if len(passed[most]) > 1 else ""
+            best, worst = f"{does} the most ({most})", f"; {_named(passed[fewest])} {does} the fewest ({fewest})"
             if most == fewest:
-                best, worst = f"{most}{' each' if len(passed[most]) > 1 else ''}", ""
-            yield f"Of {formatting.count(len(kinds[kind]), WORDS[kind])} {_named(passed[most])} {does} {best}{worst}."
-        if partly:
+                best, worst = f"{each}{does} {most}", ""
+            yield f"{_named(passed[most])} {best} of {formatting.count(len(kinds[kind]), WORDS[kind])}{worst}."
+        if partly and (kind != "attack" or len(partly) <= FEW):  # sentences by method have the numbers
             said = f": {formatting.listed(partly)}" if len(partly) <= FEW else ""
             methods = formatting.count(len(partly), "method")
-            yield f"Not ranked, because not every {WORDS[kind]} could be run: {methods}{said}."
+            yield (
+                f"{methods} {'is' if len(partly) == 1 else 'are'} not ranked, because not every {WORDS[kind]} could "
+                f"be run{said}."
+            )
     if kinds["complaint"]:
         yield _complaints(results, kinds["complaint"])
     methods, form = formatting.count(len(results.methods), "method"), "quick" if results.quick else "full"
-    yield f"{methods}, {formatting.listed(asked)}: the {form} form, {formatting.seconds(results.elapsed_s)}."
+    yield (
+        f"This campaign ran {methods} on {formatting.listed(asked)} in the {form} form, in "
+        f"{formatting.seconds(results.elapsed_s)}."
+    )
 
 
 def _named(methods: list[str]) -> str:
@@ -328,7 +339,7 @@ def _named(methods: list[str]) -> str:
 
 
 def _complaints(results: StressResults, complaints: list[Line]) -> str:
-    """Return how many of the reported bugs of engines with an adapter are still seen on that engine."""
+    """Describe how many reported bugs are still seen on the engine that they concern."""
     still: list[str] = []
     not_any_more: list[str] = []
     for line in complaints:
@@ -336,7 +347,7 @@ def _complaints(results: StressResults, complaints: list[Line]) -> str:
         if any(ending is not SpotEnding.NOT_RUN for ending in own):
             (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
     here, seen = len(still) + len(not_any_more), f": {formatting.listed(still)}" if 0 < len(still) <= FEW else ""
-    of = f"{formatting.count(len(complaints), WORDS['complaint'])}: {here} concern an engine supported here"
+    of = f"{formatting.count(len(complaints), WORDS['complaint'])}: {here} concern one of these engines"
     return f"{of}; {len(still)} are still seen{seen}."
 
 

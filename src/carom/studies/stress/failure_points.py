@@ -1,4 +1,4 @@
-"""Results of a stress campaign: where each method fails under an attack, and by how much relations are violated."""
+"""Results of a stress campaign: the size at which each method fails, and violations of relations."""
 
 from __future__ import annotations
 
@@ -14,27 +14,29 @@ from carom.execution.job import Method, Status
 from carom.model.scene import Scene, save_scene
 from carom.support.folders import file_name
 
-#: Folder of scenes within that of the results, and what the names of made scenes begin with.
+#: Folder of scenes within the folder of results, and prefix of the names of generated scenes.
 SCENES, STRESS = "scenes", "stress/"
 
-#: Phrases in journals of earlier versions.
+#: Phrases in journals of earlier versions, and their present form.
 _EARLIER = {
     "gives way": "fails at this size",
     "stands to the end": "passes to the end",
     "gives way at the harmless end": "fails at the harmless end",
+    "still does it": "still seen",
+    "does not do it": "not seen",
 }
 
 
 class SpotEnding(StrEnum):
-    """How a cell ended; the value is the phrase shown."""
+    """Outcome of a cell. The value is the phrase shown."""
 
     GIVES_WAY = "fails at this size"
     STANDS = "passes to the end"
     NEVER_STOOD = "fails at the harmless end"
     HOLDS = "holds"
     FAILS = "fails"
-    STILL_DOES = "still does it"
-    DOES_NOT = "does not do it"
+    STILL_DOES = "still seen"
+    DOES_NOT = "not seen"
     NOT_RUN = "not run"
 
     @classmethod
@@ -45,19 +47,19 @@ class SpotEnding(StrEnum):
 
 @dataclass(frozen=True)
 class Spot:
-    """One cell of the table: one attack, relation or complaint, and one method.
+    """A cell of the table: one attack, relation or complaint, and one method.
 
     Attributes:
         kind: "attack", "relation" or "complaint".
         line: Name of the attack, relation or complaint.
         method: Name of the method.
-        ending: How it ended.
-        value: The size at which the method fails, or the largest size tried if it passes; for a relation or a complaint
-            the deviation. None where there is no number.
-        stands_at: The largest size that it passed, None where there is none.
-        error: The error at `stands_at`, in the measure of the attack; None where there is none.
-        reason: Why it fails, or why there is no number.
-        scenes: The files, in the folder of the results, whose scenes show the number.
+        ending: Outcome of the cell.
+        value: The size at which the method fails, or the largest tested size if it passes. For a relation or a
+            complaint, it is the deviation. None if there is no number.
+        stands_at: The largest passed size; None if there is none.
+        error: The error at `stands_at`, in the measure of the attack; None if there is none.
+        reason: Reason of a failure, or of a missing number.
+        scenes: Files of the scenes that show the number, in the folder of results.
         runs: Number of runs behind the result.
         status: Status of the run that decided, or of the refusal.
     """
@@ -76,24 +78,24 @@ class Spot:
 
     @property
     def cut_off(self) -> bool:
-        """Whether the engine, or its adapter, broke off the run that decided."""
+        """Whether the engine or its adapter failed in the run that decided."""
         return self.status.is_failure
 
 
 @dataclass(frozen=True)
 class FoundSpot:
-    """A cell as it is found, before its scenes are saved.
+    """A cell before its scenes are saved.
 
     Attributes:
-        spot: The cell, without files.
-        scenes: The scenes that show its number.
+        spot: The cell without file names.
+        scenes: The scenes that show the cell's number.
     """
 
     spot: Spot
     scenes: tuple[Scene, ...] = ()
 
     def save(self, folder: Path) -> Spot:
-        """Save the scenes into the folder of the results. Return the cell with their files."""
+        """Save the scenes into the folder of results, and return the cell with their file names."""
         files = {f"{SCENES}/{file_name(scene.name.removeprefix(STRESS))}.toml": scene for scene in self.scenes}
         for file, scene in files.items():
             (folder / SCENES).mkdir(parents=True, exist_ok=True)
@@ -103,18 +105,18 @@ class FoundSpot:
 
 @dataclass(frozen=True)
 class Line:
-    """One line of the table.
+    """A line of the table: an attack, relation or complaint.
 
     Attributes:
         kind: "attack", "relation" or "complaint".
-        name: Its name.
-        axis: Varied quantity, required relation, or reported bug.
+        name: Name of the line.
+        axis: The varied quantity, the required relation, or the reported bug.
         truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
-        ladder: Values of the axis that are tried, from the harmless end on; empty where there is none.
-        link: Address of the thread of a complaint.
-        about: Engine that a complaint is about.
-        group: Group of an attack, by the situation.
+        ladder: Tested values of the axis, beginning at the harmless end; empty if there is no axis.
+        link: Address of a complaint's discussion thread.
+        about: Engine that a complaint concerns.
+        group: Group of an attack.
     """
 
     kind: str
@@ -128,9 +130,9 @@ class Line:
     group: str = ""
 
     def depth(self, spot: Spot) -> float | None:
-        """Return the part of the ladder's decades that a method passed; None where none was tried.
+        """Return the fraction of the ladder's decades that a method passed; None if nothing was tested.
 
-        A last value without a logarithm, such as a gap of 0, counts as one more decade.
+        A last value without a logarithm, such as a gap of 0, counts as an additional decade.
         """
         if not self.ladder or spot.ending is SpotEnding.NOT_RUN:
             return None
@@ -146,14 +148,14 @@ class StressResults:
     """All cells of a campaign.
 
     Attributes:
-        lines: Attacks, relations, complaints, in the order of the table.
-        methods: The columns.
-        engines: Descriptions of their engines, by name.
+        lines: Attacks, relations and complaints, in the order of the table.
+        methods: The methods, which are the columns of the table.
+        engines: Descriptions of the methods' engines, by name.
         spots: The cells, by name of line and method.
         environment: Machine and versions.
         command: The command that repeats the campaign.
         quick: Whether this is the quick form.
-        elapsed_s: Elapsed seconds of this run; a resumed run counts only its own.
+        elapsed_s: Elapsed seconds, without those before a resumption.
     """
 
     lines: tuple[Line, ...]

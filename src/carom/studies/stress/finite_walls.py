@@ -1,4 +1,4 @@
-"""Attacks with a disc and a finite wall: speed of disc and wall, thinness, ends, seams, legs and corners."""
+"""Attacks with a disc and a finite wall: speed of disc and wall, wall width, ends, seams, legs and corners."""
 
 from __future__ import annotations
 
@@ -19,22 +19,24 @@ from carom.support.formatting import metres, number
 
 _DT_S = 1.0 / RATE_HZ
 _RADIUS_M = 0.25
-#: A hundredth of a diameter a step, as in `carom.studies.stress.pairs`.
+#: Default speed: a hundredth of a diameter per step, as in `carom.studies.stress.pairs`.
 _SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
-#: Half the length of a wall; discs reach its ends only in attacks on the ends.
+#: Half the length of a wall. Discs reach its ends only in attacks on ends.
 _HALF_LENGTH_M = 4.0
-#: Initial distance of a disc from a corner, and its speed: it is back after 30 steps, and moves an eighth of its radius
-#: in each.
+#: Initial distance of a disc from a corner, and its speed. The disc is back after 30 steps, and moves an eighth of its
+#: radius in each.
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * _DT_S)
 
-_HEAD_ON = "the normal is known without rounding: the velocity along it is turned round"
-_VELOCITY = "a final velocity wrong by more than a tenth of what the impact changes: a miss is wrong by all of it"
+_HEAD_ON = "the normal is known without rounding, and the velocity along it is reversed"
+_VELOCITY = (
+    "a final velocity is wrong by more than a tenth of the change by the impact; a miss is wrong by the whole change"
+)
 
 
 def _met(
     axis: str, ends: tuple[float, float], truth: str, gives_way: str = _VELOCITY, **more: Any
 ) -> Callable[[Callable[..., Any]], Attack]:
-    """Return a decorator that turns a function that stages one impact into an attack, at every phase."""
+    """Return a decorator that turns a function for one impact into an attack at every phase."""
     return attack(axis, ends, truth, gives_way, phases=PHASES, **more)
 
 
@@ -48,7 +50,7 @@ def _scene(name: str, shows: str, phase: float, start: complex, velocity: comple
 
 
 def _once(scene: Scene, after: complex) -> Trial:
-    """Judge a disc that meets a wall once by the velocity that it must have then."""
+    """Judge a disc that meets a wall once by its known velocity after the impact."""
     changed = after - complex(*scene.discs[0].velocity_m_s)
     return Trial(scene, closed_form_judge(scene, [(after.real, after.imag)], 1, [abs(changed)]))
 
@@ -58,12 +60,12 @@ def _until(phase: float) -> float:
     return (STEPS_BEFORE + phase) * _DT_S
 
 
-@_met("speed x dt / radius, at a wall without thickness", (0.01, 1e4), _HEAD_ON)
+@_met("path of a disc per step over its radius, at a wall without thickness", (0.01, 1e4), _HEAD_ON)
 def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
     scene = _scene(
         "thin-wall",
-        f"A disc that moves {number(value, 3)} radii a step meets a wall without thickness head-on.",
+        f"A disc that moves {number(value, 3)} radii per step meets a wall without thickness head-on.",
         phase,
         complex(-_RADIUS_M - speed * _until(phase), 0.0),
         complex(speed),
@@ -73,15 +75,15 @@ def _thin_wall(value: float, phase: float) -> Trial:
 
 
 @_met(
-    "speed x dt / radius of a driven wall without thickness, at a disc at rest",
+    "path per step of a driven wall without thickness over the radius of a disc at rest",
     (0.01, 1e4),
-    "Newton's law as seen from the wall: a disc at rest gets twice the wall's velocity",
+    "Newton's law relative to the wall: a disc at rest gets twice the wall's velocity",
 )
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
     scene = _scene(
         "paddle",
-        f"A wall without thickness is driven, {number(value, 3)} radii a step, head-on at a disc at rest.",
+        f"A wall without thickness moves {number(value, 3)} radii per step, head-on at a disc at rest.",
         phase,
         complex(_RADIUS_M + speed * _until(phase)),
         0j,
@@ -104,20 +106,20 @@ def _wall_width(value: float, phase: float) -> Trial:
 
 
 @_met(
-    "1 - b/R, how far from a miss of the end of a wall",
+    "1 - b/R, the relative distance from a miss of the wall's end",
     (0.1, 1e-15),
-    "the normal at an end is from it to the centre: s off, (2 s² - 1, 2 s √(1 - s²)), in 28 decimal digits "
-    "from the scene as stored",
+    "the normal points from the wall's end to the centre; for an offset s, the velocity becomes (2 s² - 1, 2 s "
+    "√(1 - s²)); 28 decimal digits from the stored scene",
 )
 def _wall_end(value: float, phase: float) -> Trial:
-    """Stage a disc that flies along the line across a wall's end; the normal there is from the end to the centre."""
+    """Make a trial of a disc that passes the end of a wall. The normal there points from the end to the centre."""
     height = _RADIUS_M * (1.0 - value)
-    offset = Decimal(height) / Decimal(_RADIUS_M)  # of the scene as stored
+    offset = Decimal(height) / Decimal(_RADIUS_M)  # of the stored scene
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
     scene = _scene(
         "wall-end",
-        f"A disc grazes the end of a thin wall; 1 - b/R is {number(value, 3)}.",
+        f"A disc grazes the end of a thin wall, where 1 - b/R is {number(value, 3)}.",
         phase,
         complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height),
         complex(_SPEED_M_S),
@@ -127,10 +129,10 @@ def _wall_end(value: float, phase: float) -> Trial:
 
 
 @_met(
-    "pieces of a floor of 8 m",
+    "number of pieces of a floor of 8 m",
     (2.0, 1000.0),
-    "a seam is no wall of its own: the velocity is mirrored at the floor",
-    f"{_VELOCITY}; a catch at a seam turns the way that the disc goes",
+    "a seam between two pieces has no effect, so the velocity is mirrored at the floor",
+    f"{_VELOCITY}; an engine that catches at a seam deflects the disc",
     whole=True,
 )
 def _seam(value: float, phase: float) -> Trial:
@@ -139,7 +141,7 @@ def _seam(value: float, phase: float) -> Trial:
     velocity = _SPEED_M_S * (4 - 1j)
     scene = _scene(
         "seam",
-        f"A disc strikes a floor of {pieces} pieces at a slant, where two of them meet.",
+        f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet.",
         phase,
         complex(joint, _RADIUS_M) - velocity * _until(phase),
         velocity,
@@ -149,16 +151,16 @@ def _seam(value: float, phase: float) -> Trial:
 
 
 @_met(
-    "degrees of a corner",
+    "angle of a corner in degrees",
     (90.0, 1.0),
-    "the half-planes through its sides, in 240 decimal digits: the corner itself is out of the disc's reach",
-    "a final velocity wrong by more than a tenth of the greatest change that one of its impacts makes",
+    "the half-planes through the corner's sides, with 240 decimal digits; the disc can't reach the apex",
+    "a final velocity is wrong by more than a tenth of the greatest change by one impact",
 )
 def _corner(value: float, phase: float) -> Trial:
-    """Stage a disc that is thrown into a corner past its apex; the half-planes through the sides give its motion."""
+    """Make a trial of a disc thrown into a corner past its apex. The half-planes through the sides give its motion."""
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)
-    # The centre moves in a corner of its own, a radius from both sides.
+    # The centre moves in a smaller corner at a distance of one radius from both sides.
     apex = _RADIUS_M / math.sin(0.5 * angle) * inwards
     start = apex + (_CORNER_M + phase * _CORNER_SPEED_M_S * _DT_S) * inwards
     # The disc aims an eighth of the angle past the apex, so it never meets both sides at once.
@@ -178,15 +180,15 @@ def _corner(value: float, phase: float) -> Trial:
 
 
 @_met(
-    "legs of a driven wall's path",
+    "number of legs of a driven wall's path",
     (1.0, 1000.0),
-    "Newton's law as seen from the wall on its last leg: a disc at rest gets twice the wall's velocity",
+    "Newton's law relative to the wall on its last leg: a disc at rest gets twice the wall's velocity",
     whole=True,
 )
 def _legs(value: float, phase: float) -> Trial:
-    """Stage a wall that moves to and fro, three steps on and one back, and strikes a disc at rest on its last leg.
+    """Make a trial of a wall that moves three steps forwards and one back, and strikes a disc on its last leg.
 
-    Half of the last leg leads beyond where the wall has been before.
+    In half of its last leg, the wall is further than ever before.
     """
     legs, until_s = int(value), _until(phase)
     lasts = until_s / (legs - 0.5)

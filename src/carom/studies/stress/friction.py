@@ -1,7 +1,7 @@
-"""Attacks with friction and spin, which vary a coefficient, a spin, an inertia, or the number of gripping impacts.
+"""Attacks with friction and spin, which vary a coefficient, a spin, an inertia, or the number of sticking impacts.
 
 All impacts are head-on, or on a wall, so that checking once per step turns no normal and only friction can fail. Only
-the chain of grips is so long that late detection can lose an impact.
+the chain of sticking impacts is so long that late detection can lose an impact.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from carom.support.formatting import number
 
 _RADIUS_M = 0.25
 _SPEED_M_S = 1.2
-#: A coefficient at which no impact here slides, within what every engine simulates.
+#: A coefficient at which no impact of these attacks slides. Every engine supports it.
 _GRIP = 10.0
 
-_MOTION = "a final velocity, or speed of a rim, wrong by more than a tenth of what the impact changes"
+_MOTION = "a final velocity or rim speed is wrong by more than a tenth of the change by the impact"
 _LAW = (
-    "the law of grip and slide on a wall, and of two equal discs head-on (Cross, Am. J. Phys. 70 (2002) 1093; "
+    "the law of sticking and sliding on a wall, and of two equal discs head-on (Cross, Am. J. Phys. 70 (2002) 1093; "
     "Foerster et al., Phys. Fluids 6 (1994) 1108)"
 )
 
@@ -37,16 +37,17 @@ def spin_judge(
     final_rim_m_s: Sequence[float],
     change_m_s: Sequence[float],
     impacts: int = 1,
-    changes: str = "an impact changes",
+    changes: str = "an impact",
 ) -> Judge:
-    """Judge by final velocities and rim speeds, ``R w``, relative to the change that an impact makes to the disc.
+    """Return a judge by final velocities and rim speeds, ``R w``, relative to each disc's change by impacts.
 
     Args:
         scene: The scene.
         final_velocity_m_s: The known velocities, metres a second.
         final_rim_m_s: The known rim speeds, metres a second.
-        change_m_s: Change of each disc by impacts, the larger of velocity and rim speed, metres a second.
-        impacts: Number of impacts; 0 where it is unknown.
+        change_m_s: Change of each disc by impacts, metres a second: the larger of the changes of velocity and rim
+            speed.
+        impacts: Number of impacts; 0 if unknown.
         changes: Cause of these changes, for the message.
     """
     of_velocity = closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s, changes=changes)
@@ -61,18 +62,18 @@ def spin_judge(
         error = float(np.max(np.abs(radius * trace.final_spin_rad_s - rims) / np.array(change_m_s)))
         if error <= TOLERANCE:
             return Judgement(max(error, found.error), note=found.note)
-        return Judgement(error, f"a rim's speed wrong by {number(error)} of what {changes}")
+        return Judgement(error, f"a rim speed is wrong by {number(error)} of the change by {changes}")
 
     return judge
 
 
 def _tangential_impulse(friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float) -> float:
-    """Return the smaller of the impulses of sticking and of sliding, for unit mass, without tangential restitution."""
+    """Return the smaller of the impulses for sticking and sliding, for unit mass without tangential restitution."""
     return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
 def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: float) -> Trial:
-    """Stage a disc of unit mass that does not spin and hits a floor at 45 degrees."""
+    """Make a trial of a disc of unit mass without spin that hits a floor at 45 degrees."""
     dt, speed, start = 1.0 / RATE_HZ, _SPEED_M_S, complex(_SPEED_M_S, -_SPEED_M_S)
     before = (STEPS_BEFORE + phase) * dt
     place = complex(-speed * before, _RADIUS_M + speed * before)
@@ -84,7 +85,7 @@ def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: floa
 
 
 def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
-    """Stage a spinning disc of unit mass that hits an equal one, at rest, head-on."""
+    """Make a trial of a spinning disc of unit mass that hits an equal disc at rest head-on."""
     dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
     begun = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
     discs = [disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0j, 0j, _RADIUS_M)]
@@ -95,9 +96,14 @@ def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: f
     return Trial(scene, spin_judge(scene, final, rims, [max(speed, impulse / k)] * 2))
 
 
-@attack("coefficient of friction", (0.01, 1e19), _LAW, f"{_MOTION}; beyond what grips, more friction changes nothing")
+@attack(
+    "coefficient of friction", (0.01, 1e19), _LAW, f"{_MOTION}; friction beyond the value that sticks changes nothing"
+)
 def _friction(value: float) -> list[Trial]:
-    shows = f"Friction of {number(value, 3)}: a disc on a floor at 45 degrees, and a spinning disc head-on to another."
+    shows = (
+        f"With friction of {number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits another "
+        "head-on."
+    )
     walls = [_on_wall("friction", shows, phase, value, 0.5) for phase in PHASES]
     return walls + [_head_on("friction", shows, phase, value, 5.0) for phase in PHASES]
 
@@ -106,38 +112,41 @@ def _friction(value: float) -> list[Trial]:
     "spin in rad/s",
     (1.0, 1e12),
     _LAW,
-    f"{_MOTION}; an engine's limit on how far a disc turns in a step shows here",
+    f"{_MOTION}; engines that limit the rotation in a step fail",
 )
 def _spin(value: float) -> list[Trial]:
-    shows = f"A disc that spins at {number(value, 3)} rad/s slides along another, head-on, with friction of 0.1."
+    shows = f"A disc that spins at {number(value, 3)} rad/s hits another head-on and slides with friction of 0.1."
     return [_head_on("spin", shows, phase, 0.1, value) for phase in PHASES]
 
 
 @attack("moment of inertia over m R²", (0.5, 1e-6), _LAW, _MOTION)
 def _inertia(value: float) -> list[Trial]:
-    shows = f"A disc of moment of inertia {number(value, 3)} m R^2 grips a floor at 45 degrees, and leaves rolling."
+    shows = (
+        f"A disc with a moment of inertia of {number(value, 3)} m R^2 hits a floor at 45 degrees, sticks, and leaves "
+        "rolling."
+    )
     return [_on_wall("inertia", shows, phase, _GRIP, value) for phase in PHASES]
 
 
 @attack(
-    "impacts of a superball between two rough plates",
+    "number of impacts of a superball between two rough plates",
     (2, 1e3),
-    "two plates turn (v, √k R w) by the angle whose cosine is ((1 - k)² - 4 k)/(1 + k)² = -7/9 (Broomhead and "
+    "two impacts rotate (v, √k R w) by the angle whose cosine is ((1 - k)² - 4 k)/(1 + k)² = -7/9 (Broomhead and "
     "Gutkin, Physica D 67 (1993) 188)",
     _MOTION,
     quick_absurd=100,
     whole=True,
 )
 def _grip_chain(value: float) -> list[Trial]:
-    """Stage this many bounces of a superball between two plates, a dozen steps apart."""
+    """Make a trial of a number of bounces of a superball between two plates, a dozen steps apart."""
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ
-    shows = f"A superball grips two plates in turn, {2 * rounds} times."
+    shows = f"A superball bounces {2 * rounds} times between two rough plates."
     discs = [disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)]
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0))]
     laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
     scene = attacked("grip-chain", shows, discs, 2 * rounds * height, walls=walls, **laws)
-    # A round, floor and ceiling, turns (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
+    # A round (floor and ceiling) rotates (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
     return [Trial(scene, spin_judge(scene, final, rim, [2.0], 2 * rounds))]
@@ -146,20 +155,20 @@ def _grip_chain(value: float) -> list[Trial]:
 @attack(
     "restitution of a disc that bounces on a rough floor until it rolls",
     (0.9, 1e-3),
-    "angular momentum about the floor is kept: v / (1 + k), rolling, when all bounces are over",
+    "angular momentum about the floor is conserved, so the disc finally rolls at v / (1 + k)",
     _MOTION,
 )
 def _rolling(value: float) -> list[Trial]:
-    """Stage a disc thrown along a floor that bounces with a restitution until it rests on it, rolling."""
+    """Make a trial of a disc that is thrown along a floor, and bounces until it rolls."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
     fall = pull * drop_s
-    # The impulse of all bounces is (1 + e)/(1 - e) times that of the first fall: a fifth more than rolling needs.
+    # The impulse of all bounces is (1 + e)/(1 - e) times that of the first fall, a fifth more than needed for rolling.
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)
     scene = attacked(
         "rolling",
-        f"A disc thrown along a floor bounces at restitution {number(value, 3)}, slides, and ends rolling.",
+        f"A disc thrown along a floor bounces with restitution {number(value, 3)}, slides, and finally rolls.",
         [disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)],
         math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ,
         walls=[FLOOR],

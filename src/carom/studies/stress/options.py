@@ -1,4 +1,4 @@
-"""Options of a campaign: see `carom.support.options`."""
+"""Options of `carom stress`; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from carom.execution.options import LimitOptions, engine_names, profile_names
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 from carom.support.options import flag, option, seconds
 
-#: Time limits of a run, seconds, after which an engine fails. In the quick form no scene takes a second.
+#: Time limit of a run in the quick form, seconds. No scene of the quick form takes a second.
 QUICK_TIME_LIMIT_S = 10.0
 
 
 @dataclass(frozen=True)
 class StressOptions(LimitOptions):
-    """Options of a campaign, without its attacks.
+    """Options of a campaign, except for its attacks.
 
     Attributes:
         engines: Names of adapters; None for all.
         profiles: Names of profiles.
-        quick: Whether to use the quick form: fewer rungs, nearer ends, a coarser bisection.
-        time_limit_s: Time limit of a run, seconds, after which an engine fails; by default that of the form.
+        quick: Whether to use the quick form, with fewer values, nearer ends, and a coarser bisection.
+        time_limit_s: Time limit of a run, seconds, after which an engine fails (default: that of the form).
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     engines: Sequence[str] | None = engine_names()

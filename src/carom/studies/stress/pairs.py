@@ -1,4 +1,4 @@
-"""Attacks with one pair of discs, which vary one length, speed, mass or offset of the meeting."""
+"""Attacks with one pair of discs, which vary a length, a speed, a mass or the offset of the meeting."""
 
 from __future__ import annotations
 
@@ -14,28 +14,27 @@ from carom.support.formatting import number
 
 RATE_HZ = 240.0
 
-#: Phases of the impact. A step can be lucky at one phase, so each value is tried at several.
+#: Phases of the impact. A method can be lucky at one phase, so each value is tried at several.
 PHASES = (0.13, 0.52, 0.89)
 
-#: Steps before the impact and after it. A contact by a spring takes time: a tenth of a second, 24 steps, at MuJoCo's
-#: usual stiffness of 1000 /s².
+#: Numbers of steps before and after the impact. A contact by a spring takes time: 24 steps at MuJoCo's usual stiffness
+#: of 1000 /s².
 STEPS_BEFORE, STEPS_AFTER = 4, 40
 MEETING_S = (STEPS_BEFORE + STEPS_AFTER) * (1.0 / RATE_HZ)
 
 _RADIUS_M = 0.25
 
-#: A hundredth of a diameter a step, which every method should handle.
+#: Default speed: a hundredth of a diameter per step, which every method should handle.
 _SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
 
-_TRUTH = "two discs in a straight line: the quadratic solved in 240 decimal digits from the scene as stored"
+_TRUTH = "the quadratic for two discs on straight lines, solved with 240 decimal digits from the stored scene"
 _VELOCITY = (
-    "a final velocity wrong by more than a tenth of what the impact changes: a miss is wrong by all of it, and beyond "
-    "a tenth the bounce is not the scene's"
+    "a final velocity is wrong by more than a tenth of the change by the impact; a miss is wrong by the whole change"
 )
 
 
 def attacked(name: str, shows: str, discs: Sequence[Disc], duration_s: float = MEETING_S, **fields: Any) -> Scene:
-    """Return a scene of an attack, by default as long as a meeting takes."""
+    """Return a scene of an attack (default duration: that of a meeting)."""
     rates = {"frame_rate_hz": RATE_HZ}
     return Scene(name=f"stress/{name}", description=shows, discs=discs, duration_s=duration_s, **rates | fields)
 
@@ -51,7 +50,7 @@ def _meeting(
     mass: float = 1.0,
     origin: float = 0.0,
 ) -> Trial:
-    """Stage a disc that comes in from the left and, some steps on, meets an equal one, of any mass, at rest."""
+    """Make a trial of a disc from the left that meets an equally large disc at rest."""
     dt = 1.0 / RATE_HZ
     contact = 2 * radius
     across = offset * contact
@@ -71,7 +70,7 @@ def _attack(
     gives_way: str = _VELOCITY,
     **of: Callable[[float], float],
 ) -> Attack:
-    """Return an attack on a meeting at every phase; each keyword of `_meeting` is a function of the attack's value."""
+    """Return an attack on a meeting at every phase. Keywords are those of `_meeting`, as functions of the value."""
 
     def trials(value: float) -> Sequence[Trial]:
         sizes = {key: function(value) for key, function in of.items()}
@@ -82,14 +81,13 @@ def _attack(
 
 
 def _of_size(name: str, absurd: float) -> Attack:
-    """Return the attack in which the whole scene shrinks or grows, with its steps."""
+    """Return the attack that shrinks or enlarges the whole scene."""
     return _attack(
         name,
-        "radius in metres, the whole scene with it",
+        "radius in metres, which scales the whole scene",
         (1.0, absurd),
-        "Discs of radius {value} m meet head-on at a fiftieth of it a step.",
-        gives_way=f"{_VELOCITY}; nothing varies but the unit of length, so whatever fails is an absolute length or "
-        "speed",
+        "Discs of radius {value} m meet head-on at a fiftieth of the radius per step.",
+        gives_way=f"{_VELOCITY}; only the unit of length changes, so an absolute length or speed causes a failure",
         radius=lambda value: value,
         speed=lambda value: 0.02 * value * RATE_HZ,
     )
@@ -100,14 +98,14 @@ def pair_attacks() -> list[Attack]:
     return [
         _attack(
             "grazing",
-            "1 - b/R, how far from a miss",
+            "1 - b/R, the relative distance from a miss",
             (0.1, 1e-15),
-            "A disc grazes another; 1 - b/R is {value}.",
+            "A disc grazes another, where 1 - b/R is {value}.",
             offset=lambda value: 1.0 - value,
         ),
         _attack(
             "mass-ratio",
-            "mass of the disc struck over that of the striker",
+            "mass of the struck disc over that of the striker",
             (1.0, 1e12),
             "A disc of 1 kg meets one of {value} kg head-on.",
             gives_way=f"{_VELOCITY}; the heavy disc's small change counts as much as the light one's",
@@ -115,9 +113,9 @@ def pair_attacks() -> list[Attack]:
         ),
         _attack(
             "tunnelling",
-            "speed x dt / radius",
+            "path per step over radius",
             (0.01, 1e4),
-            "A disc that moves {value} radii a step meets one at rest head-on.",
+            "A disc that moves {value} radii per step meets one at rest head-on.",
             speed=lambda value: value * _RADIUS_M * RATE_HZ,
         ),
         _of_size("small", 1e-6),
@@ -127,7 +125,7 @@ def pair_attacks() -> list[Attack]:
             "distance from the origin in metres, in x and in y",
             (1.0, 1e12),
             "Two discs meet head-on {value} m from the origin.",
-            truth=f"{_TRUTH}, its positions rounded as they are there",
+            truth=f"{_TRUTH}, with positions rounded at that distance",
             origin=lambda value: value,
         ),
         _attack(
@@ -135,7 +133,7 @@ def pair_attacks() -> list[Attack]:
             "approach speed in m/s, at a fixed step",
             (10.0, 1e-9),
             "Two discs meet head-on at {value} m/s.",
-            gives_way=f"{_VELOCITY}; an engine's restitution threshold shows here",
+            gives_way=f"{_VELOCITY}; engines with a restitution threshold fail",
             speed=lambda value: value,
         ),
     ]

@@ -1,4 +1,4 @@
-"""Relations between runs, without known answers: a rotated, mirrored, scaled or reversed scene has such a result.
+"""Relations between runs without known answers: a rotated, mirrored, scaled or reversed scene has such a result.
 
 An engine that violates a relation is wrong in at least one of the two scenes. Absolute lengths, speeds and times in an
 engine (slops, thresholds, margins) fail under a change of units.
@@ -25,11 +25,11 @@ from carom.studies.stress.breaking import NotRunError, named_scene
 from carom.studies.stress.failure_points import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
-#: A relation holds where the deviation is below this. Three impacts multiply rounding by a few hundred, and sums of a
-#: few hundred steps add as much. A relevant absolute slop is larger by orders of magnitude.
+#: Largest deviation at which a relation holds. Three impacts multiply rounding by a few hundred, and sums over a few
+#: hundred steps add as much. An absolute slop that matters is larger by orders of magnitude.
 HOLDS = 1e-9
 
-#: A coefficient at which no impact of `superballs` slides, within what every engine simulates.
+#: A coefficient at which no impact of `superballs` slides. Every engine supports it.
 _GRIP = 10.0
 
 Run = Callable[[Scene], Trace]
@@ -45,15 +45,15 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Relation:
-    """One relation.
+    """A relation between two runs of one method.
 
     Attributes:
-        name: Short name, the one given on the command line.
+        name: Short name, as on the command line.
         states: The relation in one sentence.
-        deviation: Runs a base scene and another with a method; returns the deviation over the scene's length or speed,
-            whichever is worse. Raises SceneError if the final state of the first run is no valid start.
-        base: Makes the scene that is changed.
-        of_runs: Whether the other scene is made from the method's own first run.
+        deviation: Runs a base scene and a second scene with a method, and returns the larger of the deviations over the
+            scene's length and speed. Raises SceneError if the final state of the first run is not a valid start.
+        base: Makes the base scene.
+        of_runs: Whether the second scene is made from the method's own first run.
     """
 
     name: str
@@ -64,10 +64,10 @@ class Relation:
 
 
 def base_scene() -> Scene:
-    """Return the base scene: four unequal discs and three oblique impacts, no two close in time.
+    """Return the base scene: four unequal discs and three oblique impacts at well separated times.
 
-    The run is split at 1 s. The second impact is at .59 s and the third at 1.39 s, so even a contact of a tenth of a
-    second is over by then.
+    The run is split at 1 s. The second impact is at 0.59 s and the third at 1.39 s, so even a contact of a tenth of a
+    second has ended at the split.
     """
     return Scene(
         name="stress/relations",
@@ -84,26 +84,26 @@ def base_scene() -> Scene:
 
 
 def rough_scene() -> Scene:
-    """Return the base scene with spins and with friction: its first and last impact slide, the second grips."""
+    """Return the base scene with spins and friction: its first and last impact slide, the second sticks."""
     base = base_scene()
     turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
     return _with(
         base,
         [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning],
         name="stress/rough-relations",
-        description="Four unequal discs that spin, three oblique impacts with friction.",
+        description="Four unequal spinning discs, and three oblique impacts with friction.",
         friction=0.1,
     )
 
 
 def superballs() -> Scene:
-    """Return the rough scene with so much friction that all impacts grip, and with full tangential restitution."""
+    """Return the rough scene with so much friction that all impacts stick, and with full tangential restitution."""
     rough = rough_scene()
     return _with(
         rough,
         rough.discs,
         name="stress/superball-relations",
-        description="Four unequal superballs that spin, and their oblique impacts.",
+        description="Four unequal spinning superballs, and their oblique impacts.",
         friction=_GRIP,
         tangential_restitution=1.0,
     )
@@ -114,7 +114,7 @@ def _with(scene: Scene, discs: Iterable[Disc], **fields: float | str) -> Scene:
 
 
 def _each(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: float) -> Scene:
-    """Return the scene with some fields of each disc changed."""
+    """Return the scene with changed fields of each disc."""
     return _with(scene, (disc.model_copy(update=change(disc)) for disc in scene.discs), **fields)
 
 
@@ -138,13 +138,13 @@ def _apart(base: Scene, found: State, expected: State) -> float:
 
 def _end(trace: Trace) -> State:
     spin = trace.final_spin_rad_s
-    if spin is None:  # if something turns, the harness rejects a trace without spins
+    if spin is None:  # the harness rejects a trace without spins if a disc turns
         spin = np.zeros(len(trace.scene.discs))
     return State(trace.final_position_m, trace.final_velocity_m_s, spin)
 
 
 def _changed(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
-    """Return the relation of a scene and a changed one, whose final state `undo` maps to that of the first."""
+    """Return the relation between a scene and a changed one. `undo` maps the latter's final state to the former's."""
 
     def deviation(base: Scene, run: Run) -> float:
         first = _end(run(base))
@@ -197,7 +197,7 @@ def _boost(velocity: tuple[float, float]) -> Relation:
     def undo(at: State) -> State:
         return State(at.position - np.array(velocity) * base_scene().duration_s, at.velocity - velocity, at.spin)
 
-    states = f"A common velocity of ({u:g}, {v:g}) m/s changes nothing else."
+    states = f"Adding a velocity of ({u:g}, {v:g}) m/s to all discs changes nothing else."
     return _changed("boost", states, lambda scene: _each(scene, faster), undo)
 
 
@@ -215,41 +215,41 @@ def _rotation(angle_rad: float) -> Relation:
     def undo(at: State) -> State:
         return State(back(at.position), back(at.velocity), at.spin)
 
-    states = f"Turning the scene by {angle_rad:g} rad turns its answer."
+    states = f"Turning the scene by {angle_rad:g} rad turns its result."
     return _changed("rotation", states, lambda scene: _each(scene, turned), undo)
 
 
 def _mirrored(disc: Disc) -> dict[str, object]:
     (x, y), (u, v) = disc.position_m, disc.velocity_m_s
-    # Subtracting from 0 never gives -0.
+    # Subtraction from 0 never gives -0.
     return {"position_m": (x, 0.0 - y), "velocity_m_s": (u, 0.0 - v), "spin_rad_s": 0.0 - disc.spin_rad_s}
 
 
 def relations() -> list[Relation]:
-    """Return all relations, in the order of the table: first those of smooth discs, then those of rough ones."""
+    """Return all relations in the order of the table: first those of smooth discs, then those of rough discs."""
     turned = np.array([1.0, -1.0])
     mirror = _changed(
         "mirror",
-        "The mirror image of the scene has the mirror image of its answer.",
+        "The mirror image of the scene has the mirror image of its result.",
         lambda scene: _each(scene, _mirrored),
         lambda at: State(at.position * turned, at.velocity * turned, 0.0 - at.spin),
     )
     relabelling = _changed(
         "relabelling",
-        "Listing the discs the other way round changes nothing.",
+        "Listing the discs in reverse order changes nothing.",
         lambda scene: _with(scene, scene.discs[::-1]),
         lambda at: State(*(part[::-1] for part in at)),
     )
     units_of_two = _units(
         "units-of-two",
-        "Units of 2^10 m, 2^6 s and 2^-10 kg change every number by a power of two and no digit.",
+        "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit.",
         length=2.0**-10,
         time=2.0**-6,
         mass=2.0**10,
     )
     reversal = Relation(
         "reversal",
-        "With all velocities reversed at the end, the start comes back.",
+        "If all velocities are reversed at the end, the run returns to its start.",
         _reversal,
         base_scene,
         of_runs=True,
@@ -257,13 +257,13 @@ def relations() -> list[Relation]:
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
     far_disc = _changed(
         "far-disc",
-        "A disc a kilometre away, at rest, changes nothing.",
+        "A disc at rest a kilometre away changes nothing.",
         lambda scene: _with(scene, [*scene.discs, far]),
         lambda at: State(*(part[:-1] for part in at)),
     )
     split = Relation(
         "split",
-        "Stopped at 1 s and taken up again from the state there, a run ends where the whole run ends.",
+        "A run that is stopped at 1 s and continued from its state there ends like the whole run.",
         _split,
         base_scene,
         of_runs=True,
@@ -271,10 +271,14 @@ def relations() -> list[Relation]:
     general = [_boost((11.0, -7.0)), _rotation(0.7), mirror, relabelling, units_of_two]
     return [
         *general,
-        _units("kilometres", "Measured in kilometres, nothing but the unit changes.", length=1e-3),
-        _units("millimetres", "Measured in millimetres, nothing but the unit changes.", length=1e3),
-        _units("slow-motion", "A thousandfold slower, frames and all, nothing but the unit of time changes.", time=1e3),
-        _units("light", "Masses a millionfold smaller change nothing.", mass=1e-6),
+        _units("kilometres", "Measuring in kilometres changes nothing but the unit.", length=1e-3),
+        _units("millimetres", "Measuring in millimetres changes nothing but the unit.", length=1e3),
+        _units(
+            "slow-motion",
+            "Slowing the scene and its frames a thousandfold changes nothing but the unit of time.",
+            time=1e3,
+        ),
+        _units("light", "Masses that are a million times smaller change nothing.", mass=1e-6),
         far_disc,
         reversal,
         split,
@@ -290,14 +294,14 @@ def relations() -> list[Relation]:
         replace(
             reversal,
             name="superball-reversal",
-            states="With the velocities and spins of superballs reversed at the end, the start comes back.",
+            states="If velocities and spins of superballs are reversed at the end, the run returns to its start.",
             base=superballs,
         ),
     ]
 
 
 def relation_spot(relation: Relation, method: Method, runner: TaskRunner) -> FoundSpot:
-    """Return the cell of a relation and a method, with both scenes."""
+    """Return the result of a relation and a method, with both scenes."""
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:
@@ -316,25 +320,27 @@ def relation_spot(relation: Relation, method: Method, runner: TaskRunner) -> Fou
     value, status = None, Status.RAN
     try:
         value = relation.deviation(relation.base(), run)
-        reason = "" if value <= HOLDS else f"off by {number(value)} of the scene's length or speed"
+        reason = "" if value <= HOLDS else f"it deviates by {number(value)} of the scene's length or speed"
     except NotRunError as error:
         ended = SpotEnding.NOT_RUN
         return FoundSpot(Spot("relation", relation.name, method.name, ended, reason=str(error), status=error.status))
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
-        reason = f"no second scene: a run can't start from the state the first one left ({str(error).splitlines()[0]})"
+        reason = (
+            f"no second scene: a run can't start from the final state of the first one ({str(error).splitlines()[0]})"
+        )
     ending = SpotEnding.FAILS if reason else SpotEnding.HOLDS
     spot = Spot("relation", relation.name, method.name, ending, value, reason=reason, runs=len(used), status=status)
     return FoundSpot(spot, _named_scenes(relation, method, used))
 
 
 class _StoppedError(Exception):
-    """A run of a relation failed: the reason, and its status."""
+    """A run of a relation failed; with the reason and the status."""
 
 
 def _named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
-    """Return the scenes of a relation by name. Methods share the base, and keep scenes made from their own runs."""
+    """Return the scenes of a relation under unique names. Methods share all scenes that do not depend on their runs."""
     named = []
     for k, scene in enumerate(used):
         own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name

@@ -1,4 +1,4 @@
-"""A campaign: every attack, relation and complaint on every method, with progress, a journal and a clean end."""
+"""Execution of a stress campaign: every attack, relation and complaint on every method, with a journal."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from carom.studies.stress.relations import HOLDS, relation_spot, relations
 from carom.support.escaping import named_hints
 from carom.support.folders import claimed
 
-#: Purpose of a campaign's folder.
+#: Name of the study in its output folders.
 PURPOSE = "stress"
 
 JOURNAL = "journal.jsonl"
@@ -47,11 +47,11 @@ SpotKey = tuple[str, str, str]
 #: Opens the journal of a campaign.
 stress_journal = partial(Journal[SpotKey, Spot], "spots", JournalEntry[SpotKey, Spot])
 
-#: A line of the table, and the function that finds its spot for a method.
+#: A line of the table, and the function that computes its cell for a method.
 StressTask = tuple[Line, Callable[[Method, TaskRunner], FoundSpot]]
 
 
-#: Groups of attacks, by the situation.
+#: Groups of attacks, with a description of each.
 GROUPS = {
     "pairs": pair_attacks,
     "crowds": crowd_attacks,
@@ -65,7 +65,7 @@ DRIVEN = ("paddle", "legs")
 
 def attacks() -> list[tuple[str, Attack]]:
     """Return all attacks with their groups, in the order of the table."""
-    # All methods are tried at similar values, and the true answer costs more than a run.
+    # Methods are tested at similar values, so cache the true results, which take longer than a run.
     return [
         ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
         for group, of_group in GROUPS.items()
@@ -74,7 +74,7 @@ def attacks() -> list[tuple[str, Attack]]:
 
 
 def listing(*, quick: bool = False) -> list[Line]:
-    """Return every line of the table: attacks, relations, complaints."""
+    """Return all lines of the table: attacks, relations and complaints."""
     return [line for line, _ in _all_tasks(quick)]
 
 
@@ -88,22 +88,21 @@ def stress(
     progress: Progress = no_progress,
     command: str = "",
 ) -> StressResults:
-    """Attack methods, and return where each fails.
+    """Run stress tests on methods, and return where each method fails.
 
     Args:
-        names: Attacks, relations and complaints by name, or the words "attacks", "relations" and "complaints"; all by
-            default.
+        names: Names of attacks, relations and complaints, or the words "attacks", "relations" and "complaints"; all if
+            empty.
         asked: Options of the campaign.
         out: Folder for the journal and for the scenes that reproduce the numbers.
-        resume: Continue from what a journal in `out` says is finished.
-        retry: Repeat runs that an engine broke off.
+        resume: Continue from the finished cells in the journal in `out`.
+        retry: Repeat runs in which an engine failed.
         progress: Called with (done, all, what) as cells finish.
         command: The command that repeats the campaign, for the results.
 
     Raises:
-        UnknownNameError: There is no such attack, engine or profile.
-        InputError: `out` holds files of others, or a journal and `resume` is not set, or its journal belongs to another
-            campaign.
+        UnknownNameError: An attack, engine or profile does not exist.
+        InputError: `out` contains foreign files, a journal without `resume`, or the journal of another campaign.
     """
     started = time.perf_counter()
     lines = _chosen(names, asked.quick)
@@ -122,7 +121,7 @@ def stress(
         journal = held.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
         spots: dict[tuple[str, str], Spot] = {}
         for subject, answer in run_tasks(asks, pool, journal):
-            assert answer.value is not None  # noqa: S101 - a cell that could not be run has a spot that says so
+            assert answer.value is not None  # noqa: S101 - a cell that could not run also has a spot
             spots[subject] = answer.value
             progress(len(spots), len(asks), " on ".join(subject))
     elapsed_s = time.perf_counter() - started
@@ -131,7 +130,7 @@ def stress(
 
 @dataclass(frozen=True)
 class TableCell(DependentTasks[Spot]):
-    """Find the spot of a line of the table, by its kind and name, for a method; its scenes are saved into `out`."""
+    """Computes a cell of the table, from the line's kind and name and a method, and saves its scenes into `out`."""
 
     kind: str
     name: str
@@ -145,12 +144,12 @@ class TableCell(DependentTasks[Spot]):
         return self.method.engine
 
     def run(self, runner: TaskRunner) -> Answer[FoundSpot]:
-        """Return the spot with its scenes."""
+        """Return the cell with its scenes."""
         find = next(find for line, find in _all_tasks(self.quick) if (line.kind, line.name) == (self.kind, self.name))
         return Answer(Status.RAN, value=find(self.method, runner))
 
     def complete(self, answer: Answer[FoundSpot]) -> Answer[Spot]:
-        """Save the scenes, and return the spot with their files."""
+        """Save the scenes, and return the cell with their file names."""
         assert answer.value is not None  # noqa: S101 - `run` returns one
         return Answer(answer.status, value=answer.value.save(self.out))
 
@@ -172,8 +171,8 @@ def _all_tasks(quick: bool) -> list[StressTask]:
         ladder = tuple(attack.ladder(quick))
         line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder, group=group)
         tasks.append((line, partial(breaking_point, attack, quick=quick)))
-    truth = "none is needed: the two runs of the method are compared with each other"
-    fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"
+    truth = "not needed, because the two runs of the method are compared with each other"
+    fails = f"the deviation is above {HOLDS:g}; rounding multiplied by three impacts is smaller"
     tasks += [
         (
             Line("relation", relation.name, relation.states, truth, fails),
@@ -190,7 +189,7 @@ def _all_tasks(quick: bool) -> list[StressTask]:
 
 
 def _complaint_line(entry: Complaint) -> Line:
-    seen = f"{entry.symptom.value}; an error counts from {100 * entry.at_least:g} % on. {entry.made}"
+    seen = f"{entry.symptom.value}; errors below {100 * entry.at_least:g} % do not count. {entry.made}"
     return Line(
         "complaint",
         entry.name.partition("/")[2],
@@ -212,7 +211,7 @@ def _chosen(names: Sequence[str], quick: bool) -> tuple[Line, ...]:
         if name not in known and name not in kinds:
             raise UnknownNameError(
                 f"no stress test is named {name!r}",
-                hints=named_hints(name, known, f"there are: {', '.join(sorted(known))}; and {', '.join(kinds)}"),
+                hints=named_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}"),
             )
     wanted = {kinds[name] for name in names if name in kinds}
     return tuple(line for line in everything if line.name in names or line.kind in wanted)

@@ -1,9 +1,9 @@
-"""True motion of a scene as stored, by brute force in decimal numbers of hundreds of digits.
+"""True motion of a stored scene, by brute force with hundreds of decimal digits.
 
-Every float of a scene is exactly a decimal number, so the conversion loses nothing. All pairs are solved for by the
-textbook quadratic after each impact; with hundreds of digits its cancellation does not matter. The motion is computed
-twice, the second time with twice as many digits. The answer is what both agree on; if the order of impacts differs,
-there is none. The module is independent of Carom's solvers and physics.
+Every float of a scene is exactly a decimal number, so the conversion loses nothing. After each impact, the textbook
+quadratic is solved for all pairs; with hundreds of digits its cancellation does not matter. The motion is computed
+twice, the second time with twice as many digits. The result must agree in both. If the order of impacts differs, there
+is no result. The module does not use Carom's solvers and physics.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from carom.errors import InputError
 from carom.model.scene import Need, Scene
 from carom.model.trace import Vector, wall_body, wall_index
 
-#: Decimal digits of the first pass. The least relative distance that a sweep asks for, a graze of 1e-15, costs 30 of
-#: them in the discriminant; a chain of impacts loses at most about a digit an impact.
+#: Number of decimal digits of the first pass. The smallest relative distance in an attack, a graze of 1e-15, costs 30
+#: digits in the discriminant. A chain of impacts loses about one digit per impact.
 DIGITS = 120
 
-#: Two passes agree where their values differ by less than this, relative: far below a float's rounding, far above the
-#: digits lost.
+#: Largest relative difference of two passes that agree. It is far below a float's rounding, and far above the lost
+#: digits.
 AGREEMENT = Decimal("1e-30")
 
 
 class UndecidedError(InputError):
-    """The true motion cannot be computed: more impacts than allowed, or an order that no number of digits decides."""
+    """The true motion can't be computed: there are too many impacts, or no number of digits decides their order."""
 
 
 class TrueImpact(NamedTuple):
-    """An impact of the true motion: seconds from the start, the disc of the lower number, and the other or a wall."""
+    """An impact of the true motion: seconds from the start, the lower disc number, and the other disc or a wall."""
 
     time_s: float
     first: int
@@ -45,15 +45,15 @@ class TrueImpact(NamedTuple):
 
 @dataclass(frozen=True)
 class TrueMotion:
-    """True motion of a scene, until its end.
+    """True motion of a scene until its end.
 
     Attributes:
         impacts: All impacts, in order.
         final_position_m: Centre of each disc at the end, metres.
         final_velocity_m_s: Velocity of each disc at the end, metres a second.
-        greatest_change_m_s: The greatest change of velocity that one impact makes to each disc, metres a second; 0
-            for a disc that is never hit.
-        convention: Whether two impacts share one instant and one movable disc, so that their order is a convention.
+        greatest_change_m_s: The greatest change of each disc's velocity by one impact, metres a second; 0 for a disc
+            that is never hit.
+        convention: Whether two impacts share an instant and a movable disc, so that their order is a convention.
     """
 
     impacts: tuple[TrueImpact, ...]
@@ -67,12 +67,12 @@ def true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
     """Return the true motion of a scene.
 
     Raises:
-        UndecidedError: The scene has gravity, friction or more impacts than `most_impacts`, or its order can't be
-            decided.
+        UndecidedError: The scene has gravity, friction or more impacts than `most_impacts`, or the order of impacts is
+            undecided.
     """
     beyond = sorted(scene.needs & {Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.TANGENTIAL_RESTITUTION})
     if beyond:
-        raise UndecidedError(f"the true motion under {' and '.join(beyond)} is not worked out here")
+        raise UndecidedError(f"the true motion with {' and '.join(beyond)} is not supported")
     rough, fine = (_Motion(scene, digits) for digits in (DIGITS, 2 * DIGITS))
     rough.run(most_impacts)
     fine.run(most_impacts)
@@ -85,13 +85,13 @@ def true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
 
 
 def _exactly(numbers: Sequence[float] | Sequence[Vector]) -> NDArray[np.object_]:
-    """Return floats as the decimal numbers that they are, in an array of the same shape."""
+    """Convert floats to exactly equal decimal numbers, in an array of the same shape."""
     exact: NDArray[np.object_] = np.vectorize(Decimal, otypes=[object])(np.array(numbers, dtype=np.float64))
     return exact
 
 
 class _Motion:
-    """Brute force with one number of digits."""
+    """Brute-force motion with a given number of digits."""
 
     def __init__(self, scene: Scene, digits: int) -> None:
         self.context = Context(prec=digits)
@@ -103,7 +103,7 @@ class _Motion:
         with localcontext(self.context):
             self.weight = [Decimal(0) if disc.immovable else 1 / Decimal(disc.mass_kg) for disc in scene.discs]
             normals = [_exactly(wall.normal) for wall in scene.half_planes()]
-            # A stored normal is of length 1 to a float's rounding only.
+            # Stored normals have length 1 to a float's rounding only.
             units = [normal / (normal @ normal).sqrt() for normal in normals]
         self.walls = [(_exactly(wall.point_m), unit) for wall, unit in zip(scene.half_planes(), units, strict=True)]
         self.end = Decimal(scene.duration_s)
@@ -148,7 +148,7 @@ class _Motion:
         )
 
     def _pairs(self, changed: set[int] | None = None) -> Iterator[tuple[int, int]]:
-        """Yield the pairs of bodies that may meet, or those with a disc that has changed."""
+        """Yield the pairs of bodies that may meet, or only those with a changed disc."""
         discs = range(len(self.place))
         for i, j in combinations(discs, 2):
             if changed is None or i in changed or j in changed:
@@ -165,8 +165,8 @@ class _Motion:
                 self._upcoming[first, second] = self.now + wait
 
     def _next(self, last: tuple[int, int] | None) -> tuple[Decimal, tuple[int, int]] | None:
-        """Return the earliest impact; of impacts at one instant, that of the lower body numbers."""
-        # Two discs after an impact can't meet again before another impact of one of them.
+        """Return the earliest impact; among impacts at one instant, that of the lower body numbers."""
+        # Two discs can't meet again before another impact of one of them.
         times = {pair: time for pair, time in self._upcoming.items() if pair != last}
         if not times or (earliest := min(times.values())) > self.end:
             return None

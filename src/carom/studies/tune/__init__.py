@@ -1,1 +1,1 @@
-"""Search for the settings of an engine with the least error."""
+"""Study: search for the settings of an engine with the smallest error."""

@@ -1,4 +1,4 @@
-"""`carom.tune`: the search for settings from Python, with a picture of the error scene by scene."""
+"""`carom.tune`: the search for settings from Python, with a picture of the error by scene."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass, fields
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from carom.catalogue import find_scenes
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import resolve_engine
 from carom.execution.job import Progress, no_progress
-from carom.model.scene import Scene, as_scene
+from carom.execution.plan import resolve_scenes
+from carom.model.scene import Scene
 from carom.report.inline import axes_of, with_picture
 from carom.report.render.terminal import plain_text
 from carom.report.svg import plain_number
@@ -28,17 +28,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ShownTuning(Tuning):
-    """Result of a search, with its displays."""
+    """Result of a search that can be printed, shown in a notebook and plotted."""
 
     def __repr__(self) -> str:
         return plain_text(tune_document(self, [scene.name for scene in self.scenes]))
 
     def _repr_html_(self) -> str | None:
-        """Return its lines and its picture as HTML; None where the extra `report` is missing."""
+        """Return the result as HTML, with a picture; None if the extra `report` is missing."""
         return with_picture(partial(_draw, self), f"Error by scene, settings of {self.engine}", repr(self))
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the error over PIT's of each scene, with the first profile and with the best settings; return the axes.
+        """Draw each scene's error over PIT's with the first profile and with the best settings, and return the axes.
 
         Raises:
             MissingExtraError: The extra `report` is not installed.
@@ -51,26 +51,35 @@ class ShownTuning(Tuning):
 def tune(
     engine: str, scenes: Sequence[Scene | str] | None = None, *, progress: Progress | None = None, **options: Any
 ) -> ShownTuning:
-    """Return the settings of an engine that give the least error, over the knobs that its adapter declares.
+    """Search for the settings of an engine with the smallest error, over the knobs that its adapter declares.
 
-    The result prints like `carom tune`, displays itself in a notebook, and has `plot()` for the error scene by scene.
+    The result prints like `carom tune`, is displayed in a notebook, and has `plot()` for the error by scene.
 
     Args:
         engine: Name of the adapter.
-        scenes: Scenes, or their names in the catalogue; by default those of `classics`.
+        scenes: Scenes, or their names in the catalogue (default: the group `classics`).
         progress: Called with (done, all, what) after each trial.
         options: ``trials``, ``profile``, ``scheduler`` and the other fields of
             `carom.studies.tune.options.TuneOptions`.
 
     Raises:
-        InputError: The adapter declares no knobs, can run none of the scenes, or an option makes no sense.
-        UnknownNameError: There is no such engine, profile or scene.
+        InputError: The adapter declares no knobs, can run none of the scenes, or an option is invalid.
+        UnknownNameError: The engine, the profile or a scene does not exist.
         UnavailableError: The engine is not installed.
         MissingExtraError: The extra `tune` is not installed.
+
+    Examples:
+        >>> found = carom.tune("pymunk", ["paper/late"], trials=1)
+        >>> found.engine, [scene.name for scene in found.scenes]
+        ('pymunk', ['paper/late'])
     """
-    asked = TuneOptions(**options)
-    plain = [entry.scene for entry in find_scenes([SCENES])] if scenes is None else [as_scene(one) for one in scenes]
-    found = found_by(resolve_engine(engine), plain, asked, progress=progress or no_progress)
+    asked = TuneOptions.passed("tune", options)
+    found = found_by(
+        resolve_engine(engine),
+        resolve_scenes([SCENES] if scenes is None else scenes)[0],
+        asked,
+        progress=progress or no_progress,
+    )
     return ShownTuning(**{field.name: getattr(found, field.name) for field in fields(found)})
 
 
@@ -86,8 +95,8 @@ def _draw(found: Tuning, axes: Axes) -> None:
         (drawn,) = axes.plot(errors, rows, marker, label=label, markersize=5.0)
         wrong = [k for k in rows if runs[k].wrong]
         axes.plot([errors[k] for k in wrong], wrong, "x", color=drawn.get_color(), markersize=9.0)
-    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":", label="checking once per step")
-    axes.set(xscale="log", xlabel="error over PIT's (x: impacts missed or spurious)", yticks=rows, yticklabels=names)
+    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":", label="PIT")
+    axes.set(xscale="log", xlabel="error over PIT's (x: missed or spurious impacts)", yticks=rows, yticklabels=names)
     axes.xaxis.set_major_formatter(plain_number)
     axes.invert_yaxis()
     axes.grid(which="major", axis="x", alpha=0.18, linewidth=0.6)
@@ -95,7 +104,7 @@ def _draw(found: Tuning, axes: Axes) -> None:
 
 
 def _shown(judged: Judged) -> float:
-    """Return the position of an error on the axis: an exact result is at rounding, and NaN is not drawn."""
+    """Return the position of an error on the axis. An exact result is at rounding, and NaN is not drawn."""
     if math.isnan(judged.price):
         return math.nan
     return min(max(judged.price, THRESHOLDS.rounding), 1.0 / THRESHOLDS.rounding)

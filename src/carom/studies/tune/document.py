@@ -1,4 +1,4 @@
-"""Report of a search for settings: the settings found, a comparison with the first profile, and code to paste."""
+"""Document of `carom tune`: the settings found, a comparison with the existing profiles, and code to paste."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from carom.studies.tune.search import Found
 from carom.support.folders import write_files
 
 ERROR_NOTE = (
-    "Error: the largest velocity or spin error, over the largest of PIT over the phases of the same step: 1 is the "
-    "cost of sampling, 0 is rounding."
+    "Error: the largest velocity or spin error, divided by PIT's largest over the phases of the same step. 1 is "
+    "the cost of sampling, 0 is rounding."
 )
 MERIT_NOTE = (
-    "Numbers of scenes; between: sampled, inaccurate, parted or not graded. Error: mean over scenes on a logarithmic "
-    "scale: 0 rounding, 50 the cost of sampling, 100 wrong or not run."
+    "Columns count scenes; between: sampled, inaccurate, parted or not graded. Error: mean over scenes on a "
+    "logarithmic scale, from 0 (rounding) over 50 (the cost of sampling) to 100 (wrong or not run)."
 )
-#: Name of the profile to paste.
+#: Name of the profile in the code to paste.
 FOUND = "found"
 
 
@@ -46,7 +46,7 @@ class _Line(NamedTuple):
 
 
 def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
-    """Return the report of a search; `asked` are the words of a command that name its scenes."""
+    """Return the document of a search. `asked` are the command-line arguments that name its scenes."""
     better = found.best is not found.first
     lines = [
         _Line(scene.name, *both)
@@ -68,7 +68,7 @@ def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
         (
             _profiles(found),
             *((_settings(found),) if better else ()),
-            Section("Scene by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
+            Section("Results by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
             *(_paste(found, asked) if better else ()),
             *making(found.environment, found.command, found.elapsed_s),
         ),
@@ -76,11 +76,11 @@ def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
 
 
 def write_tune(found: Tuning, asked: Sequence[str], folder: Path) -> Path:
-    """Write ``tune.md`` into a folder and return its path; `asked` as of `tune_document`.
+    """Write ``tune.md`` into a folder, and return its path. `asked` is as in `tune_document`.
 
     Raises:
-        InputError: The folder holds files of others.
-        OSError: It can't be written.
+        InputError: The folder contains foreign files.
+        OSError: The file can't be written.
     """
     return write_files(folder, PURPOSE, {"tune.md": markdown(tune_document(found, asked))})
 
@@ -92,10 +92,10 @@ def set_words(found: Found) -> str:
 
 def _lead(found: Tuning) -> Iterator[str]:
     scenes = formatting.count(len(found.scenes), "scene")
-    early = f", {found.given_up} of them given up early" if found.given_up else ""
-    tried = f"{formatting.count(found.trials, 'setting', 'different settings')} tried{early}"
+    early = f", of which {found.given_up} were abandoned early" if found.given_up else ""
+    tried = f"tried {formatting.count(found.trials, 'setting', 'different settings')}{early}"
     if found.best is found.first:
-        yield f"No better settings than {found.options.profile} found on {scenes}: {tried}."
+        yield f"No better settings than {found.options.profile} were found on {scenes}; {tried}."
         yield f"With {found.options.profile}: {_tally(found.first)}."
         yield from _ties(found)
         return
@@ -107,19 +107,19 @@ def _lead(found: Tuning) -> Iterator[str]:
     if not math.isnan(found.time_ratio):
         cost = formatting.number(found.time_ratio)
         yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
-    yield "Valid for these scenes and steps only."
+    yield "This result is only valid for these scenes and steps."
 
 
 def _ties(found: Tuning) -> Iterator[str]:
-    """Yield the profiles without cut steps that are as good on these scenes, and those that are better."""
+    """Yield the profiles without cut steps that are equally good on these scenes, and those that are better."""
     own = FOUND if found.best is not found.first else found.options.profile
     others = {name: one.merit for name, one in found.others.items() if name not in found.located}
     alike = [name for name, merit in others.items() if merit.respects == found.best.merit.respects]
     better = [name for name, merit in others.items() if merit.respects < found.best.merit.respects]
     if alike:
-        yield f"{formatting.listed([own, *alike])} tie."
+        yield f"{formatting.listed([own, *alike])} are equally good."
     if better:
-        yield f"Better existing profiles: {formatting.listed(better)}."
+        yield f"Existing profiles that are better: {formatting.listed(better)}."
 
 
 def _tally(found: Found) -> str:
@@ -147,14 +147,14 @@ def _error(judged: Judged) -> str:
 
 
 class _Row(NamedTuple):
-    """A profile, or the settings found, with the results."""
+    """A profile, or the found settings, with results."""
 
     name: str
     found: Found
 
 
 def _rows(found: Tuning) -> list[_Row]:
-    """Return the settings found and every profile, the best first; profiles whose steps Carom cuts are last."""
+    """Return the found settings and all profiles, best first. Profiles whose steps Carom cuts are last."""
     rows = [_Row(FOUND, found.best)] if found.best is not found.first else []
     rows += [_Row(found.options.profile, found.first), *(_Row(*item) for item in found.others.items())]
     return sorted(rows, key=lambda row: (row.name in found.located, row.found.merit.respects))
@@ -192,18 +192,18 @@ def _settings(found: Tuning) -> Section:
         Column(found.options.profile, lambda item: before.get(item[0], "engine default"), number=True),
         Column("tested range", lambda item: ", ".join(setting_text(found.space.values[item[0]][k]) for k in (0, -1))),
     )
-    note = "Each is needed: resetting any one of them makes the result worse."
+    note = "Each setting is needed: resetting any one of them makes the result worse."
     return Section("Settings found", (Table(columns, found.best.tried), Text(note)))
 
 
 def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
-    """Yield the command that tries the settings, and the profile in Python and in a manifest."""
+    """Yield the command that runs the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
     words = ("carom", "run", *asked, "-e", engine_argument(found.engine), "-p", found.options.profile, *step)
     if found.code:
         said = f"Code for {found.engine}, for {found.scenes[0].name}:"
-        yield Section("As code for the engine", (Text(said), Code(found.code)))
-    yield Section("To run these settings", (Code(f"{shlex.join(words)} {set_words(found.best)}"),))
+        yield Section("Code for the engine", (Text(said), Code(found.code)))
+    yield Section("Command with these settings", (Code(f"{shlex.join(words)} {set_words(found.best)}"),))
     method = Method(found.engine, found.options.profile, found.best.tried)
     said = f"Found by carom tune on {formatting.count(len(found.scenes), 'scene')}: {_tally(found.best)}."
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}
@@ -221,5 +221,5 @@ def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
         ]
     )
     toml = tomli_w.dumps({"profiles": {FOUND: {"description": said, "settings": constant}}})
-    yield Section("As a profile in Python", (Code(python, IN_FULL),))
-    yield Section("As a profile in engine.toml", (Code("\n".join([toml.rstrip("\n"), *varying]), IN_FULL),))
+    yield Section("Profile in Python", (Code(python, IN_FULL),))
+    yield Section("Profile in engine.toml", (Code("\n".join([toml.rstrip("\n"), *varying]), IN_FULL),))

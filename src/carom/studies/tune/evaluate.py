@@ -1,4 +1,4 @@
-"""Judging settings scene by scene, in worker processes."""
+"""Evaluation of settings on each scene, in worker processes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from carom.execution.timing import time_run
 from carom.model.scene import Scene
 from carom.studies.tune.objective import Judged
 
-#: Number of references, and of runs of PIT, that a worker keeps: more than the scenes of a search.
+#: Number of references, and of runs of PIT, that a worker caches. It is larger than the number of scenes in a search.
 _KEPT = 256
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -28,8 +28,8 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 def judged_by(score: Score) -> Judged:
     """Return the parts of a score that a search needs.
 
-    After a trajectory has diverged from the reference's, its impacts and their errors are chance. Then the error over
-    PIT's, and the missed and invented impacts, are those of the steps from the run's own states.
+    If a trajectory has diverged from the reference's, its impacts match by chance. Then the error over PIT's and the
+    missed and invented impacts are those of the steps from the run's own states.
     """
     local = score.local_truth
     if score.parted_s is not None and local is not None:
@@ -39,11 +39,11 @@ def judged_by(score: Score) -> Judged:
 
 @dataclass(frozen=True)
 class JudgeTask(JobTask):
-    """Run a job and judge it, in a worker process.
+    """Runs a job in a worker process and evaluates it.
 
     Attributes:
-        horizon_s: Time up to which the reference is reliable; None for all of it.
-        timed: Whether its steps are also timed.
+        horizon_s: Time up to which the reference is reliable; None for the whole reference.
+        timed: Whether the job's steps are also timed.
     """
 
     horizon_s: float | None = None
@@ -56,7 +56,7 @@ class JudgeTask(JobTask):
             UnsupportedError: There is no reference.
         """
         job, tried = self.job, self.job.method.tried
-        # The first profile runs even if it declares not to support the scene: the tried settings declare nothing.
+        # Run the first profile even on unsupported scenes: the tested settings have no declaration of their own.
         adapter = load_adapter(job.engine)
         reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)
@@ -67,23 +67,23 @@ class JudgeTask(JobTask):
         return replace(judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, tried=tried).advance_s)
 
 
-#: Form of a job whose steps are also timed; see `carom.execution.cache_key.JobKey`.
+#: Form of a job that is also timed; see `carom.execution.cache_key.JobKey`.
 _TIMED = "timed"
 
-#: Opens the journal of a search. A search that continues requests the same jobs, and finds their results there.
+#: Opens the journal of a search. A continued search requests the same jobs, and finds their results in the journal.
 tune_journal = partial(Journal[JobKey, Judged], "judgements", JournalEntry[JobKey, Judged])
 
 
 class Jury:
-    """Judges a method on scenes.
+    """Evaluates methods on scenes.
 
     Args:
-        steps: The scenes with the step of each, seconds.
-        horizons: Time up to which a scene's reference is reliable, by the scene's name; that of other scenes is
-            reliable to its end.
-        pool: Pool that runs the jobs; it stays open.
+        steps: The scenes, with a step for each, seconds.
+        horizons: Time up to which a scene's reference is reliable, by the scene's name. Other references are reliable
+            to their end.
+        pool: Worker pool, which stays open.
         notes: Journal of results, to which new ones are added.
-        timed: Whether steps are timed, with one job at a time.
+        timed: Whether steps are timed. Then one job runs at a time.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Jury:
         self._notes = MemoryJournal[JobKey, Judged]() if notes is None else notes
 
     def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
-        """Return the results of the scenes, in their order."""
+        """Return the results of a method on scenes, in the order of the scenes."""
         asks = []
         for scene in scenes:
             job = Job(scene, method, self._steps[scene])

@@ -1,13 +1,13 @@
-"""Objective of the search: the order of settings from better to worse, with its reasons.
+"""Objective of the search: the order of settings from better to worse.
 
-The criteria in this order; each decides only between settings that are equal by those before it:
+These criteria are compared in order. Each one decides only between settings that are equal by the criteria before it:
 
-1. **scenes wrong**: a missed or invented impact changes the motion, and small errors elsewhere do not make up for it;
-2. **scenes neither exact nor close**: a method that finds the instant itself is better in kind than one that is up to a
-  step late;
-3. **the error over PIT's**, of each scene on a logarithmic scale. Errors differ by decades, and on a linear scale only
-   the worst scene would count. It is counted in hundredths of that scale, so that the cost can decide;
-4. **the cost**: seconds of the steps over those of the first profile, the median over scenes.
+1. **wrong scenes**: a missed or invented impact changes the motion, and small errors elsewhere can't compensate that;
+2. **scenes that are neither exact nor close**: a method that finds the instant is better than one that is late by up to
+   a step;
+3. **the error over PIT's**, for each scene on a logarithmic scale. Errors differ by decades, so on a linear scale only
+   the worst scene would count. The error is rounded to hundredths of that scale, so that run time can decide;
+4. **the run time**: the time of all steps over that of the first profile, the median over scenes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 
-#: Hundredths of the scale from `THRESHOLDS.rounding` to its reciprocal: a factor of 1.7 each.
+#: Number of parts of the scale from `THRESHOLDS.rounding` to its reciprocal. Each is a factor of 1.7.
 _PARTS = 100
 
 
@@ -29,13 +29,13 @@ class Judged:
     """Result of a scene with some settings.
 
     Attributes:
-        grade: Its grade; None where it was not run.
-        price: Its error over PIT's at worst, see `carom.comparator.Score.price_paid`; NaN where there is none.
+        grade: The grade; None if the scene was not run.
+        price: The error over PIT's largest, see `carom.comparator.Score.price_paid`; NaN if there is none.
         missed: Number of missed impacts.
         spurious: Number of invented impacts.
-        reason: Reason why it was not run.
-        seconds: Seconds of all steps, NaN where they were not timed.
-        float_bits: Width of the floats that the method declares, whose rounding *exact* allows.
+        reason: Reason why the scene was not run.
+        seconds: Run time of all steps, seconds; NaN if they were not timed.
+        float_bits: Width of the floats that the method declares. *Exact* allows their rounding.
     """
 
     grade: Grade | None
@@ -48,24 +48,24 @@ class Judged:
 
     @property
     def wrong(self) -> bool:
-        """Whether it is wrong; a scene that did not run counts as wrong."""
+        """Whether the result is wrong. A scene that did not run counts as wrong."""
         return self.grade in {Grade.WRONG, None}
 
     @property
     def behind(self) -> bool:
-        """Whether it is neither exact nor close."""
+        """Whether the result is neither exact nor close."""
         return self.grade not in {Grade.EXACT, Grade.CLOSE}
 
 
 @dataclass(frozen=True, order=True)
 class Merit:
-    """Rank of some settings: less is better; the fields decide in their order.
+    """Rank of settings. Smaller is better, and earlier fields count more.
 
     Attributes:
-        wrong: Scenes wrong, or not run.
-        behind: Scenes neither exact nor close.
-        error: The error over PIT's in hundredths, the mean over scenes: 0 is rounding, 50 the cost of sampling.
-        cost: The time of the steps over that of the first profile, the median over scenes; 1 where nothing is timed.
+        wrong: Number of scenes that are wrong or did not run.
+        behind: Number of scenes that are neither exact nor close.
+        error: Mean error over PIT's on a logarithmic scale: 0 is rounding, 50 is the cost of sampling.
+        cost: Median over scenes of the run time over that of the first profile; 1 without timing.
     """
 
     wrong: int
@@ -75,24 +75,24 @@ class Merit:
 
     @property
     def respects(self) -> tuple[int, int, int]:
-        """The criteria without the cost: scenes wrong, scenes neither exact nor close, and the error."""
+        """The criteria without run time: wrong scenes, scenes that are neither exact nor close, and the error."""
         return self.wrong, self.behind, self.error
 
     def beaten_by(self, other: Merit) -> bool:
-        """Whether another is as good in every respect except the cost, and better in one."""
+        """Whether another rank is at least as good by every criterion except run time, and better by one."""
         own, its = self.respects, other.respects
         return own != its and all(b <= a for a, b in zip(own, its, strict=True))
 
     def number(self, scenes: int) -> float:
-        """Return one number of the same order, for an optimiser."""
+        """Return a number with the same order, for an optimiser."""
         whole = (self.wrong * (scenes + 1) + self.behind) * (_PARTS + 1) + self.error
         return whole + self.cost / (1.0 + self.cost)
 
 
 def error_part(judged: Judged) -> float:
-    """Return a scene's error over PIT's on a logarithmic scale from 0 to 1: 0 is rounding, 1/2 is PIT's error.
+    """Return a scene's error over PIT's on a logarithmic scale from 0 (rounding) over 1/2 (PIT's error) to 1.
 
-    Without such a number the grade decides: an exact or close scene without an impact has error 0, a wrong one error 1.
+    Without such an error the grade decides: an exact or close scene without an impact has 0, a wrong one has 1.
     """
     if judged.wrong or math.isnan(judged.price):
         return 1.0 if judged.behind else 0.0
@@ -105,8 +105,9 @@ def merit_of(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Merit:
     """Return the merit of the results of scenes.
 
     Args:
-        judged: Results of the scenes, at least one.
-        first: Results of the first profile by scene, with which costs are compared; if nothing was timed the cost is 1.
+        judged: Results of at least one scene.
+        first: Results of the first profile on the same scenes, for the comparison of run times. Without timing the cost
+            is 1.
     """
     ratios = [own.seconds / other.seconds for own, other in zip(judged, first, strict=False) if other.seconds > 0]
     ratios = [ratio for ratio in ratios if not math.isnan(ratio)]

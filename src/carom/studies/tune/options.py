@@ -1,4 +1,4 @@
-"""Options of a search for settings: see `carom.support.options`."""
+"""Options of `carom tune`; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TuneOptions(LimitOptions):
-    """Options of a search, without its engine and scenes.
+    """Options of a search, except for its engine and scenes.
 
     Attributes:
-        profile: The profile that the search begins with.
-        dt_s: Step, seconds; by default each scene's own frame.
+        profile: The profile from which the search starts.
+        dt_s: Step, seconds (default: each scene's own frame).
         trials: Number of different settings to try before the best is refined.
         seed: Seed of the optimiser's random numbers.
-        timing: Whether the cost decides between equally accurate settings; jobs then run one at a time.
+        timing: Whether run time decides between equally accurate settings. Then one job runs at a time.
 
     Raises:
-        InputError: A value makes no sense, or `timing` is asked for on a cluster.
+        InputError: A value is invalid, or `timing` is requested on a cluster.
     """
 
     profile: str = option("default", name(), "Profile to start from.", "--profile", "-p")
@@ -43,8 +43,8 @@ class TuneOptions(LimitOptions):
         super().__post_init__()
         if self.timing and self.scheduler is not None:
             raise InputError(
-                "timing needs one machine, whose run times can be compared, got the scheduler "
-                f"{shown(self.scheduler)}: leave out one of the two"
+                f"run times are only comparable on one machine, but the scheduler is {shown(self.scheduler)}: "
+                "omit --timing or --scheduler"
             )
 
     def step_of(self, scene: Scene) -> float:

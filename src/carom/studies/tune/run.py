@@ -1,4 +1,4 @@
-"""The whole search of `carom tune`, and its result in comparison with the first profile."""
+"""Execution of a search for settings, and its result in comparison with the first profile."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import Found, KnobSearch
 from carom.studies.tune.search_space import Space, values_of
 
-#: Purpose of a search's folder, and the name of its journal.
+#: Name of the study in its output folders, and file name of its journal.
 PURPOSE, JOURNAL = "tune", "journal.jsonl"
-#: Default scenes: short, with known answers, and of every kind.
+#: Default scenes: short scenes of all kinds with known answers.
 SCENES = "classics"
 
 
@@ -42,22 +42,22 @@ class Tuning:
         engine: Name of the adapter.
         options: Options of the search.
         scenes: Scenes of the search.
-        left_out: Reasons why other scenes were not used, by name.
-        space: All points that may be tried.
+        left_out: Reasons why scenes were not used, by name.
+        space: All settings that the search may test.
         first: Results of the first profile.
-        best: Results of the best settings; `first` itself if nothing was better.
+        best: Results of the best settings, or `first` if nothing was better.
         others: Results of the engine's other profiles on the same scenes, by name.
-        located: Names of the profiles whose steps Carom cuts: no setting of the engine does that.
-        code: Lines of the engine's own code at the first scene's step that differ with the best settings. Empty where
-            nothing was better, or the adapter writes no code.
-        own: The settings of that profile at the first scene's step, by name.
-        settings: All settings of the best there.
-        varying: Names of those that vary with the step.
-        time_ratio: Time of the steps over that of the first profile, the median over scenes; NaN where none was timed.
+        located: Names of the profiles whose steps Carom cuts. No setting of the engine does that.
+        code: Lines of the engine's code at the first scene's step that the best settings change. Empty if nothing was
+            better, or if the adapter writes no code.
+        own: The first profile's settings at the first scene's step, by name.
+        settings: The best settings at that step, by name.
+        varying: Names of the settings that vary with the step.
+        time_ratio: Median over scenes of the run time over that of the first profile; NaN if none was timed.
         trials: Number of tried settings.
-        given_up: Number of them that were given up before the last scene.
+        given_up: Number of tried settings that were abandoned before the last scene.
         environment: Machine and versions.
-        command: The command that repeats the search; empty where it was called from Python.
+        command: The command that repeats the search; empty if it was called from Python.
         elapsed_s: Elapsed seconds.
     """
 
@@ -92,19 +92,19 @@ def tune(
     told: Callable[[Found], None] | None = None,
     command: str = "",
 ) -> Tuning:
-    """Search for the settings of an engine with the best results on scenes, over the knobs that its adapter declares.
+    """Search for an engine's settings with the best results on scenes, over the knobs that its adapter declares.
 
     Args:
         engine: Name of an adapter.
-        scenes: Scenes to try them on.
+        scenes: Scenes of the search.
         options: Options of the search.
         notes: Journal of results, to which new ones are added.
         progress: Called with (done, all, what) after each trial.
-        told: Called with the best settings so far, whenever there are better ones.
+        told: Called with the best settings so far, whenever they improve.
         command: The command that repeats the search, for the result.
 
     Raises:
-        UnknownNameError: There is no such engine or profile.
+        UnknownNameError: The engine or profile does not exist.
         InputError: The adapter declares no knobs, or can run none of the scenes.
         UnavailableError: The engine is not installed.
         MissingExtraError: Optuna is not installed.
@@ -119,7 +119,7 @@ def tune(
         able = tuple(scene for scene in scenes if scene.name not in left_out)
         if not able:
             raise InputError(
-                f"{engine} cannot run any of these scenes: {next(iter(left_out.values()), 'there is none')}"
+                f"{engine} cannot run any of these scenes: {next(iter(left_out.values()), 'there are no scenes')}"
             )
         steps = {scene: asked.step_of(scene) for scene in able}
         jury = Jury(steps, horizons, pool, notes, timed=asked.timing)
@@ -156,7 +156,7 @@ def tune(
 
 
 def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: Jury) -> Found:
-    """Return the results of another profile; a scene that it does not support is not run."""
+    """Return the results of another profile. Scenes that it does not support are not run."""
     able, located = info.own.get(profile, info.capabilities), profile in info.located
     refused = {
         scene: "" if able is None else unsupported_reason(scene, able, dt_s, located=located)
@@ -171,7 +171,7 @@ def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: 
 def _references(
     scenes: Sequence[Scene], info: EngineInfo, options: TuneOptions
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the end of each scene's reliable reference, and the reasons why scenes can't be used, by name."""
+    """Return by scene name the end of the reliable reference, and the reason if the scene can't be used."""
     horizons: dict[str, float] = {}
     left_out: dict[str, str] = {}
     located = options.profile in info.located
@@ -189,7 +189,7 @@ def _references(
 def _settings(
     pool: Pool, engine: str, profile: str, tried: SettingOverrides, dt_s: float
 ) -> tuple[dict[str, Setting], frozenset[str]]:
-    """Return the settings at a step, except for the step itself, and the names of those that vary with it."""
+    """Return the settings at a step, except for the step itself, and the names of settings that vary with the step."""
     answer = pool.run(SettingsTask(engine, profile, (dt_s, dt_s / 2), tried))
     here, finer = answer.value or (answer.said, "")
     if isinstance(here, str) or isinstance(finer, str):
@@ -199,7 +199,7 @@ def _settings(
 
 
 def _time_ratio(pool: Pool, first: Method, tried: SettingOverrides, steps: Mapping[Scene, float]) -> float:
-    """Return the cost of the best settings over that of the first profile, timed in turn; NaN if neither ran."""
+    """Return the run time of the best settings over the first profile's, timed alternately; NaN if neither ran."""
     ratios = []
     for scene, dt_s in steps.items():
         methods = (first, Method(first.engine, first.profile, tried))

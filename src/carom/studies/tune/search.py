@@ -1,12 +1,12 @@
-"""Search from an engine's shipped settings for the best ones within a number of trials.
+"""Search for the best settings, from an engine's default settings, within a number of trials.
 
-1. Each knob alone is tried at its ends.
-2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials, with each
-   knob as shipped or turned.
-3. From the best trial, one knob at a time is turned back or elsewhere, until nothing improves. So every setting found
+1. Each knob is tested at its ends, with all other knobs at their default.
+2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials, in which
+   each knob is at its default or turned.
+3. From the best trial, one knob at a time is reset or turned elsewhere, until nothing improves. So every found setting
    has an effect.
-4. The third step is repeated from all other trials that no trial beats in every respect. Two settings may help only
-   together, while each alone has fewer wrong scenes and more sampled ones, or the other way round.
+4. The third step is repeated from all other trials that no trial beats by every criterion. Two settings may only help
+   together, while each of them reduces wrong scenes at the cost of more sampled ones, or vice versa.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from carom.studies.tune.search_space import Point, Space
 if TYPE_CHECKING:
     from optuna import Study
 
-#: A trial is judged in this many parts, beginning with the scenes that were worst with the first profile. After each
-#: part a trial that can no longer equal the best is given up.
+#: Number of parts of a trial, beginning with the scenes that were worst with the first profile. After each part, a
+#: trial that can no longer equal the best is abandoned.
 PARTS = 3
 
-#: The best is always refined; others that are better in one respect only up to this multiple of the requested trials.
+#: Limit on refining trials other than the best: this multiple of the requested number of trials.
 MOST_TRIALS = 4
 
 
@@ -38,7 +38,7 @@ def require_tune_extra() -> None:
     """Check that Optuna is installed.
 
     Raises:
-        MissingExtraError: It is not installed.
+        MissingExtraError: Optuna is not installed.
     """
     try:
         import optuna
@@ -51,11 +51,11 @@ def require_tune_extra() -> None:
 
 @dataclass(frozen=True)
 class Found:
-    """Settings that were tried on all scenes.
+    """Settings that were tested on all scenes.
 
     Attributes:
         tried: Settings that replace the first profile's own.
-        merit: Their rank.
+        merit: Rank of the settings.
         judged: Results of the scenes, in the requested order.
         trial: Number of the trial; 0 is the first profile itself.
     """
@@ -67,7 +67,7 @@ class Found:
 
     @property
     def rank(self) -> tuple[Merit, int]:
-        """Sort key for the best: merit, then the fewest settings."""
+        """Sort key, smallest for the best: merit, then number of settings."""
         return self.merit, len(self.tried)
 
 
@@ -76,15 +76,15 @@ class KnobSearch:
 
     Args:
         first: The first method.
-        space: The points that may be tried.
+        space: The points that may be tested.
         scenes: Scenes of the search.
-        jury: Judges methods on scenes.
+        jury: Evaluates methods on scenes.
         progress: Called with (done, all, what) after each trial.
-        told: Called with the best settings so far, whenever there are better ones.
+        told: Called with the best settings so far, whenever they improve.
 
     Attributes:
-        trials: Number of different settings tried, without the first profile.
-        given_up: How many of them were given up before the last scene.
+        trials: Number of different tested settings, without the first profile.
+        given_up: Number of settings that were abandoned before the last scene.
     """
 
     def __init__(
@@ -107,11 +107,11 @@ class KnobSearch:
         self._most = 0
 
     def run(self, trials: int, seed: int) -> Found:
-        """Return the best settings found.
+        """Run the search and return the best settings.
 
         Args:
-            trials: Number of different settings that the optimiser may try, including those with one turned knob.
-            seed: Seed of its random numbers; equal seeds give equal trials.
+            trials: Number of different settings to test, including those with one turned knob.
+            seed: Seed of the optimiser's random numbers. Equal seeds give equal trials.
 
         Raises:
             MissingExtraError: Optuna is not installed.
@@ -123,7 +123,7 @@ class KnobSearch:
         return self._gone_over(MOST_TRIALS * trials)
 
     def _begin(self) -> None:
-        """Judge the first profile, and order the scenes from its worst to its best."""
+        """Evaluate the first profile, and sort the scenes from its worst to its best."""
         judged = self.jury.judge(self.method, self.scenes)
         first = Found((), merit_of(judged, judged), tuple(judged), 0)
         worst = {k: merit_of([one]) for k, one in enumerate(judged)}
@@ -140,7 +140,7 @@ class KnobSearch:
         for point in ({}, *ends):
             study.enqueue_trial(_parameters(point, self.space))
         asked = 0
-        # A repeated request costs nothing; an optimiser that only repeats itself is finished.
+        # A repeated request costs nothing. An optimiser that only repeats requests is finished.
         while self.trials < trials and asked < 10 * trials:
             asked += 1
             self._tell(study)
@@ -163,7 +163,7 @@ class KnobSearch:
             study.tell(trial, number)
 
     def _gone_over(self, most: int) -> Found:
-        """Turn one knob at a time, back or elsewhere, from the best trial and from those better in some respect."""
+        """Turn one knob at a time from the best trial, and from trials that are better by some criterion."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= most:
@@ -174,7 +174,7 @@ class KnobSearch:
         return self.best
 
     def _front(self) -> list[Found]:
-        """Return the trials that no other trial dominates, the best first."""
+        """Return the trials that no other trial dominates, best first."""
         first_of: dict[tuple[int, int, int], Found] = {}
         for found in sorted(self._whole, key=lambda one: one.rank):
             first_of.setdefault(found.merit.respects, found)
@@ -183,23 +183,23 @@ class KnobSearch:
 
     @property
     def begun(self) -> Found:
-        """Results of the first profile, which is judged first."""
+        """Results of the first profile."""
         return self._whole[0]
 
     @property
     def best(self) -> Found:
-        """The best settings found so far."""
+        """The best settings so far."""
         return min(self._whole, key=lambda one: one.rank)
 
     def tried(self, point: Point) -> tuple[Merit, bool]:
-        """Judge a point; return its merit, and whether it was given up, so that the merit is only an upper bound."""
+        """Evaluate a point, and return its merit and whether it was abandoned, which makes it an upper bound."""
         tried = self.space.tried(point)
         if tried not in self._seen:
             self.trials += 1
             self._seen[tried] = self._judged(tried)
             self.given_up += self._seen[tried][1]
             best = self.best.merit
-            said = f"{best.wrong} wrong, {best.behind} neither exact nor close at best"
+            said = f"best so far: {best.wrong} wrong, {best.behind} neither exact nor close"
             self._progress(self.trials, max(self._most, self.trials), said)
         return self._seen[tried]
 
@@ -209,7 +209,7 @@ class KnobSearch:
         found: dict[int, Judged] = {}
         for part in _parts(self._order):
             found |= zip(part, self.jury.judge(method, [self.scenes[k] for k in part]), strict=True)
-            # At best all the remaining scenes are exact.
+            # In the best case all remaining scenes are exact.
             left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
             at_best = replace(merit_of([*found.values(), *left]), cost=0.0)
             if left and any(at_best.beaten_by(whole.merit) for whole in self._whole):

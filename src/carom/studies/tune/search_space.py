@@ -1,4 +1,4 @@
-"""Search space: the knobs of an engine, each as shipped or turned to one of several values."""
+"""Search space: the knobs of an engine, each at its default or turned to one of several values."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from carom.engines.api import Knob
 from carom.execution.job import SettingOverrides
 from carom.model.trace import Setting
 
-#: A range is tried at its two ends and this many values between, evenly spread on the scale of the knob. The ends are
-#: often the best: 0 is off, the largest value is never.
+#: Number of values between the two ends of a range, evenly spread on the scale of the knob. The ends are also tested;
+#: they often disable a feature.
 BETWEEN = 15
 
-#: When the best is refined, each knob is tried at the ends of `STOPS` equal parts of its range, which finds distant
-#: improvements, and at the `NEAR` values on either side of its own, which finds near ones.
+#: During refinement, each knob is tested at the ends of `STOPS` equal parts of its range, which finds distant
+#: improvements, and at `NEAR` values on either side of its own, which finds near improvements.
 STOPS, NEAR = 4, 2
 
-#: The index of each turned knob's value, by the knob's name; other knobs stay as shipped.
+#: Index of each turned knob's value, by the knob's name. Other knobs keep their default.
 Point = Mapping[str, int]
 
 
 def values_of(knob: Knob) -> tuple[Setting, ...]:
-    """Return the values at which a knob is tried, in order."""
+    """Return the values at which a knob is tested, in order."""
     low, high = knob.low, knob.high
     if low is None or high is None:
         return knob.choices
@@ -35,28 +35,28 @@ def values_of(knob: Knob) -> tuple[Setting, ...]:
 
 @dataclass(frozen=True)
 class Space:
-    """All points that may be tried.
+    """All points that the search may test.
 
     Attributes:
-        values: The values of each knob, by its name.
+        values: The values of each knob, by the knob's name.
     """
 
     values: Mapping[str, tuple[Setting, ...]]
 
     def tried(self, point: Point) -> SettingOverrides:
-        """Return the settings of a point, in order of name."""
+        """Return the settings of a point, sorted by name."""
         return tuple(sorted((name, self.values[name][k]) for name, k in point.items()))
 
     def point(self, tried: SettingOverrides) -> dict[str, int]:
-        """Return the point of some settings."""
+        """Return the point with the given settings."""
         return {name: self.values[name].index(value) for name, value in tried}
 
     def ends(self) -> list[dict[str, int]]:
-        """Return the points at which one knob alone is turned, to its first value or its last."""
+        """Return the points at which a single knob is turned, to its first or last value."""
         return [{name: k} for name, values in self.values.items() for k in dict.fromkeys((0, len(values) - 1))]
 
     def beside(self, point: Point) -> Iterator[dict[str, int]]:
-        """Yield the points that differ in one knob: as shipped, at a stop of its range, or next to its value."""
+        """Yield the points that differ in one knob: at its default, at a stop of its range, or near its value."""
         for name, values in self.values.items():
             last, here = len(values) - 1, point.get(name)
             without = {other: k for other, k in point.items() if other != name}

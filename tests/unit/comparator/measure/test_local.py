@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.unit.core.features import in_core
 
 import carom
@@ -95,11 +95,7 @@ def test_an_impact_that_does_not_follow_from_its_own_state_is_spurious_locally()
 
 
 def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
-    """The harness's effective time, from states at step boundaries alone, is the instant that mathematics gives.
-
-    The collector gets PIC's states without contact times and velocities, like an engine's; each pair's impact is alone
-    in its step.
-    """
+    """The harness's effective time, from states at step boundaries alone, is the instant that mathematics gives."""
     from carom.engines.api import Contact, Observation
     from carom.execution.impact_collector import ImpactCollector
 
@@ -164,7 +160,7 @@ def test_a_disc_that_touches_a_wall_and_moves_along_it_came_to_it_now(
     assert in_core(feature).overlap_start(0, Mover.at(place, (1.0, 0.0), 0.25)) == 0.0
 
 
-@pytest.mark.parametrize("name", long_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))
+@pytest.mark.parametrize("name", release_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))
 def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
     """The closed form from its own state before each impact leaves nothing to the method but checking once per step."""
     scene = carom.scene(f"tables/{name}")

@@ -53,7 +53,7 @@ def test_an_impact_that_is_not_reported_is_said_as_that() -> None:
     k = alone(PIT)
     score = reporting(PIT, np.delete(PIT.impacts, k))
     assert score.grade is Grade.WRONG
-    assert reason(score, Verdict.MISREPORTED).startswith("1 shown and not reported, the first at ")
+    assert reason(score, Verdict.MISREPORTED).startswith("1 shown but not reported, the first at ")
     assert {Verdict.PARTED} == set(score.verdicts) & {Verdict.PARTED, Verdict.MISSED, Verdict.MULTIPLE_MISSED}
 
 
@@ -67,7 +67,7 @@ def test_an_impact_that_no_state_shows_is_said_as_that() -> None:
     score = reporting(replace(PIT, told=True), np.concatenate([PIT.impacts, invented]))
     assert score.grade is Grade.WRONG
     assert reason(score, Verdict.MISREPORTED) == (
-        f"1 reported that no state shows, the first at {invented[0]['time_s']:.6g} s between {pair_name(invented[0])}"
+        f"1 reported but not shown, the first at {invented[0]['time_s']:.6g} s between {pair_name(invented[0])}"
     )
 
 
@@ -145,4 +145,4 @@ def test_what_hops_from_frame_to_frame_on_a_slope_reports_what_it_shows() -> Non
     lie["second"] = -1
     score = reporting(run, np.concatenate([run.impacts, lie]))
     assert score.grade is Grade.WRONG
-    assert reason(score, Verdict.MISREPORTED).startswith("1 reported that no state shows, the first at ")
+    assert reason(score, Verdict.MISREPORTED).startswith("1 reported but not shown, the first at ")

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.planted.faults import DT, ROW, carried_off, delayed, faithful, faster, replayed, tunnelling
 from tests.stage import disc_at, staged, sure
 
@@ -59,10 +59,7 @@ def price() -> float:
 
 @each("part", [0.0, 1e-6, 0.005, 0.3, 0.999])
 def test_the_price_paid_is_the_error_over_the_closed_form_of_the_worst_phase(part: float) -> None:
-    """Found a part of a step late, the impact costs what the line of centres makes of it, over PIT's worst up to there.
-
-    Between two of the sixteen phases PIT is asked at the run's own lateness.
-    """
+    """Found a part of a step late, an impact costs what the line of centres makes of it, over PIT's worst so far."""
     score, off = scored(late_by(REFERENCE, part * DT)), found_after(part * DT)
     assert score.total.velocity == pytest.approx(off, rel=1e-9, abs=1e-15)
     assert score.price_paid == pytest.approx(off / max(off, price()), rel=1e-9, abs=1e-12)
@@ -82,10 +79,7 @@ def test_exact_pays_nothing_and_pit_all_of_it_at_one_phase_and_never_more() -> N
 
 
 def test_a_ladder_of_lateness_never_improves_the_grade() -> None:
-    """Found ever later, the impact is exact, close to a hundredth of a step, sampled to a whole one, then inaccurate.
-
-    That PIT is half a step late at this phase of the step is luck.
-    """
+    """Found ever later, the impact is exact, close to a hundredth of a step, sampled to a step, then inaccurate."""
     pit = late_by(REFERENCE, 0.5 * DT)
     parts = [0.0, 1e-13, 1e-9, 1e-3, 0.0075, 0.02, 0.4, 0.51, 0.97, 1.0, 1.000001, 1.1, 3.0]
     grades = [scored(late_by(REFERENCE, part * DT), pit).grade for part in parts]
@@ -233,8 +227,8 @@ def test_no_number_of_a_score_stands_in_it_twice() -> None:
         assert not set(found.values()) & set(numbers)
 
 
-@pytest.mark.parametrize("name", long_after(16, [*NAMES[::2], *NAMES[1::2]]))
-@pytest.mark.parametrize("finer", long_after(1, [1, 4]))
+@pytest.mark.parametrize("name", release_after(16, [*NAMES[::2], *NAMES[1::2]]))
+@pytest.mark.parametrize("finer", release_after(1, [1, 4]))
 def test_pit_is_never_worse_than_pit(name: str, finer: int) -> None:
     """PIT compared with itself pays at most the price, and is not inaccurate in any scene at any step."""
     scene = catalogue()[name].scene

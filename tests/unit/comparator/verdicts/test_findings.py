@@ -17,7 +17,7 @@ from carom import Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
 from carom.comparator.verdicts.steps import report_polygons
 from carom.model.trace import Outcome, kinetic_energy
-from carom.report.mark import mark_of_grade
+from carom.report.mark import Mark, mark_of_grade
 
 ROOT = Path(__file__).resolve().parents[4]
 COMPARATOR = ROOT / "src" / "carom" / "comparator"
@@ -105,7 +105,7 @@ def test_a_late_stamp_is_no_wrong_path() -> None:
 
 def test_a_grade_claims_no_more_than_it_rests_on() -> None:
     """*Inaccurate* is given where nobody can say whether every impact was found; *sampled* up to a step late."""
-    assert "finds every impact" not in Grade.INACCURATE.value
+    assert "every impact" not in Mark.INACCURATE.meaning
     late = solve_pit(staged("late", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=1.0), frame_rate_hz=70.0)
     reference = solve_pic(late.scene)
     impacts = reference.impacts.copy()
@@ -113,7 +113,7 @@ def test_a_grade_claims_no_more_than_it_rests_on() -> None:
     observed = dataclasses.replace(reference, impacts=impacts, dt_s=1 / 70.0)
     score = compare(reference, observed, sampling=late)
     assert max(error.time_s for error in score.errors) > max(abs(score.sampling.time_s), 0.0)  # type: ignore[union-attr] # given
-    assert "may come out" in Grade.SAMPLED.value
+    assert "PIT can have" in Mark.SAMPLED.meaning
 
 
 def test_how_far_straight_steps_are_off_a_parabola_is_half_of_what_is_fallen_in_one() -> None:

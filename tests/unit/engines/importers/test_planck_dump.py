@@ -28,9 +28,9 @@ def test_a_dump_of_planck_s_becomes_the_scene_that_it_is_of() -> None:
     assert (scene.restitution, scene.wall_restitution) == (0.5, 0.75)  # the larger of two
     assert (scene.friction, scene.wall_friction) == (0.25, 0.25)  # the root of the product
     told = "\n".join(found.dropped)
-    assert "a polygon: it moves, and scenes have no movable body but discs" in told
+    assert "a polygon: it moves, and only discs can move in scenes" in told
     assert "a revolute-joint" in told
-    assert told.count("its ends, and its skin") == 2
+    assert told.count("without its ends and its skin") == 2
     assert len(found.dropped) == 4
 
 
@@ -69,4 +69,12 @@ def test_a_dump_with_a_part_that_is_none_is_refused(tmp_path: Path, part: int) -
     path = tmp_path / "world.json"
     path.write_text(json.dumps(entries))
     with pytest.raises(InputError, match=r"world\.json: it is not a dump"):
+        import_scene(path)
+
+
+def test_a_coefficient_that_is_no_number_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    """The message names the file and the value."""
+    path = tmp_path / "world.json"
+    path.write_text(DUMP.read_text().replace('"friction":0.25', '"friction":"rough"'))
+    with pytest.raises(InputError, match=r"world\.json: it is not a dump .* 'rough'"):
         import_scene(path)

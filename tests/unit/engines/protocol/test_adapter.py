@@ -99,7 +99,7 @@ def test_every_request_has_its_answer(tmp_path: Path) -> None:
         ("if do == 'step': answer = []", "the line must be an object, got []"),
         (
             "if do == 'step': print('debug', flush=True)",
-            f"is no JSON, and standard output is for answers alone; it wrote b'debug'; {REQUESTS}",
+            f"is not JSON; standard output is for answers alone; it wrote b'debug'; {REQUESTS}",
         ),
         (
             "if do == 'step': sys.stderr.write('out of ideas\\n'); sys.exit(3)",
@@ -145,7 +145,7 @@ def test_a_setting_without_a_number_in_json_is_refused(value: float, tmp_path: P
     path = manifest_of(tmp_path)
     path.write_text(path.read_text() + "[profiles.default.settings]\nslop = 0.1\n")
     adapter = program_adapter(path)
-    with pytest.raises(AdapterError, match=r"slop must be (finite, as JSON's numbers are|a number), got"):
+    with pytest.raises(AdapterError, match=r"slop must be (finite, as JSON requires|a number), got"):
         adapter.prepare(still(), {"dt_s": 0.5, "slop": value})
 
 
@@ -179,7 +179,9 @@ def test_a_file_that_is_not_found_from_an_empty_folder_is_told(tmp_path: Path, m
     path = manifest_of(tmp_path, command=[sys.executable, "program.py"])
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
-    with pytest.raises(AdapterError, match=r"open file .*program\.py next to its manifest .* \./program\.py") as caught:
+    with pytest.raises(
+        AdapterError, match=r"open file .*program\.py.*; write \./program\.py for the file next to"
+    ) as caught:
         program_adapter(path).prepare(still(), {"dt_s": 0.5})
     assert str(tmp_path / "empty") not in str(caught.value)  # a worker's folder, another one each time
 

@@ -122,7 +122,7 @@ def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_
         ("late_steps = 1.0", 'late_steps = "one"', "late_steps"),
         ('description = "As shipped."', "", "profiles.default.description"),
         ("slop = 0.005", "slop = [1]", "settings.slop: must be a number, true, false or a text, got [1]"),
-        ("slop = 0.005", "slop = inf", "settings.slop: must be finite, as JSON's numbers are, got inf"),
+        ("slop = 0.005", "slop = inf", "settings.slop: must be finite, as JSON requires, got inf"),
         ("name = ", "nam = ", "nam"),
     ],
 )

@@ -58,7 +58,7 @@ def test_no_bound_is_above_the_time_of_impact(kind: str) -> None:
     assert too_late(kind, range(6)) == []
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_bound_in_any_unit_is_above_the_time_of_impact(kind: str) -> None:
     """The same of 290,000 bounds, in units of any size: such that their quotient, a time, is no larger than 2^500."""
@@ -68,7 +68,7 @@ def test_no_bound_in_any_unit_is_above_the_time_of_impact(kind: str) -> None:
         assert too_late(kind, range(begin, begin + 20), 2.0**a, 2.0**b) == []
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_the_attack_notices_a_bound_that_is_hardly_too_late() -> None:
     """Most bounds that are moved 1e-5 of their wait later are found to be above the time of impact."""
     noticed = hits = 0

@@ -31,10 +31,7 @@ def selection(bodies: BallBodies) -> Selection:
 
 
 def test_an_impact_behind_the_first_ball_but_within_a_rivals_is_a_rival() -> None:
-    """Neither row is decided: the exact time is after all of row 0's, but within the wide ball next to it.
-
-    Gathered only up to the first ball's end, the rivals would lack it, and the wide one would have been next.
-    """
+    """Neither row is decided: the exact time is after all of row 0's, but within the wide ball next to it."""
     with ctx.workprec(128), pytest.raises(Undecided) as caught:
         selection(in_two_rows(last_speed=1 - 5e-7)).next_impact()
     assert caught.value.degeneracy.kind is Degenerate.SHARED_INSTANT

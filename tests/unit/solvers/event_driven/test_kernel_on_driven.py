@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, staged, wall_at
 from tests.unit.solvers.kinds import assert_same
 
@@ -87,7 +87,7 @@ def test_a_disc_between_edges_is_crushed_at_the_same_impact(half: float, outcome
     assert EventDrivenRun(pinched(half)).advance_to(20.0) is outcome
 
 
-@pytest.mark.parametrize("discs", [1, *long_after(0, [2, 3])])
+@pytest.mark.parametrize("discs", [1, *release_after(0, [2, 3])])
 def test_a_row_is_crushed_at_the_same_impact(discs: int) -> None:
     """By a mallet and a wall, of one disc and of more in a row, in either loop."""
     assert assert_same(row(discs, 0.25, 0.125), 10**6).notes

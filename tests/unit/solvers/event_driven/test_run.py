@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.drawn import jittered, scene_of
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import sure
 from tests.unit.solvers.kinds import all_pairs
 
@@ -41,7 +41,7 @@ STARTS = {
 }
 
 
-@pytest.mark.parametrize("name", long_after(2, STARTS))
+@pytest.mark.parametrize("name", release_after(2, STARTS))
 def test_no_result_depends_on_the_cells_or_on_a_stop_in_the_long_run(name: str) -> None:
     """Wider cells, one cell for all, or a run taken up from its state amid an epoch: the same outcome."""
     start, (impacts, wide) = STARTS[name], (100_000, 3.0) if name == "large" else (20_000, math.inf)
@@ -57,7 +57,7 @@ def test_no_result_depends_on_the_cells_or_on_a_stop_in_the_long_run(name: str) 
 
 
 @pytest.mark.parametrize("room", [1.0, 8.0])
-@pytest.mark.parametrize("sides", long_after(1, [8, 3, 60]))
+@pytest.mark.parametrize("sides", release_after(1, [8, 3, 60]))
 def test_cells_miss_none_of_many_walls(sides: int, room: float) -> None:
     """In polygons, tight and so wide that discs leave all cells far behind, the bits are those of all pairs."""
     rng = np.random.default_rng(sides)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.drawn import drawn, slowing, table, thrown
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished
 
 from carom import Chain, Disc, Scene, Wall
@@ -39,7 +39,7 @@ DRAWN: dict[str, Callable[[int], Scene]] = {
 
 
 @pytest.mark.parametrize("kind", DRAWN)
-@pytest.mark.parametrize("numbers", long_after(1, [range(4), range(4, 60)]))
+@pytest.mark.parametrize("numbers", release_after(1, [range(4), range(4, 60)]))
 def test_drawn_scenes_have_the_bits_of_the_plain_loop(kind: str, numbers: range) -> None:
     """Few discs, drawn at random, at a frame rate that is not round."""
     for number in numbers:
@@ -105,7 +105,7 @@ CROWDS: dict[str, Callable[[], Scene]] = {
 
 
 @pytest.mark.parametrize("kind", CROWDS)
-@pytest.mark.parametrize("rate_hz", long_after(1, [30.0, 7.0, 240.0]))
+@pytest.mark.parametrize("rate_hz", release_after(1, [30.0, 7.0, 240.0]))
 def test_crowds_are_plain_loopings_to_the_bit(kind: str, rate_hz: float) -> None:
     """Skipping, and sweeping where that costs less, find what a loop over all pairs finds."""
     scene, clock, forms = CROWDS[kind](), FrameClock(rate_hz=rate_hz), compiled_forms()

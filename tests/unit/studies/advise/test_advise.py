@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.stage import disc_at, staged, sure, wall_at, with_discs
 from tests.unit.report.test_terminal import printed
 
@@ -138,7 +138,7 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
     assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
-@pytest.mark.parametrize("starts", long_after(1, [16, CONFIRM]))
+@pytest.mark.parametrize("starts", release_after(1, [16, CONFIRM]))
 def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Tuned pymunk does what PIT does: its steps are below the closed form, by no more than a step of the grid."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
@@ -191,7 +191,7 @@ def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.Monke
     assert advice.cut is ReferenceCut.CHAOS
     assert times[1] < advice.scene.duration_s < times[2]
     assert advice.impacts == 2
-    assert any("Searched up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
+    assert any("Only the time up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
     with pytest.raises(
         InputError, match="no step can be recommended for 'walled', because from its first impact on rounding"
@@ -276,7 +276,7 @@ def test_a_call_gives_an_answer_that_prints_itself(advice: ShownAdvice) -> None:
     """The first line is the answer, as on the command line; the numbers are those of its fields."""
     (answer,) = advice.answers
     assert answer.never_misses.passes is not None
-    first = f"paper/late: to miss no impact, {1.0 / answer.never_misses.passes.dt_s:.4g} steps per second "
+    first = f"paper/late: to miss no impact, use {1.0 / answer.never_misses.passes.dt_s:.4g} steps/s "
     assert repr(advice).splitlines()[0].startswith(first)
     assert advice.code[answer.method] in repr(advice)
 
@@ -290,7 +290,7 @@ def test_a_picture_has_a_line_a_method_and_the_demand(advice: ShownAdvice) -> No
     found = {str(line.get_label()): line for line in axes.lines}
     rates = [1.0 / trial.dt_s for trial in advice.answers[0].trials if not math.isnan(trial.direction_error_rad)]
     assert np.asarray(found["pymunk tuned"].get_xdata()) == pytest.approx(rates)
-    assert np.asarray(found["demand: 1°"].get_ydata()) == pytest.approx([1.0, 1.0])
+    assert np.asarray(found["target: 1°"].get_ydata()) == pytest.approx([1.0, 1.0])
     page = sure(advice._repr_html_())
     assert "<svg" in page
     assert "to miss no impact" in page

@@ -67,7 +67,7 @@ def test_the_first_line_counts_and_names_the_worst(earlier: Path) -> None:
     now = timed(1.5, error=2.0)
     found = compared(now, read_baseline(earlier, HERE))
     text = " ".join(" ".join(printed(bench_document(now, baseline=found), 80)).split())
-    assert text.startswith(f"Run time against the baseline, of {len(found)} points: 12 regressed, 0 improved, ")
+    assert text.startswith(f"Run time of {len(found)} points compared with the baseline: 12 regressed, 0 improved, ")
     assert "worst: paper/late, pymunk " in text
     assert "Errors: 12 regressed, 0 improved." in text
     nothing = " ".join(printed(bench_document(now, baseline=[]), 80))

@@ -149,7 +149,7 @@ def test_the_last_steps_go_to_the_best_profile_of_each_engine(scene: Scene, monk
     monkeypatch.setattr("carom.studies.bench.scoring_pass.time", Clock(1.0))
     found = work_precision([scene], replace(plan, budget_s=26.0), InProcessPool()).scenes[0]
     unscored = {(c.engine, c.profile, p.dt_s): p.reason for c in found.curves for p in c.points if p.reason}
-    assert unscored == {("pit", "tuned", 1 / 120): "beyond the 13 s for scoring this scene; raise --budget"}
+    assert unscored == {("pit", "tuned", 1 / 120): "the 13 s for scoring this scene are used up; raise --budget"}
 
 
 @pytest.mark.long

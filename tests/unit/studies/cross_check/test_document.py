@@ -9,9 +9,11 @@ from typer.testing import CliRunner
 
 from carom.cli import app
 from carom.execution.results import Results
-from carom.report.document import Document, Medium, Table
+from carom.report.document import Document, Medium, Table, Text
 from carom.report.records import read_records, records
+from carom.studies.cross_check import cells, scenes
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
+from carom.studies.cross_check.grid import build_grid
 
 
 @pytest.fixture
@@ -38,7 +40,7 @@ def test_the_tables_from_records_are_those_of_the_run(results: Results, folder: 
     run, rebuilt = cross_check_document(results), rebuild_document(*read_records(folder / "results.jsonl"))
     again = {heading: found for heading, found in tables(rebuilt).items() if found and heading != "Settings used"}
     assert again == {heading: tables(run)[heading] for heading in again}
-    assert {"Every method against PIC", "Run time", "Error against step", "Every cell"} <= set(again)
+    assert {"Every method against PIC", "Run time", "Error against step", "All cells at all steps"} <= set(again)
 
 
 def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> None:
@@ -48,9 +50,27 @@ def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> N
     done = run.invoke(app, ["report", str(folder), "--page", str(page), "--markdown", "-"])
     assert done.exit_code == 0
     assert done.output.startswith("# Carom cross-check, from its records")
-    assert "which holds no states" in done.output
+    assert "which contains no states" in done.output
     assert "Every scene" in page.read_text(encoding="utf-8")
     again = run.invoke(app, ["report", str(folder), "--page", str(page)])
     assert again.exit_code == 2
     assert "already exists" in again.output
     assert "Every method" in run.invoke(app, ["report", str(folder)]).output
+
+
+def test_a_large_report_lists_the_worst_and_says_so(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond a limit the tables of scenes and of cells have those with the worst grades, in their order."""
+    whole = build_grid(results)
+    monkeypatch.setattr(cells, "MOST_CELLS", 2)
+    monkeypatch.setattr(scenes, "MOST_SCENES", 1)
+    few = tables(document := cross_check_document(results))
+    ranks = [-1 if cell.rank is None else cell.rank for cell in whole.runs]
+    second = sorted(ranks)[-2]
+    (listed,) = few["All cells at all steps"]
+    assert len(listed) == 2
+    worst = [(cell.scene, cell.column.label) for cell, rank in zip(whole.runs, ranks, strict=True) if rank >= second]
+    assert {(row[0], row[1]) for row in listed} <= set(worst)
+    assert [len(rows) for rows in few["Every scene on every engine"]] == [1]
+    said = " ".join(block.text for section in document.sections for block in section.blocks if isinstance(block, Text))
+    assert f"The 2 cells with the worst grades of {len(whole.runs)}: results.jsonl has all." in said
+    assert f"The 1 scenes with the worst grades of {len(whole.rows)}: results.jsonl has all." in said

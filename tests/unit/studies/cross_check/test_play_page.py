@@ -98,7 +98,7 @@ def test_the_demo_opens_a_page_of_an_engine_that_misses(
     assert found.replay.observed.method == "pymunk"
     text = found.page.read_text()
     assert f'id="scenes" data-first="{found.replay.reference.scene.name}">' in text
-    assert "pymunk with default settings misses 1 of 1 impact at 24 steps a second" in repr(found)
+    assert "pymunk with default settings misses 1 of 1 impact at 24 steps per second" in repr(found)
 
 
 @pytest.mark.usefixtures("in_process")
@@ -113,7 +113,7 @@ def test_without_a_display_the_page_is_written_and_named(
     monkeypatch.setattr("tempfile.tempdir", None)
     result = carom_command("demo")
     assert result.exit_code == 0, result.output
-    (path,) = re.findall(r"Throw the discs yourself: (\S+)", result.output)
+    (path,) = re.findall(r"Play page, to throw the discs yourself: (\S+)", result.output)
     assert Path(path).is_relative_to(tmp_path)
     assert Path(path).is_file()
     assert opened == []

@@ -22,7 +22,7 @@ def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
     short = replace(results, horizons={name: 0.5 * float(results.references[name].impacts["time_s"][0])})
     text = markdown(cross_check_document(short))
     assert "0 of 1 impacts" in text
-    assert "without one it is an estimate" in text
+    assert "the horizon is an estimate" in text
 
 
 def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
@@ -37,7 +37,7 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
     )
     results = cross_checked([ball], ["pic", "pit"], dts=[1 / 24])
     lines = [b.items for b in reference_section(build_grid(results)).shown(Medium.TERMINAL) if isinstance(b, Lines)]
-    assert any("runs are compared up to 0.5 s of 2 s, where a disc comes to rest" in line for (line,) in lines)
+    assert any("runs are compared up to 0.5 s of 2 s, when a disc comes to rest" in line for (line,) in lines)
     assert [section.heading for section in (steps_section(build_grid(results)),) if section.blocks]
 
 
@@ -46,4 +46,4 @@ def test_an_impact_after_contact_begins_is_not_called_unreliable() -> None:
     scene = all_scenes()["contact/struck"].scene
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
     told = [b.items for b in reference_section(build_grid(results)).shown(Medium.TERMINAL) if isinstance(b, Lines)]
-    assert told == [("contact/struck: runs are compared up to 0 s of 3 s, where a disc rolls along a wall.",)]
+    assert told == [("contact/struck: runs are compared up to 0 s of 3 s, when a disc rolls along a wall.",)]

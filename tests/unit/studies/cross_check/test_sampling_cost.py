@@ -86,12 +86,12 @@ def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(result
     (toy,) = measure_engine_costs(build_grid(results))
     assert (toy.column.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
     said = of_toy(results)
-    own = said["velocity error of its own, median"]
+    own = said["own velocity error, median"]
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
     assert price_of(results).heading in {section.heading for section in cross_check_document(results).sections}
     for text in in_every_medium(price_of(results)):
         assert "error / PIT's, median" in unescape(text)
-        assert "velocity error of its own, median" in text
+        assert "own velocity error, median" in text
 
 
 def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> None:
@@ -106,7 +106,7 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
         else:
             rows.append(row)
     said = of_toy(replace(results, rows=tuple(rows)))
-    heads = ("error / PIT's, median", "velocity error of its own, median")
+    heads = ("error / PIT's, median", "own velocity error, median")
     paid, own = (float(said[head].split()[0]) for head in heads)
     assert 0 < paid < 1e-6
     assert own < 2e-9

@@ -118,7 +118,7 @@ def test_a_parted_run_says_when_it_parted_and_when_pit_did(plain: Results) -> No
     """One sentence has the times of the run and of PIT; the steps have their own grade in the column of the steps."""
     results = with_rows(plain, {"engine": {"early": 1}}, grade=Grade.PARTED_INACCURATE, parted_s=0.25, pit_parted_s=0.5)
     section = steps_section(build_grid(results))
-    assert "0.25 s; PIT's at 0.5 s" in texts(section, Medium.TERMINAL)
+    assert "0.25 s; PIT diverged at 0.5 s" in texts(section, Medium.TERMINAL)
     heads, (row,) = table(section, Medium.MARKDOWN)
     assert row[heads.index("grade")].endswith("parted inaccurate")
     assert row[heads.index("steps")].endswith("inaccurate")

@@ -13,7 +13,7 @@ import jsonschema
 import numpy as np
 import pytest
 from tests.command import carom_command, told
-from tests.lengths import long_after
+from tests.lengths import release_after
 from tests.planted.faults import DT, ROW, SPEED, replayed
 from tests.stage import sure
 from tests.unit.report.test_terminal import printed
@@ -112,7 +112,7 @@ def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_nam
     assert list(shown["energy error"]) == pytest.approx([0.0, 1e-6], rel=1e-6, abs=1e-12)
     assert "time error" not in shown
     assert "direction error" not in shown  # 0.06 degrees
-    assert any(cause.startswith("velocities after an impact are off (by up to 0.001 ") for cause in change.causes)
+    assert any(cause.startswith("velocities after an impact are wrong (by up to 0.001 ") for cause in change.causes)
     done = carom_command("diff", str(old), str(new))
     assert done.exit_code == 1, done.output
     for words in ("1 worse; 1 cell unchanged.", "Worst: row on mine tuned at 1/60 s, exact → ", "0.001"):
@@ -229,7 +229,7 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
 @pytest.mark.skipif(not SAMPLE.exists(), reason="a source distribution has no reports")
 @pytest.mark.parametrize(
     ("old", "new"),
-    long_after(
+    release_after(
         1,
         [
             ("mujoco/default", "mujoco/tuned"),
@@ -296,14 +296,14 @@ def test_engines_of_other_names_are_matched(write: Write) -> None:
     old, new = write("old", {"a": right, "x": right}), write("new", {"b": wrong, "x": wrong})
     assert only(diff(old, new, [("a", "b")])).method == "a tuned → b tuned"
     assert only(diff(old, new, [("x/tuned", "b/tuned")])).method == "x tuned → b tuned"
-    with pytest.raises(InputError, match="has no 'c'; it has a/tuned and x/tuned"):
+    with pytest.raises(InputError, match="has no engine or method 'c'; it has a/tuned and x/tuned"):
         diff(old, new, [("c", "b")])
 
 
 def test_runs_without_a_common_cell_are_refused(write: Write) -> None:
     """Two runs that have no cell in common, as where an engine is not installed, must not pass for no change."""
     right = sideways(0.0)
-    with pytest.raises(InputError, match="no cell was run in both"):
+    with pytest.raises(InputError, match="have no cell in common"):
         diff(write("old", {"a": right, "b": right}), write("new", {"c": right, "d": right}))
     with pytest.raises(InputError, match="or an engine was not available"):
         diff(write("old", {"a": right}), write("new", {"a": Status.UNAVAILABLE}))

@@ -96,7 +96,7 @@ def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell,
 def test_where_discs_are_elsewhere_is_said() -> None:
     """The coordinate that parts most, of which disc and when, with its ranges."""
     change = change_of(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
-    assert change.why == "x of disc 0, 1/8 of the run, off by 0.1 to 0.2 m before, -0.2 to -0.1 m now"
+    assert change.why == "error of x of disc 0 after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
 
 
 def test_fewer_phases_say_nothing() -> None:

@@ -56,7 +56,7 @@ def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
 
     monkeypatch.setattr(subprocess, "Popen", Process)
     monkeypatch.setattr(clients, "LISTING_S", 0.4)
-    with pytest.raises(ClientError, match=r"npm did not answer within 0\.4 s"):
+    with pytest.raises(ClientError, match=r"npm did not finish within 0\.4 s"):
         Npm().listed("toy")
     assert ended(noted(tmp_path / "child"))
 
@@ -65,7 +65,7 @@ def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
     ("lines", "told"),
     [
         ("echo 'npm error code E404' >&2; exit 1", "npm: npm error code E404"),
-        ("echo nonsense", "npm did not answer with JSON"),
+        ("echo nonsense", "npm did not print JSON"),
         ("echo 7", "npm lists no versions of toy"),
         ("exit 3", "npm: exit code 3"),
     ],
@@ -189,3 +189,20 @@ def test_nothing_is_removed_while_another_uses_it(tmp_path: Path) -> None:
     with kept_releases(1.0, tmp_path):
         pass
     assert Kept(tmp_path).names("pip", "toy") == ()
+
+
+@pytest.mark.parametrize("instead", ["a file", "a link", "a list that nests"])
+def test_what_is_in_the_place_of_a_release_is_replaced(instead: str, tmp_path: Path) -> None:
+    """A file, a link to another folder or a list that can't be read is no release, and the release is installed."""
+    kept, other = Kept(tmp_path / "root"), tmp_path / "other"
+    place = kept.made(Breaks(), "pip", "toy", "1")
+    other.mkdir()
+    if instead == "a list that nests":
+        (place / "carom-release.json").write_text("[" * 100_000)
+    else:
+        place.rename(tmp_path / "before")
+        place.write_text("") if instead == "a file" else place.symlink_to(other)
+    assert kept.made(Breaks(), "pip", "toy", "1") == place
+    assert (place / "half").is_file()
+    assert not place.is_symlink()
+    assert list(other.iterdir()) == []

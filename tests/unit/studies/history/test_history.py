@@ -37,7 +37,7 @@ def asked(*versions: str, **options: object) -> HistoryOptions:
     return HistoryOptions(versions=versions or None, profiles=("default",), jobs=1, **options)  # type: ignore[arg-type]
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> None:
     """Same bits, worse, better, asked otherwise, half seen, too old and not to be had: each by construction."""
     found = history("toy", [PAIR], Kept(tmp_path / "kept"), asked())
@@ -61,7 +61,7 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
     assert [release.version for release in found.releases if release.unseen] == ["1.6"]
     assert registry.installed == ["1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6"]
     text = markdown(history_document(found))
-    assert "the adapter reads no contacts of this release" in text
+    assert "the adapter can't read contacts of this release" in text
     assert "1.1 → 1.2: 1 worse." in text
     part = section(found, "By hand.")  # of the page that `make history` writes
     assert part.startswith(f"## {found.origin.engine}\n\nBy hand.\n\n")
@@ -69,7 +69,7 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
     assert not any(name.startswith("toy-") for name in adapter_points())
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_only_what_differs_is_run_at_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
     """A cell of the same bits is run once, and a changed one also at each phase."""
     found = history("toy", [PAIR], Kept(tmp_path / "kept"), asked("1.0", "1.1", "1.2", phases=9))
@@ -77,7 +77,7 @@ def test_only_what_differs_is_run_at_phases(registry: Toys, tmp_path: Path) -> N
     assert counts == [1, 10, 10]
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_a_history_that_was_ended_goes_on(registry: Toys, tmp_path: Path) -> None:
     """What a journal holds is not run again, what is kept is not installed again, and the result is equal."""
     kept, results = Kept(tmp_path / "kept"), []
@@ -90,7 +90,7 @@ def test_a_history_that_was_ended_goes_on(registry: Toys, tmp_path: Path) -> Non
     assert len(lines) == 1 + 2 * 9  # a head, and of each release its own phase and eight more
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_without_a_network_what_is_kept_is_run(registry: Toys, tmp_path: Path) -> None:
     """Releases that are kept and named are run; a list that is not to be had is said, with what is kept."""
     kept = Kept(tmp_path / "kept")
@@ -101,7 +101,7 @@ def test_without_a_network_what_is_kept_is_run(registry: Toys, tmp_path: Path) -
         history("toy", [PAIR], kept, asked())
 
 
-@pytest.mark.long
+@pytest.mark.release
 @pytest.mark.parametrize(
     ("versions", "last", "first"),
     [(["1.0..1.3"], "1.1", "1.2"), (["1.3..1.4"], "1.3", "1.4")],
@@ -118,14 +118,14 @@ def test_the_release_that_changed_a_cell_is_found(
     assert (found.last, found.first) == (last, first)
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_where_nothing_changed_no_release_is_found(registry: Toys, tmp_path: Path) -> None:
     """Two releases are asked, and no more."""
     assert bisected("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked("1.2", "1.3")) is None
     assert registry.installed == ["1.2", "1.3"]
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_what_is_not_there_is_refused_by_name(registry: Toys, tmp_path: Path) -> None:
     """An engine of no registry, a profile, a release: nothing is installed before it is refused."""
     kept = Kept(tmp_path / "kept")
@@ -138,7 +138,7 @@ def test_what_is_not_there_is_refused_by_name(registry: Toys, tmp_path: Path) ->
     assert registry.installed == []
 
 
-@pytest.mark.long
+@pytest.mark.release
 def test_the_command_writes_its_report_and_its_code_says_whether_the_newest_is_worse(
     registry: Toys,  # noqa: ARG001
     tmp_path: Path,

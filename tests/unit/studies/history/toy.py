@@ -71,12 +71,7 @@ RELEASES = {
 
 
 class Toys:
-    """A registry that serves the toy engine.
-
-    Attributes:
-        installed: What was installed, in order.
-        reached: Whether it can be reached.
-    """
+    """A registry that serves the toy engine."""
 
     def __init__(self) -> None:
         self.installed: list[str] = []

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import each, long_after
+from tests.lengths import each, release_after
 from tests.stage import sure
 from tests.validation import contact_runs
 
@@ -43,13 +43,9 @@ def test_a_ladder_runs_from_harmless_to_absurd() -> None:
 
 
 @each_attack
-@pytest.mark.parametrize("stride", long_after(1, [3, 1]))
+@pytest.mark.parametrize("stride", release_after(1, [3, 1]))
 def test_pic_stands_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
-    """PIC passes the rungs of the quick ladder to the end; a failure is a bug of Carom.
-
-    The first scene of the last is read again from its file without loss: the truth is that of the scene as stored.
-    One attack has a horizon that no method of 53 bits can pass; there PIC passes at twenty bounces.
-    """
+    """PIC passes the rungs of the quick ladder to the end; a failure is a bug of Carom."""
     ladder = attack.ladder(quick=True)
     if attack.name == HORIZON:
         ladder = [value for value in ladder if value <= 20]
@@ -93,37 +89,11 @@ def _velocity(scene: Scene) -> complex:
     return complex(*scene.discs[0].velocity_m_s)
 
 
-@pytest.mark.parametrize("degrees", [90.0, 45.0, 30.0, 1.0])
-def test_a_corner_that_an_even_number_of_half_turns_fill_sends_a_disc_back(degrees: float) -> None:
-    """Of a corner of 180 degrees over an even number a disc comes out the way that it went in (kaleidoscope)."""
-    for trial in WALLS["corner"].trials(degrees):
-        trace = solve_pic(trial.scene)
-        assert len(trace.impacts) == round(180 / degrees)
-        assert complex(*trace.final_velocity_m_s[0]) == pytest.approx(-_velocity(trial.scene), rel=1e-11)
-        assert not trial.judge(trace).broken
-
-
-def test_an_end_struck_three_fifths_off_turns_a_disc_as_three_four_five_says() -> None:
-    """At b/R = 3/5 the velocity (1, 0) becomes (2 9/25 - 1, 2 12/25) = (-7, 24)/25."""
-    for trial in WALLS["wall-end"].trials(0.4):
-        after = complex(*solve_pic(trial.scene).final_velocity_m_s[0])
-        assert after / _velocity(trial.scene) == pytest.approx(complex(-7, 24) / 25, abs=1e-13)
-
-
 @each("name", ["thin-wall", "paddle"])
 def test_looking_once_a_step_passes_a_thin_wall_as_often_as_the_closed_form_says(name: str) -> None:
     """PIT sees an approach within the radius, in any frame: of n phases at q radii a step about n / q find it."""
     assert not any(trial.judge(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(0.99))
     assert any(trial.judge(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(8.0))
-
-
-def test_a_driven_wall_is_met_at_every_speed() -> None:
-    """PIC finds the one impact with a disc at rest, which leaves at twice the wall's speed."""
-    for value in WALLS["paddle"].ladder(quick=False):
-        for trial in WALLS["paddle"].trials(value):
-            trace, (wall,) = solve_pic(trial.scene), trial.scene.walls
-            assert len(trace.impacts) == 1
-            assert trace.final_velocity_m_s[0, 0] == 2.0 * wall.velocity_m_s[0]
 
 
 def test_a_floor_of_pieces_is_struck_at_a_joint_of_two() -> None:
@@ -139,18 +109,6 @@ def test_a_floor_of_pieces_is_struck_at_a_joint_of_two() -> None:
             assert math.isclose(cmath.phase(_velocity(trial.scene)), -math.atan(0.25))
 
 
-@pytest.mark.parametrize("legs", long_after(4, [1, 2, 7, 64, 1000]))
-def test_a_wall_of_any_number_of_legs_strikes_a_disc_once_on_its_last(legs: int) -> None:
-    """PIC finds one impact, at the trial's own instant to rounding, and the disc leaves at twice the last velocity."""
-    for trial in WALLS["legs"].trials(legs):
-        (wall,), trace = trial.scene.walls, solve_pic(trial.scene)
-        assert len(wall.legs) == legs
-        assert len(trace.impacts) == 1
-        assert wall.legs[-1].from_s < trace.impacts["time_s"][0]
-        assert trace.final_velocity_m_s[0, 0] == 2.0 * wall.legs[-1].velocity_m_s[0]
-        assert not trial.judge(trace).broken
-
-
 IN_CONTACT = {attack.name: attack for attack in contact_attacks()}
 
 
@@ -161,7 +119,7 @@ def _by_hand(trial: Trial) -> tuple[list[float], float]:
 
 
 @pytest.mark.parametrize(
-    ("name", "whole"), [(name, False) for name in IN_CONTACT] + long_after(0, [(n, True) for n in IN_CONTACT])
+    ("name", "whole"), [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT])
 )
 def test_the_truth_is_that_of_60_digits_and_pic_meets_it(name: str, whole: bool) -> None:
     """The truth of scenes as stored, on both sides of each threshold and on it, to 1e-14; long, at all rungs."""
@@ -183,7 +141,7 @@ def test_a_disc_that_goes_on_as_without_walls_is_broken(attack: Attack) -> None:
     bare = {"walls": (), "wall_friction": 0.0, "wall_rolling_resistance": 0.0, "wall_restitution": 1.0}
     for trial in attack.trials(attack.harmless):
         broken = trial.judge(solve_pic(trial.scene.model_copy(update=bare))).broken
-        assert "no impact is found" in broken or (attack.name in IN_CONTACT and "a velocity wrong by" in broken)
+        assert "no impact is found" in broken or (attack.name in IN_CONTACT and "a velocity is wrong by" in broken)
 
 
 def test_a_rim_that_friction_has_not_turned_is_broken() -> None:
@@ -192,8 +150,8 @@ def test_a_rim_that_friction_has_not_turned_is_broken() -> None:
         trial = IN_CONTACT[name].trials(IN_CONTACT[name].harmless)[-1]
         trace = solve_pic(trial.scene)
         unturned = dataclasses.replace(trace, final_spin_rad_s=np.array([trial.scene.discs[0].spin_rad_s]))
-        assert "a rim's speed wrong by" in trial.judge(unturned).broken
-        assert trial.judge(unturned).broken.endswith("of what contact changes")
+        assert "a rim speed is wrong by" in trial.judge(unturned).broken
+        assert trial.judge(unturned).broken.endswith("of the change by contact")
 
 
 def test_both_sides_of_a_threshold_are_tried_to_a_rounding() -> None:
@@ -205,14 +163,6 @@ def test_both_sides_of_a_threshold_are_tried_to_a_rounding() -> None:
         (at, _) = ((-gx / gy) for gx, gy in (trial.scene.gravity_m_s2 for trial in IN_CONTACT[name].trials(none)))
         assert below <= at <= above
         assert above - below <= 8.0 * 2.0**-52 * at
-
-
-@pytest.mark.parametrize("lost", long_after(1, [1e-9, 1e-6, 1e-3]))
-def test_a_lively_ball_bounces_three_times(lost: float) -> None:
-    """Its impacts are at t, t (1 + 2 e) and t (1 + 2 e + 2 e^2), whatever it loses."""
-    for trial in IN_CONTACT["lively"].trials(lost):
-        times, e = solve_pic(trial.scene).impacts["time_s"], 1.0 - lost
-        assert times / times[0] == pytest.approx([1.0, 1.0 + 2.0 * e, 1.0 + 2.0 * e + 2.0 * e * e], rel=1e-13)
 
 
 ROUGH = {attack.name: attack for attack in rough_attacks()}
@@ -253,7 +203,7 @@ def test_a_wrong_spin_breaks_every_attack(name: str) -> None:
     trace = solve_pic(trial.scene)
     assert trial.judge(trace).broken == ""
     turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * sure(trace.final_spin_rad_s))
-    assert "a rim's speed wrong by" in trial.judge(turned).broken
+    assert "a rim speed is wrong by" in trial.judge(turned).broken
     none = dataclasses.replace(trace, final_spin_rad_s=None, spins=None)
     assert trial.judge(none).broken == "no spin is reported"
     no_number = dataclasses.replace(trace, final_spin_rad_s=np.full(len(trial.scene.discs), np.nan))

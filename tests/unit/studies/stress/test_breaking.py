@@ -93,7 +93,7 @@ def slowed(entry: Complaint, factor: float) -> Trace:
 def test_a_miss_is_seen() -> None:
     """PIT passes the thin wall whole, and that is the reported miss."""
     entry = COMPLAINTS["issues/mujoco-441"]
-    assert shows(entry, solve_pit(entry.scene)) == (True, 2.0, "1 impact missed")
+    assert shows(entry, solve_pit(entry.scene)) == (True, 2.0, "1 impact is missed")
 
 
 def test_stuck_discs_are_seen_and_a_few_per_cent_are_not_that() -> None:

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -10,9 +9,8 @@ import pytest
 from carom import load_scene, run
 from carom.errors import InputError
 from carom.execution.pool import InProcessPool
-from carom.report.render.terminal import terminal
 from carom.studies.stress import run as campaign
-from carom.studies.stress.document import stress_document, write_stress
+from carom.studies.stress.document import write_stress
 from carom.studies.stress.failure_points import SpotEnding, StressResults
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.run import JOURNAL, listing, stress
@@ -74,7 +72,7 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
     names = [line.name for line in results.lines]
     again = stress(names, BOTH, out=folder, resume=True, command="carom stress")
     assert again.spots == results.spots
-    with pytest.raises(InputError, match="its quick is True, and this one's False; name another folder"):
+    with pytest.raises(InputError, match="its quick is True, but this study's is False; name another folder"):
         stress(names, replace(BOTH, quick=False), out=folder, resume=True)
 
 
@@ -123,17 +121,6 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
         assert line.name in html
     assert "scenes/tunnelling.pit.tuned.toml" in html
     assert "tunnelling.pit.tuned.toml" in markdown
-
-
-def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None:
-    """A row a method, in full a table for each kind of line that there is, and what was found in plain sentences."""
-    kinds = ["Where each method fails", "Invariances", "Scenes of reported bugs"]
-    for full in (False, True):
-        shown = list(terminal(stress_document(results), 160, full=full))
-        headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
-        assert headings == ["Results by method", *(kinds if full else ())]
-        told = [item for item in shown if isinstance(item, str)]
-        assert any(line.startswith("pit: passes 0 of 1; first failure: tunnelling at ") for line in told)
 
 
 @pytest.mark.parametrize(

@@ -81,10 +81,7 @@ def test_the_best_settings_are_found_and_no_others(seed: int) -> None:
 
 
 def test_settings_that_only_help_together_are_found() -> None:
-    """Where either of two settings alone makes another scene wrong, and both make none so, both are found.
-
-    As Planck's slop and the skin of its walls: a small slop alone finds instants, and invents an impact at a wall.
-    """
+    """Where either of two settings alone makes another scene wrong, and both make none so, both are found."""
 
     class Valley(Toy):
         def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:

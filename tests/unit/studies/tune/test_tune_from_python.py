@@ -22,7 +22,7 @@ def test_a_call_gives_settings_that_print_and_draw_themselves() -> None:
     from matplotlib.figure import Figure
 
     found = carom.tune("pymunk", ["paper/late"], trials=2, jobs=1)
-    assert repr(found).splitlines()[0].startswith(("No better settings than default found", "pymunk: "))
+    assert repr(found).splitlines()[0].startswith(("No better settings than default were found", "pymunk: "))
     axes = found.plot(Figure().add_subplot())
     lines = {str(line.get_label()): line for line in axes.lines}
     for label, judged in (("default", found.first.judged), ("found", found.best.judged)):
@@ -46,11 +46,11 @@ def test_profiles_written_by_hand_stand_beside_what_is_found() -> None:
     assert names[-1] == "located"
     own = "default" if found.best is found.first else "found"
     tie = replace(found, others={"tuned": found.best, "located": found.best})
-    assert f"{own} and tuned tie." in " ".join(repr(tie).split())
+    assert f"{own} and tuned are equally good." in " ".join(repr(tie).split())
     best = replace(found.best, merit=Merit(0, 0, 0))
     better = " ".join(repr(replace(found, others={"tuned": best, "located": best})).split())
-    assert "Better existing profiles: tuned." in better
-    assert " tie." not in better
+    assert "Existing profiles that are better: tuned." in better
+    assert "equally good" not in better
 
 
 @pytest.mark.long

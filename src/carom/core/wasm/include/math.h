@@ -1,4 +1,4 @@
-/* The functions of math.h that the core calls, for a target without a C library. */
+/* The functions of math.h that the core uses, for a target without a C library. */
 
 #ifndef CAROM_WASM_MATH_H
 #define CAROM_WASM_MATH_H
@@ -10,7 +10,7 @@
 #define fabs __builtin_fabs
 #define sqrt __builtin_sqrt
 
-/* As in the standard: memory.c. */
+/* As in the C standard; defined in memory.c. */
 double frexp(double x, int *exponent);
 double ldexp(double x, int exponent);
 

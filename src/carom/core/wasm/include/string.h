@@ -1,4 +1,5 @@
-/* The functions of string.h that the core calls, for a target without a C library: WebAssembly has them as instructions. */
+/* The functions of string.h that the core uses, for a target without a C library. WebAssembly has instructions for
+   them. */
 
 #ifndef CAROM_WASM_STRING_H
 #define CAROM_WASM_STRING_H

@@ -1,0 +1,149 @@
+"""Cells of a results.jsonl, as a diff needs them: read row by row, so that a large file need not be in memory."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from carom.comparator import Errors, Verdict
+from carom.comparator.scales import Scales
+from carom.comparator.thresholds import THRESHOLDS
+from carom.errors import InputError
+from carom.execution.job import Method
+from carom.report.mark import BROKEN, Mark, parse_mark
+from carom.report.record import RowLine, SceneLine, Summary
+from carom.report.records import stream_records
+
+#: Verdicts that are compared without a number: present or not.
+_FLAGS = (
+    *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
+    *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
+    *(Verdict.SLID, Verdict.STUCK),
+)
+_NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in dataclasses.fields(Errors)}
+#: The errors that decide a grade, and the direction, which is visible in pictures.
+_ERRORS = ("time_s", "velocity", "spin", "direction_rad", "energy", "final_position", "final_velocity", "final_spin")
+
+
+class Measure(NamedTuple):
+    """What the two numbers of a `BeforeAfter` share."""
+
+    name: str
+    rounding: float
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DiffCell:
+    """A row of the records, with the data of its scene from the header. Cells share what is equal in many."""
+
+    method: Method
+    scene: str
+    dt_s: float
+    mark: Mark
+    measures: tuple[Measure, ...]
+    numbers: tuple[float | bool | None, ...]
+    verdicts: tuple[str, ...]
+    settings: Mapping[str, Any]
+    reference: Mapping[str, Any]
+    pair: int = 0  # number of its requested pair of names, from 1 on; 0 without one
+
+    @property
+    def was_run(self) -> bool:
+        """Whether it ran, or broke off."""
+        return self.mark.ran or self.mark in BROKEN
+
+
+def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
+    """Return the first line of a results.jsonl, of a report's folder, say, and its cells.
+
+    Raises:
+        InputError: It can't be read, or a line is no cell of a cross-check.
+    """
+    file = path / "results.jsonl" if path.is_dir() else path
+    summary, lines = stream_records(file)
+    references = {name: _reference(scene) for name, scene in summary.scenes.items()}
+    shared = dict[Any, Any]()
+    cells: list[DiffCell] = []
+    try:
+        cells.extend(_cell(summary, line, references, shared) for line in lines)
+    except InputError:
+        raise
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # valid types, but an invalid cell
+        raise InputError(
+            f"{file}, line {len(cells) + 2}: not a cell of a cross-check ({error!r})",
+            hints=["run the cross-check again"],
+        ) from None
+    return summary, cells
+
+
+def _cell(
+    summary: Summary, line: RowLine, references: Mapping[str, Mapping[str, Any]], shared: dict[Any, Any]
+) -> DiffCell:
+    mark = parse_mark(line.status, line.grade, line.float_bits)
+    found = {one.verdict: one.reason for one in line.verdicts}
+    said = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
+    method = Method(line.engine, line.profile, tuple(line.tried.items()))
+    settings = dict(line.settings or {})
+    return DiffCell(
+        method=shared.setdefault(method, method),
+        scene=line.scene,
+        dt_s=line.dt_s,
+        mark=mark,
+        measures=_measures(_width(line), line.dt_s, summary.scenes[line.scene].scales) if mark.ran else (),
+        numbers=tuple(_numbers(line, found)) if mark.ran else (),
+        verdicts=said or (line.reason,) * bool(line.reason),
+        settings=shared.setdefault(repr(settings), settings),  # 1, 1.0 and True are equal, and not the same setting
+        reference=references[line.scene] if mark.ran else {},
+    )
+
+
+@lru_cache
+def _measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...]:
+    """Return what `_numbers` measures, with its rounding in the declared floats."""
+    rounding, time_s = THRESHOLDS.rounding_of(bits), scales.time_s
+    place = THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales.reach_m / scales.length_m
+    limits = {
+        "time_s": (THRESHOLDS.time_rounding_of(bits, time_s, dt_s), " s"),
+        "direction_rad": (math.degrees(THRESHOLDS.direction_rad), "°"),
+        "energy": (min(rounding, THRESHOLDS.energy), ""),
+        "final_position": (place, ""),
+    }
+    return (
+        Measure("impacts missed", 0.0),
+        Measure("impacts invented", 0.0),
+        *(Measure(verdict.value, rounding) for verdict in _FLAGS),
+        *(Measure(_NAMES[name], *limits.get(name, (rounding, ""))) for name in _ERRORS),
+    )
+
+
+def _width(line: RowLine) -> int:
+    """Return the bits of a line's floats; a line that has a grade has them, and its errors."""
+    if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
+        lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
+        raise ValueError(f"it has a grade and no {lacking}")
+    return line.float_bits
+
+
+def _numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
+    """Yield the numbers that rate a cell, in the order of `_measures`."""
+    missed, invented = len(line.missed or ()), len(line.spurious or ())
+    if line.parted_s is not None and line.local_truth:  # after a divergence, impacts match by chance, so steps count
+        missed, invented = line.local_truth.missed, line.local_truth.invented
+    yield float(missed)
+    yield float(invented)
+    for verdict in _FLAGS:
+        yield verdict.name.lower() in found
+    for name in _ERRORS:
+        error: float = getattr(line.total, name)
+        yield None if math.isnan(error) else math.degrees(error) if name == "direction_rad" else error
+
+
+def _reference(scene: SceneLine) -> Mapping[str, Any]:
+    """Return the numbers of a scene's reference by name."""
+    return {"expected": scene.expected, **dataclasses.asdict(scene.scales)}

@@ -1,0 +1,119 @@
+"""The folders of releases of `carom history`: killed while one is installed, spoilt, pruned, and opened by two at once.
+
+A release that is found is whole. Nothing outside of the folder is removed, and nothing unfinished stays in it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from random import Random
+from shutil import rmtree
+
+from tests.attacks.guard import tried
+from tests.attacks.reports import kill_at
+
+from carom.studies.history.clients import ClientError
+from carom.studies.history.overlay import kept_releases
+
+#: What a file in the place of a release's list, or of a folder, may hold.
+PIECES = (b"", b"{", b"null", b"\xff", b"[" * 10**5, b'["toy==1.0"]', b"9" * 5000)
+
+
+class _Client:
+    """A registry's client that writes some files, or fails."""
+
+    def __init__(self, rng: Random) -> None:
+        self._files = {f"module{k}.py": rng.randbytes(rng.choice((0, 10, 10**4))) for k in range(rng.randrange(1, 5))}
+        self.fails = rng.random() < 0.2
+
+    def listed(self, package: str) -> tuple[str, ...]:
+        """Return no versions: none are asked for."""
+        del package
+        return ()
+
+    def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
+        """Write the files of a release, by calls of which each may be the last."""
+        for name, content in self._files.items():
+            with (folder / name).open("wb") as file:
+                file.write(content)
+        if self.fails:
+            raise ClientError("no network")
+        return (f"{package}=={version}",)
+
+    def is_whole(self, folder: Path) -> bool:
+        """Whether a folder has all files of a release."""
+        return all(
+            (folder / name).exists() and (folder / name).read_bytes() == one for name, one in self._files.items()
+        )
+
+
+def attack(rng: Random, folder: Path) -> Iterator[str]:
+    """Install, kill, spoil and prune; and look for what is found afterwards."""
+    while True:
+        rmtree(folder / "root", ignore_errors=True)
+        rmtree(folder / "outside", ignore_errors=True)
+        (folder / "outside").mkdir()
+        (folder / "outside" / "mine").write_text("mine")
+        yield rng.choice((_killed, _killed, _spoilt))(rng, folder / "root")
+        if (folder / "outside" / "mine").read_text() != "mine":
+            yield "a file outside of the folder is changed"
+
+
+def _killed(rng: Random, root: Path) -> str:
+    """Install a release in one or two processes that end at a call drawn by lot, then in one that is left alone."""
+    client, number, children = _Client(rng), rng.randrange(20), list[int]()
+    for _ in range(rng.choice((1, 2))):
+        children.append(os.fork())
+        if not children[-1]:
+            try:
+                kill_at(number, partial(os._exit, 9))
+                with kept_releases(rng.choice((0.0, 1e9)), root) as kept:
+                    kept.made(client, "pip", "toy", "1.0")
+            finally:
+                os._exit(0)
+    for child in children:
+        os.waitpid(child, 0)
+    with kept_releases(1e9, root) as kept:
+        found = kept.has("pip", "toy", "1.0")
+        if found is not None and not client.is_whole(found):
+            return f"killed at call {number}: a release that is found is not whole"
+        if not client.fails and not client.is_whole(kept.made(client, "pip", "toy", "1.0")):
+            return f"killed at call {number}: a release installed again is not whole"
+    left = [path.name for path in root.glob("*/*/.new-*")]
+    return f"killed at call {number}: {left} stay" if left else ""
+
+
+def _spoilt(rng: Random, root: Path) -> str:
+    """Put something else in the place of a list, a release or its folder, or a link to what is not Carom's."""
+    client = _Client(rng)
+    client.fails = False
+    with kept_releases(1e9, root) as kept:
+        place = kept.made(client, "pip", "toy", "1.0")
+    outside = root.parent / "outside"
+    target = rng.choice((place / "carom-release.json", place, place.parent))
+    rmtree(target) if target.is_dir() else target.unlink()
+    match rng.randrange(3):
+        case 0:
+            target.write_bytes(rng.choice(PIECES))
+        case 1:
+            target.symlink_to(outside)
+        case 2:
+            target.symlink_to(root / "nowhere")
+
+    def again() -> str:
+        with kept_releases(rng.choice((0.0, 1e9)), root) as kept:
+            kept.names("pip", "toy")
+            kept.has("pip", "toy", "1.0")
+            if rng.random() < 0.3:
+                return ""
+            try:
+                place = kept.made(client, "pip", "toy", "1.0")
+            except OSError:  # the command shows it as a sentence
+                return ""
+            return "" if client.is_whole(place) else "a release installed again is not whole"
+
+    lost = tried(again, "")
+    return lost and f"{target.name} spoilt: {lost}"

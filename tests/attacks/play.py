@@ -1,0 +1,233 @@
+"""The play page with hostile names, links and damaged blocks: Carom's script alone, a scene or a sentence.
+
+The page's own modules run in node.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import select
+import shutil
+import subprocess
+from collections.abc import Iterator
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from tests.attacks.results import spoilt
+from tests.attacks.scenes import mutated
+
+from carom import Scene
+from carom.catalogue import all_scenes
+from carom.errors import SceneError
+from carom.support.folders import write_file
+from carom.web.page import CORE, GALLERY, SOURCES, packed_block, page_html, with_gallery
+
+#: Longest wait for one line of node; PIT at 10,000 frames a second for a minute takes seconds.
+LIMIT_S = 120.0
+#: Parts of names that would end an element, a comment or an attribute, fill a mark, or be a property of all objects.
+NAMES = (
+    *("</script><script>alert(1)</script>", "-->", "<!--", "<![CDATA[", "]]>", '"><img src=x onerror=alert(1)>', "'"),
+    *(
+        "@policy@",
+        "@loader@",
+        "@scenes@",
+        r"\1",
+        r"\g<0>",
+        "&lt;script&gt;",
+        "&#0;",
+        "${1}",
+        "`",
+        "javascript:alert(1)",
+    ),
+    *("__proto__", "constructor", "toString", "hasOwnProperty", "5", "-0", "2=", "1=W10", "#", "%", "%zz", "a b"),
+    *("\u202eabc", "\u2028", "\ufeff", "\u00e9", "e\u0301", "\U0001f3b1", "\ud800", "a" * 200, "paper/missed"),
+)
+
+#: The core, and a part of it: a block of ten thousand bytes is spoilt in its begin more often.
+_CONTENTS = (CORE.read_bytes(), CORE.read_bytes()[:5000])
+
+
+def attack(rng: Random, folder: Path) -> Iterator[str]:
+    """Write pages of hostile names, and give the page's modules spoilt links and blocks."""
+    if shutil.which("node") is None:
+        while True:
+            yield "there is no node here, in which the page's modules would run"
+    page: _Page | None = None
+    while True:
+        page = _Page() if page is None else page
+        try:
+            yield rng.choice((_name, _link, _link, _link, _block, _block))(rng, folder, page)
+        except TimeoutError:
+            yield f"no answer of the page within {LIMIT_S:g} s to {page.asked[:300]!r}"
+            page.close()
+            page = None
+        except EOFError:
+            yield f"the page's modules ended over {page.asked[:300]!r}"
+            page.close()
+            page = None
+
+
+class _Page:
+    """The modules of the page, in node."""
+
+    def __init__(self) -> None:
+        words = ["node", str(Path(__file__).with_name("play.mjs")), str(SOURCES), packed_block(b"")]
+        self._process = subprocess.Popen(words, bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self._said, self.asked = b"", ""
+
+    def ask(self, **request: object) -> dict[str, Any]:
+        """Return the answer to a request."""
+        assert self._process.stdin
+        assert self._process.stdout
+        self.asked = json.dumps(request)
+        self._process.stdin.write(self.asked.encode() + b"\n")
+        while b"\n" not in self._said:
+            if not select.select([self._process.stdout], [], [], LIMIT_S)[0]:
+                raise TimeoutError
+            if not (chunk := self._process.stdout.read(2**16)):
+                raise EOFError
+            self._said += chunk
+        line, _, self._said = self._said.partition(b"\n")
+        answer: dict[str, Any] = json.loads(line)
+        return answer
+
+    def close(self) -> None:
+        """End node."""
+        self._process.kill()
+        self._process.communicate()
+
+
+class _Scripts(HTMLParser):
+    """What of a page a browser would run, and its packed blocks."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.run, self.blocks, self.policy, self.tags = list[str](), dict[str, str](), "", set[str]()
+        self._into = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        fields = dict(attrs)
+        self.tags.add(tag)
+        self.policy += fields.get("content") or "" if "http-equiv" in fields else ""
+        if any(name.startswith("on") for name in fields):
+            self.run.append(f"{tag} {fields}")
+        if tag == "script":
+            self._into = fields.get("id") or "block" if fields.get("type") == "text/plain" else "run"
+
+    def handle_data(self, data: str) -> None:
+        if self._into == "run":
+            self.run.append(data)
+        elif self._into:
+            self.blocks[self._into] = data
+
+    def handle_endtag(self, tag: str) -> None:
+        del tag
+        self._into = ""
+
+
+def _name(rng: Random, folder: Path, page: _Page) -> str:
+    name = "".join(rng.choice(NAMES) for _ in range(rng.choice((1, 1, 2))))[:200]
+    try:
+        scene = Scene(**{**dict(all_scenes()["paper/late"].scene), "name": name})
+    except SceneError:  # a name that no scene has
+        return ""
+    written = write_file(folder / "page.html", page_html(with_gallery(scene))).read_text(encoding="utf-8")
+    found = _Scripts()
+    found.feed(written)
+    if len(found.run) != 1 or _sha256(found.run[0]) not in found.policy or found.tags & {"img", "iframe", "link"}:
+        return f"the name {name!r}: the page runs {[text[:80] for text in found.run]}, tags {found.tags}"
+    if _sha256(page.ask(do="unpack", text=found.blocks["page"])["text"]) not in found.policy:
+        return f"the name {name!r}: the policy forbids the page's own script"
+    scenes = page.ask(do="unpack", text=found.blocks["scenes"])["text"]
+    want = [scene.name, *(other for other in GALLERY if other != scene.name)]
+    return "" if [*json.loads(scenes)] == want else f"the name {name!r}: the page has {[*json.loads(scenes)]}"
+
+
+def _sha256(script: str) -> str:
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+_LEGS = [{"from_s": 0, "velocity_m_s": [0.1, 0]}, {"from_s": 1, "velocity_m_s": [0, 0]}]
+#: A link of discs and walls, as the page writes it.
+_LINK: list[Any] = [
+    [[-1, 0.1, 2, 0, 0.5, 1, 0, 0.5], [1, 0, 0, 0, 0.5, "inf", 0, "inf"], [5, 0, -1, 0, 0.5, "inf", 0, 0.5, True]],
+    [
+        [[0, -3], [0, 1], *[None] * 12],
+        [
+            None,
+            None,
+            [[-3, -2], [3, -2], [4, 2]],
+            [0.5, 0],
+            None,
+            None,
+            None,
+            None,
+            0.1,
+            0.5,
+            0.1,
+            [0.1, 0],
+            None,
+            None,
+        ],
+        [*[None] * 6, [0, 5], 1, None, None, None, None, 0.5, _LEGS],
+    ],
+    [1, 0.9, 0.1, 0.2, 0, 0, 0, 0, 0],
+    [0, -1],
+    5,
+    60,
+    0.25,
+    "pit",
+]
+
+
+def _packed_link(values: Any) -> str:
+    return "2=" + base64.urlsafe_b64encode(json.dumps(values).encode("latin-1")).decode().rstrip("=")
+
+
+def _link(rng: Random, folder: Path, page: _Page) -> str:
+    del folder
+    values = _LINK
+    for _ in range(rng.choice((0, 1, 1, 2))):
+        values = spoilt(rng, values)
+    if rng.random() < 0.3:  # within what the page takes, and far from what a hand draws
+        discs = [[*rng.choice(_EXTREMES), 1, 0, 0.5] for _ in range(rng.choice((2, 10)))]
+        values = [discs, [], *_LINK[2:4], 60, 10000, 0.5, "pit"]
+    text = _packed_link(values)
+    if rng.random() < 0.3:
+        text = mutated(rng, text.encode()).decode("latin-1")
+    answer = page.ask(do="link", text=text)
+    return answer.get("lost", "") and f"the link {text[:400]!r}: {answer['lost']}"
+
+
+_EXTREMES = [
+    [x, y, vx, vy, r]
+    for x in (-1e4, 0, 1e4)
+    for y in (0, 1e-300)
+    for vx in (1e4, -1e4)
+    for vy in (0, 1e4)
+    for r in (1e-4, 1)
+]
+
+
+@cache
+def _packed(content: bytes) -> str:
+    return packed_block(content)
+
+
+def _block(rng: Random, folder: Path, page: _Page) -> str:
+    """Spoil a packed block, as of a page that was damaged on its way: it is refused, or its content is as it was."""
+    del folder
+    content = rng.choice((b"abc" * 1000, *_CONTENTS))
+    text = bytearray(_packed(content), "ascii")
+    for _ in range(rng.choice((1, 3))):
+        text[rng.randrange(len(text))] = rng.choice((33, *range(35, 60), *range(61, 126)))
+    if rng.random() < 0.3:
+        del text[rng.randrange(len(text)) :]
+    answer = page.ask(do="unpack", text=text.decode())
+    held = "said" in answer or answer["text"] == content.decode(errors="replace")
+    return "" if held else f"a damaged block is read as {answer['text'][:200]!r}"

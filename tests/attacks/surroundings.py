@@ -1,0 +1,230 @@
+"""Commands in surroundings that nobody wants: each ends with an exit code of Carom's, and a sentence where it failed.
+
+Closed streams, arguments that are no text, environments without a home or a temporary folder, folders and installs that
+are read-only, disks that are full, and two commands at once in one folder.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from random import Random
+from shutil import rmtree
+from typing import Any
+
+from tests.processes import PATIENT_S
+
+RUN = ("run", "paper/missed", "-e", "pit", "--no-timing", "--fail-on", "never", "--dt", "1/60")
+#: Commands that are quickly done; `OUT` is a path of the attack's folder.
+COMMANDS = (
+    *(("scenes",), ("scenes", "paper/missed"), ("engines",), ("engines", "pit"), ("--help",), ("--version",)),
+    *(("explain", "missed"), ("nonsense",), ("run", "nowhere.toml"), RUN, (*RUN, "--report", "OUT"), ("serve", "pit")),
+    *(
+        ("certify", "paper/missed"),
+        ("bench", *RUN[1:5], "--dt", "1/60", "--budget", "5", "-o", "OUT"),
+        ("play", "--out", "OUT.html", "-e", "none", "--no-open"),
+    ),
+    *(
+        ("scenes", "paper/missed", "--save", "OUT.toml"),
+        ("import", "OUT.pkl"),
+        ("diff", "OUT", "OUT"),
+        ("report", "OUT"),
+    ),
+)
+#: Environments: an empty value takes the variable away.
+ENVIRONMENTS: tuple[dict[str, str], ...] = (
+    *(
+        {"HOME": ""},
+        {"HOME": "/nowhere"},
+        {"TMPDIR": "/nowhere"},
+        {"TMPDIR": "/proc"},
+        {"PATH": ""},
+        {"PATH": "/nowhere"},
+    ),
+    *({"COLUMNS": value} for value in ("0", "-1", "1", "99999999999", "abc")),
+    *({"LC_ALL": value, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"} for value in ("C", "xx_YY.UTF-8", "POSIX")),
+    *({"PYTHONIOENCODING": value} for value in ("ascii", "latin-1", "utf-16", "cp1252:strict")),
+    *(
+        {"TERM": "dumb"},
+        {"TERM": ""},
+        {"NO_COLOR": "1"},
+        {"FORCE_COLOR": "1"},
+        {"PYTHONOPTIMIZE": "2"},
+        {"TZ": "../../x"},
+    ),
+    *(
+        {"XDG_CACHE_HOME": "/proc"},
+        {"CAROM_ENGINES": "relative"},
+        {"CAROM_ENGINES": "/nowhere"},
+        {"CAROM_ENGINES": "/dev/zero"},
+    ),
+    *(
+        {"OMP_NUM_THREADS": "x"},
+        {"PYTHONDEVMODE": "1"},
+        {"PYTHONWARNINGS": "error::ResourceWarning"},
+        {"PYTHONHASHSEED": "0"},
+    ),
+)
+#: Arguments that are no text in UTF-8, or control a terminal.
+BYTES = (
+    b"\xff",
+    b"\xff\xfe.toml",
+    b"a\x80b.json",
+    b"\xed\xa0\x80",
+    b"\x1b[31m.toml",
+    b"\n",
+    b"a" * 300,
+    b"\xe2\x80\xae.toml",
+)
+TEMPORARY = tempfile.gettempdir()
+#: Exit codes that `carom --help` names.
+CODES = range(5)
+
+
+def attack(rng: Random, folder: Path) -> Iterator[str]:
+    """Run a command in one of these surroundings, or two at once."""
+    acts = [_streams, _arguments, _environment, _two_at_once, _no_folder]
+    if _can_mount():
+        acts += [_read_only, _full]
+    while True:
+        rmtree(folder / "work", ignore_errors=True)
+        (folder / "work").mkdir()
+        yield rng.choice(acts)(rng, folder / "work")
+
+
+def _words(rng: Random, work: Path) -> list[str]:
+    return [word.replace("OUT", str(work / "out")) for word in rng.choice(COMMANDS)]
+
+
+def _carom(words: Sequence[str | bytes], work: Path, **options: Any) -> subprocess.CompletedProcess[bytes]:
+    """Run a command of Carom in a folder; `before` are the words of a program that starts it."""
+    command = [*options.pop("before", ()), sys.executable, "-m", "carom", *words]
+    usual = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.run(command, cwd=work, timeout=4 * PATIENT_S, check=False, **{**usual, **options})
+
+
+def _lost(done: subprocess.CompletedProcess[bytes], what: str, *, says: bool = True) -> str:
+    """Return what is wrong with the end of a command."""
+    said = (done.stdout or b"") + (done.stderr or b"")
+    if done.returncode not in CODES or b"Traceback" in said or b"Exception ignored" in said:
+        return f"{what}: exit code {done.returncode}: {said[-600:]!r}"
+    if says and done.returncode > 1 and not (done.stderr or b"").strip():
+        return f"{what}: exit code {done.returncode} without a sentence"
+    return f"{what}: an escape sequence in {said[-300:]!r}" if b"\x1b[31m" in said else ""
+
+
+def _streams(rng: Random, work: Path) -> str:
+    """Close standard streams, or lead them to a pipe that nobody reads, or a device that is full."""
+    words, closed = _words(rng, work), [number for number in range(3) if rng.random() < 0.5]
+
+    def close() -> None:
+        for number in closed:
+            os.close(number)
+
+    if rng.random() < 0.5:
+        done = _carom(words, work, preexec_fn=close)
+        return _lost(done, f"{words}, closed {closed}", says=2 not in closed)
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "wb") as unread, Path("/dev/full").open("wb") as full:
+        out, err = rng.choice((unread, full, subprocess.PIPE)), rng.choice((unread, full, subprocess.PIPE))
+        done = _carom(words, work, stdout=out, stderr=err)
+    return _lost(done, f"{words}, to {out} and {err}", says=False)
+
+
+def _arguments(rng: Random, work: Path) -> str:
+    words: list[bytes] = [word.encode() for word in _words(rng, work)]
+    odd = rng.choice(BYTES)
+    if rng.random() < 0.5:  # a file or folder of that name
+        words = [word.replace(os.fsencode(work / "out"), os.fsencode(work / "out") + odd) for word in words]
+    else:
+        words.insert(rng.randrange(len(words) + 1), odd)
+    environment = {**os.environ, **rng.choice(({}, {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}))}
+    return _lost(_carom(words, work, env=environment), f"{words}")
+
+
+def _environment(rng: Random, work: Path) -> str:
+    words, changed = _words(rng, work), rng.choice(ENVIRONMENTS)
+    environment = {name: value for name, value in {**os.environ, **changed}.items() if value}
+    done = _carom(words, work, env=environment)
+    return "" if "FORCE_COLOR" in changed and b"Traceback" not in done.stderr else _lost(done, f"{words}, {changed}")
+
+
+def _no_folder(rng: Random, work: Path) -> str:
+    """Take the current folder away before the command starts."""
+    words, gone = _words(rng, work), work / "gone"
+    gone.mkdir()
+    done = _carom(words, work, before=("sh", "-c", f'cd "{gone}" && rmdir "{gone}" && exec "$@"', "sh"))
+    return _lost(done, f"{words} in a folder that is gone")
+
+
+def _two_at_once(rng: Random, work: Path) -> str:
+    """Have two commands write into one folder; then it has the files of one of them, whole."""
+    what = rng.choice((("run", "--report"), ("bench", "-o"), ("run", "--report")))
+    commands = [
+        [
+            sys.executable,
+            "-m",
+            "carom",
+            what[0],
+            *RUN[1:5],
+            *(RUN[5:7] if what[0] == "run" else ("--budget", "5")),
+            "--dt",
+            dt,
+            what[1],
+            str(work / "out"),
+        ]
+        for dt in ("1/60", rng.choice(("1/60", "1/30")))
+    ]
+    both = [subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for words in commands]
+    ends = []
+    for one in both:
+        out, err = one.communicate(timeout=4 * PATIENT_S)
+        ends.append(subprocess.CompletedProcess(one.args, one.returncode, out, err))
+    for done in ends:
+        if lost := _lost(done, f"two at once: {done.args[3:]}"):
+            return lost
+    left = [path.name for path in (work / "out").glob(".carom?*")]
+    if left:
+        return f"two at once: {left} stay: {[done.args[3:] for done in ends]}"
+    if what[0] == "run" and any(done.returncode == 0 for done in ends):
+        return _lost(_carom(["report", str(work / "out")], work), "two at once, then carom report")
+    return ""
+
+
+def _can_mount() -> bool:
+    """Whether this user may mount something in a namespace of its own."""
+    if shutil.which("unshare") is None:
+        return False
+    done = subprocess.run(
+        ["unshare", "-rm", "mount", "-t", "tmpfs", "tmpfs", TEMPORARY], capture_output=True, check=False
+    )
+    return done.returncode == 0
+
+
+def _mounted(script: str) -> tuple[str, ...]:
+    """Return the begin of a command that runs it after mounting something that no other process sees."""
+    return ("unshare", "-rm", "sh", "-c", f'{script} && exec "$@"', "sh")
+
+
+def _read_only(rng: Random, work: Path) -> str:
+    """Make the install, or all of the disk, read-only."""
+    words = _words(rng, work)
+    root = rng.choice((Path(__file__).parents[2], Path(sys.prefix), Path("/")))
+    mount = f'mount --bind "{root}" "{root}" && mount -o remount,bind,ro "{root}"'
+    done = _carom(words, Path("/"), before=_mounted(mount if root != Path("/") else "mount -o remount,bind,ro /"))
+    return _lost(done, f"{words}, with {root} read-only")
+
+
+def _full(rng: Random, work: Path) -> str:
+    """Fill the disk of the output folder, or of the temporary one."""
+    words, place = _words(rng, work), rng.choice((str(work), TEMPORARY))
+    size, files = rng.choice((4096, 8192, 65536, 2**20)), rng.choice((2, 10, 100))
+    mount = f'mount -t tmpfs -o size={size},nr_inodes={files} tmpfs "{place}"'
+    done = _carom(words, Path("/"), before=_mounted(mount))
+    return _lost(done, f"{words}, {mount}")
