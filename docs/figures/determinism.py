@@ -31,17 +31,17 @@ COUNTED = ("again", "after another", "another process", "two threads")
 SCENE, PROFILES = "classics/gas", ("default", "tuned")
 
 # ruff: noqa: E501 - lines of the page are as long as they are
-HEAD = f"""# Determinism: the same bits again?
+HEAD = f"""# Determinism: are repeated runs bit-identical?
 
-`make determinism` runs `{SCENE}` at its own frame rate on one machine. It compares each position and velocity at the end, and each impact, to the bit.
+`make determinism` runs `{SCENE}` at its own frame rate on one machine. It repeats the run in the following ways, and compares all bits of each position and velocity at the end, and of each impact.
 
 - **again**: a second run in the same process.
-- **after another**: the same, with a run of another scene in between.
+- **after another**: a second run in the same process, with a run of another scene in between.
 - **another process**: a run in its own process.
-- **two threads**: two runs at once in two threads of one process; for engines that are programs (from npm), in two programs. *Ended* means that the engine ended the process. One equal run proves no more than that.
-- **order**: the discs in the opposite order, with the result reversed. A difference is no fault: an engine that solves contacts one after another adds in another order.
+- **two threads**: two runs at once, in two threads of one process (engines from npm: in two processes). *Ended* means that the engine ended the process. *Same* says only that the runs were identical in this test.
+- **order**: the discs are listed in the opposite order. A difference is no fault, because the order of additions changes rounding.
 
-The score counts all except *order*. Engines with several threads per step keep their default number. [Releases](history.md) are compared on another page.
+The score counts all tests except *order*. [Another page](history.md) compares releases.
 """
 
 

@@ -31,6 +31,8 @@ _PART = re.compile(r"(<!-- made by docs/figures/engine_pages\.py: (\w+) -->\n)(?
 _NONE_OFF = re.compile(r"0 of \d+: ")
 
 Row = Sequence[str]
+#: Starts of each scene in the tables of hazards.
+STARTS = 32
 
 
 def rows_of(heads: Row, rows: Sequence[Row]) -> str:
@@ -75,31 +77,41 @@ def hazards_of(engine: str) -> str:
     scenes = list(_cells("The group engines, as shipped", engine))
     bounces = list(_cells("How slow discs still bounce", engine))
     lines = [(f"`engines/{of}`: {all_scenes()[f'engines/{of}'].shows}", cell, pit) for of, cell, pit in scenes]
-    parts = "speed of parting over that of closing, where 1 is right"
+    parts = "speed after the impact divided by that before, where 1 is right"
     lines += [(f"head-on at {of}: {parts}", cell, pit) for of, cell, pit in bounces]
     off = [(what, *cell.partition(": ")[::2], pit) for what, cell, pit in lines if not _NONE_OFF.match(cell)]
     rows = [(what, starts, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, starts, spread, pit in off]
-    text = rows_of(("as shipped", "starts off", "least to most", "checking once per step alone"), rows)
-    text += "\nOf scenes: velocity error at the end over the scene's greatest speed.\n"
+    text = rows_of(("scene", "starts with an error", "smallest to largest error", "PIT: starts and errors"), rows)
+    text = f"With default settings these scenes go wrong from some of {STARTS} starts.\n\n{text}"
+    text += (
+        "\nErrors of scenes are velocity errors at the end, divided by the scene's greatest speed. PIT, which only "
+        "checks "
+        "for overlap once per step, shows the errors that follow from this alone.\n"
+    )
     fine = [f"`{of}`" for of, cell, _ in scenes if _NONE_OFF.match(cell)]
     speeds = [of.removesuffix(" m/s") for of, cell, _ in bounces if _NONE_OFF.match(cell)]
     fine += [f"head-on impacts at {listed(speeds)} m/s"] if speeds else []
     if fine:
-        text += f"\nNo start is off in {listed(fine)}.\n"
+        text += f"\nNo start has an error in {listed(fine)}.\n"
     gas = [row for row in hazards()["A gas"][1] if row[0].split()[0] == engine]
-    spans = [f"{least} to {most} (`{method.split()[1]}`, {off} starts off)" for method, least, _, most, off in gas]
-    return text + f"\nEnergy of 25 discs after 20 s, over starts: {listed(spans)}.\n"
+    spans = [
+        f"{least} to {most} (`{method.split()[1]}`, {off} starts with an error)" for method, least, _, most, off in gas
+    ]
+    return text + f"\nThe energy of 25 discs changes in 20 s, depending on the start, by {listed(spans)}.\n"
 
 
 def profiles_of(engine: str) -> str:
     """Return the table of an engine's profiles."""
-    return table(measured()["engines"][engine]["profiles"])
+    made = table(measured()["engines"][engine]["profiles"])
+    return f"[Engines](README.md#what-the-columns-mean) explains the columns.\n\n{made}"
 
 
 def settings_of(engine: str) -> str:
     """Return the settings of an engine that are to be pasted."""
     own = measured()["engines"][engine]
-    return f"Profile `{own['profile']}`:\n\n```text\n{own['settings']}\n```\n"
+    command = f"carom engines {engine} --show {own['profile']}"
+    printed = f"`{command}` prints them as code ([settings to paste](../how-to/settings.md))."
+    return f"These are the settings of the profile `{own['profile']}`. {printed}\n\n```text\n{own['settings']}\n```\n"
 
 
 def history_of(engine: str) -> str:
@@ -108,7 +120,7 @@ def history_of(engine: str) -> str:
     part = HISTORY.read_text(encoding="utf-8").partition(f"\n## {name}\n")[2]
     said = [text for text in part.partition("\n### ")[0].split("\n\n") if text.strip()]
     anchor = re.sub(r"[^a-z0-9-]", "", name.lower().replace(" ", "-"))
-    return f"{' '.join(text.strip() for text in said)} [The tables](../results/history.md#{anchor}).\n"
+    return f"{' '.join(text.strip() for text in said)} [Releases](../results/history.md#{anchor}) has the tables.\n"
 
 
 def walls_of(engine: str) -> str:
@@ -119,10 +131,20 @@ def walls_of(engine: str) -> str:
         lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in part.splitlines() if line[:1] == "|"]
         made.append(rows_of(lines[0][1:], [line[1:] for line in lines[2:] if line[0] == name]))
     said = (
-        "Thin walls: how many of 32 starts pass. Floors in pieces: how many of 48 flights end with another velocity. "
-        "Ends, hit off centre: degrees off, median and worst of 16 starts. Corners: m/s off at worst."
+        "[Walls in engines](../results/walls.md) describes the tests. The first table counts from how many of 32 "
+        "starts a "
+        "disc passes through a thin wall; in one step the disc moves by q times the sum of its radius and the wall's "
+        "half "
+        "width.",
+        "The next table is about floors. It counts how many of 48 flights end with another velocity on ten pieces "
+        "than on "
+        "one piece. Differences and errors are in m/s.",
+        "The last table shows direction errors at the end of a wall in degrees (median / worst of 16 starts), and the "
+        "worst velocity error in a corner in m/s.",
     )
-    return f"{said} [What is counted](../results/walls.md).\n\n" + "\n".join(made)
+    if not any(line[:1] == "|" and line[2:5] != "---" for table in made for line in table.splitlines()[2:]):
+        return "Walls of this engine were not measured.\n"
+    return "\n".join(f"{sentence}\n\n{made_table}" for sentence, made_table in zip(said, made, strict=True))
 
 
 def _same_bits() -> Iterator[dict[str, str]]:
@@ -142,25 +164,31 @@ def determinism_of(engine: str) -> str:
     """Return whether an engine is deterministic, in one sentence a profile."""
     rows = [row for row in _same_bits() if row["engine"] == engine]
     if not rows:
-        return "Not measured: [the same bits again?](../results/determinism.md)\n"
-    turned = {"same": "and so with the discs", "other": "but not with the discs"}
+        return "This engine was not measured ([method](../results/determinism.md)).\n"
+    turned = {"same": "is bit-identical, too", "other": "differs"}
     said = []
     for row in rows:
         same, _, ways = row["score"].partition(" of ")
-        where = f"in all {ways} ways" if same == ways else f"in {same} of {ways} ways (not: {_not_same(row)})"
-        said.append(f"As `{row['profile']}` a run repeats its bits {where}, {turned[row['order']]} in the ")
-    return (
-        "".join(f"{sentence}opposite order. " for sentence in said) + "[What is compared](../results/determinism.md).\n"
-    )
+        where = f"in all {ways} tests" if same == ways else f"in {same} of {ways} tests (not in: {_not_same(row)})"
+        said.append(
+            f"With `{row['profile']}` settings a repeated run is bit-identical {where}. If the discs are listed in the "
+            f"opposite order, the result {turned[row['order']]}. "
+        )
+    return "".join(said) + "[Determinism](../results/determinism.md) describes the tests.\n"
 
 
 def same_bits() -> str:
     """Return the table of all engines: the score, what does not repeat, and whether the order of discs counts."""
-    heads = ("method", "the same bits", "not in", "discs in the opposite order")
+    heads = ("method", "bit-identical in", "not in", "discs in the opposite order give")
     return rows_of(
         heads,
         [
-            (f"{row['engine']} {row['profile']}".rstrip(), row["score"], _not_same(row), row["order"])
+            (
+                f"{row['engine']} {row['profile']}".rstrip(),
+                f"{row['score']} tests",
+                _not_same(row),
+                f"the {row['order']} result" if row["order"] == "same" else "another result",
+            )
             for row in _same_bits()
         ],
     )
@@ -173,11 +201,12 @@ def version() -> str:
     alone, joined = (
         listed([f"{name} ({when})" for name, when in measured().get(key, {}).items()]) for key in ("alone", "joined")
     )
-    later = f"Joined from a run of their own on the same scenes, without run times: {joined}.\n" if joined else ""
-    later += f"Alone, and so in no table that ranks engines: {alone}.\n" if alone else ""
+    later = f"These engines were measured later on the same scenes, without run times: {joined}.\n" if joined else ""
+    later += f"This engine was measured alone and is not in the tables that rank engines: {alone}.\n" if alone else ""
     return (
         f"Measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, {here['processor']}, "
-        f"{here['system']}, on {here['scenes']} scenes: {versions}. Run times are of {here['timed']}.\n{later}"
+        f"{here['system']}, on {here['scenes']} scenes: {versions}. Run times were measured on "
+        f"{here['timed']}.\n{later}"
     )
 
 

@@ -111,13 +111,17 @@ def bench_block() -> str:
     """Return the diagram of run time against error, and what it says."""
     scene, kind = bench_scene()
     pit = next(curve.best for curve in scene.curves if curve.engine == "pit")
-    alt = f"Error against run time on {scene.scene.name}: PIC is a line at the bottom, and engines come down towards it"
+    alt = f"Error against run time in the scene {scene.scene.name}: PIC is the line at the bottom, engines are above it"
     picture = (
         '<picture><source media="(prefers-color-scheme: dark)" srcset="docs/figures/bench-dark.svg">'
         f'<img alt="{alt}" src="docs/figures/bench-light.svg"></picture>'
     )
     told = scene_answer(scene, TARGET, kind)
-    sampling = f"The error of checking once per step alone (PIT) is {error_text(pit.error, kind)}." if pit else ""
+    sampling = (
+        f"A method that only checks for overlap once per step (PIT) has an error of {error_text(pit.error, kind)}."
+        if pit
+        else ""
+    )
     return f"{picture}\n\n{told} {sampling}\n"
 
 
@@ -134,10 +138,10 @@ def bench_figures() -> dict[str, str]:
 
 
 def stability_block() -> str:
-    """Return a row a method: how many stress tests of the full campaign it passes, and which it fails first."""
+    """Return a row per method: how many stress tests it passes, and which test it fails nearest to the harmless end."""
     head, _, *rows = stress_tables.kept(CAMPAIGN.read_text(encoding="utf-8"))["stress test"]
     axes = {line.name: line for line in listing()}
-    lines = ["| method | stress tests passed | fails first |", "| --- | --- | --- |"]
+    lines = ["| method | tests passed | fails first in | changed quantity | fails at |", "| --- |" + " --- |" * 4]
     for method in STABLE:
         cells = [(axes[row[0]], row[head.index(method)]) for row in rows]
         passed = sum(cell.startswith("= ") for _, cell in cells)
@@ -145,8 +149,8 @@ def stability_block() -> str:
             (line, float(cell.split()[-1])) for line, cell in cells if cell[:2] in ("~ ", "x ") and cell[-1].isdigit()
         ]
         first = min(failed, key=lambda one: _depth(*one), default=None)
-        told = f"{first[0].name} at {number(first[1])} ({first[0].axis.partition(', ')[0]})" if first else ""
-        lines.append(f"| {method} | {passed} of {len(cells)} | {told} |")
+        told = (first[0].name, first[0].axis.partition(", ")[0], number(first[1])) if first else ("", "", "")
+        lines.append(f"| {method} | {passed} of {len(cells)} | {' | '.join(told)} |")
     return "\n".join(lines) + "\n"
 
 

@@ -60,8 +60,9 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
     )
     _slid(page, "frames per second", _OFTENER)
     yield (
-        f"*Frames per second* to {_shown(page, 'frames per second')}: {_read(page)} The time between frames is now "
-        "shorter than the overlap."
+        f"Set *frames per second* to {_shown(page, 'frames per second')}. The page says: {_read(page)} The time "
+        f"between "
+        "frames is now shorter than the overlap."
     )
     x, y = page.evaluate("caromPage.spot(1)")
     page.mouse.move(x, y)
@@ -71,22 +72,27 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
     if taken:
         _picture(page, "missed")
     yield (
-        f"Disc 1 dragged up by {_UP} pixels, so that the discs only clip each other: {_read(page)} The reason: the "
-        f"whole approach can fall between two frames. The box gives the share of frame offsets: {_share(page)}."
+        f"Drag disc 1 up by {_UP} pixels, so that the discs only clip each other. The page says: {_read(page)} The "
+        f"overlap is now short enough to fall between two frames. This happens at {_share(page)} of all frame offsets, "
+        "as the box shows."
     )
     phase = 0.0
     while "misses the impact" in page.inner_text("#sentence"):
         phase = round(phase + _PHASE, 10)
         _slid(page, "frame offset", phase)
-    found = f"at {_shown(page, 'frame offset')}: {_read(page)}"
+    found = f"This is at {_shown(page, 'frame offset')}. The page says: {_read(page)}"
     _slid(page, "frame offset", 0)
-    yield f"*Frame offset* in tenths, until it is found, {found} Back at 0: {_read(page)}"
+    yield (
+        f"Increase *frame offset* in steps of {_PHASE} until PIT finds the impact. {found} Set *frame offset* back "
+        f"to 0. "
+        f"The page says: {_read(page)}"
+    )
     _slid(page, "frames per second", _OFTEN)
     if taken:
         _picture(page, "found")
     yield (
-        f"*Frames per second* to {_shown(page, 'frames per second')}: {_read(page)} The box says {_share(page)}: PIT "
-        "misses it at no frame offset, but still finds it late."
+        f"Set *frames per second* to {_shown(page, 'frames per second')}. The page says: {_read(page)} The box shows "
+        f"{_share(page)}: PIT misses the impact at no frame offset, but still finds it late."
     )
 
 
@@ -106,8 +112,8 @@ def told(browser: Browser, taken: bool = False) -> str:
         page.wait_for_selector("#sentence:not(:empty)")
         lines = [f"{k}. {text}" for k, text in enumerate(steps(page, taken), 1)]
         page.close()
-    lines[2] += "\n\n   ![The page, the discs having passed through each other: missed](figures/first-try-missed.webp)"
-    lines[4] += "\n\n   ![The same at more frames per second: the impact is found late](figures/first-try-found.webp)"
+    lines[2] += "\n\n   ![The page after the discs have passed through each other](figures/first-try-missed.webp)"
+    lines[4] += "\n\n   ![The page at more frames per second: PIT finds the impact late](figures/first-try-found.webp)"
     return "\n".join(lines) + "\n"
 
 

@@ -298,7 +298,7 @@ def lines_of(heads: list[str], rows: list[list[str]]) -> str:
 def thin_table(rows: list[Row]) -> str:
     """Return the table of thin walls: the closed form first."""
     exact = [f"{STARTS * max(0.0, 1 - 1 / q):.1f}" for q in SPEEDS]
-    heads = ["engine", "wall", *(f"q = {q:g}" for q in SPEEDS), "wrong"]
+    heads = ["engine", "wall", *(f"q = {q:g}" for q in SPEEDS), "wrong velocity"]
     body = [[row["engine"], row["way"], *map(str, row["thin"]["through"]), str(row["thin"]["wrong"])] for row in rows]
     return lines_of(heads, [["*32 max(0, 1 - 1/q)*", "", *exact, ""], *body])
 
@@ -308,7 +308,7 @@ def seam_table(rows: list[Row]) -> str:
     heads = [
         "engine",
         "floor",
-        *(f"{hz} Hz: {what}" for hz in FLOOR_HZ for what in ("other", "by m/s", "one piece off")),
+        *(f"{hz} Hz: {what}" for hz in FLOOR_HZ for what in ("flights", "largest difference", "error on one piece")),
     ]
     body = []
     for row in rows:
@@ -323,7 +323,7 @@ def end_table(rows: list[Row]) -> str:
     heads = [
         "engine",
         "wall",
-        *(f"{hz} Hz: end, {offset:g} r" for hz in FLOOR_HZ for offset in OFFSETS),
+        *(f"{hz} Hz: end, offset {offset:g} r" for hz in FLOOR_HZ for offset in OFFSETS),
         *(f"{hz} Hz: corner" for hz in FLOOR_HZ),
     ]
     body = []

@@ -71,86 +71,120 @@ class Count:
 
 ATTACKS = {
     "scenes": Attack(
-        "scene files mutated", "loaded and saved equal, or refused in sentences within 10 s", 100_000, scenes.attack
+        "scene files with random changes",
+        "a file is loaded, and saved without a difference, or refused with a message within 10 s",
+        100_000,
+        scenes.attack,
     ),
     "known-failures": Attack(
-        "lists of known failures mutated", "read, or refused in a sentence", 5_000, known_failures.attack
+        "lists of known failures with random changes",
+        "the file is read, or refused with a message",
+        5_000,
+        known_failures.attack,
     ),
     "journal-cuts": Attack(
-        "journal cut at every byte", "every whole line comes back, the torn one goes", 4_000, journals.cuts
+        "journals cut at any byte",
+        "every complete line is read, and the incomplete one is dropped",
+        4_000,
+        journals.cuts,
     ),
     "journal-garbage": Attack(
-        "garbage in journals", "read, or refused in a sentence and left as it is", 2_000, journals.garbage
+        "journals with random bytes",
+        "the journal is read, or refused with a message and not changed",
+        2_000,
+        journals.garbage,
     ),
     "journal-types": Attack(
-        "values of other types in journals", "read, or refused in a sentence", 2_000, results.journals
+        "journals with values of wrong types", "the file is read, or refused with a message", 2_000, results.journals
     ),
     "results": Attack(
-        "values of other types in results.jsonl", "compared, or refused in a sentence", 5_000, results.results
+        "`results.jsonl` with values of wrong types",
+        "the file is compared, or refused with a message",
+        5_000,
+        results.results,
     ),
     "reports": Attack(
-        "report killed at each call that changes the disk", "the old files or the new ones, whole", 500, reports.attack
+        "`carom run` killed at each call that changes the disk",
+        "the report is completely the old or the new one",
+        500,
+        reports.attack,
     ),
-    "options": Attack("values of options", "taken, or refused in a sentence with exit code 2", 2_000, options.attack),
+    "options": Attack(
+        "random values of options",
+        "the value is accepted, or refused with a message and exit code 2",
+        2_000,
+        options.attack,
+    ),
     "kills": Attack(
-        "run, bench, timing pass, stress, tune, advise, certify and diff killed outright",
-        "taken up, the end is the same; no process, no folder left",
+        "commands killed at a random moment and resumed",
+        "the final result is the same; no process and no folder remains",
         200,
         kills.attack,
     ),
-    "clocks": Attack("clocks of engines", "a time, or a sentence; the others are timed", 500, clocks.attack),
+    "clocks": Attack("wrong clocks of engines", "a time or a message; other engines are timed", 500, clocks.attack),
     "clusters": Attack(
         "a cluster that loses its worker or its scheduler",
-        "the work done, or a sentence; taken up, the same journal to the bit",
+        "the work is finished, or a message; a resumed run has a bit-identical journal",
         30,
         clusters.attack,
     ),
-    "hostile": Attack("acts of hostile adapters", "a truthful row, the others stand, nothing left", 56, hostile.attack),
+    "hostile": Attack(
+        "adapters that do harm",
+        "a true result for the adapter; other results do not change; no process and no file remains",
+        56,
+        hostile.attack,
+    ),
     "wild-numbers": Attack(
-        "numbers that an engine hands over", "its own row alone, and a report that is strict JSON", 2_000, wild.attack
+        "engines that return extreme numbers",
+        "only this engine's result is affected, and the report is strict JSON",
+        2_000,
+        wild.attack,
     ),
     "disks": Attack(
-        "disk full at some byte", "a sentence and exit code 2; with room the end is the same", 6, disks.attack
+        "a disk that is full from some byte on",
+        "a message and exit code 2; with free space the final result is the same",
+        6,
+        disks.attack,
     ),
     "imports": Attack(
-        "files of engines mutated: pickles, MJCF, dumps",
-        "a scene that loads equal, or a sentence; no program run",
+        "engine files with random changes: pickles, MJCF, dumps",
+        "a scene that loads without a difference, or a message; no program is started",
         5_000,
         imports.attack,
     ),
     "programs": Attack(
-        "answers of engine programs, requests to serve",
-        "a truthful row, the others stand; an answer to each line",
+        "wrong answers of engine programs, wrong requests to `carom serve`",
+        "a true result for the program; other results do not change; each line gets an answer",
         2_000,
         programs.attack,
     ),
     "play": Attack(
-        "names, links and damaged blocks of the play page",
-        "Carom's script alone; a scene, or a sentence",
+        "hostile names and links, and damaged blocks, of the play page",
+        "only Carom's script runs; a scene or a message",
         1_000,
         play.attack,
     ),
     "overlays": Attack(
-        "releases of history killed, spoilt, installed twice at once",
-        "a release that is found is whole, nothing unfinished stays",
+        "releases of `carom history` that are killed, damaged, or installed twice at once",
+        "every release that is used is complete, and nothing unfinished remains",
         1_000,
         overlays.attack,
     ),
     "sizes": Attack(
-        "1e5 points, legs, discs or walls",
-        "exit codes 0 to 4 within 2 min of processor time and 2 GB",
+        "scenes with 1e5 points, legs, discs or walls",
+        "an exit code from 0 to 4, within 2 minutes of processor time and 2 GB",
         50,
         sizes.attack,
     ),
     "surroundings": Attack(
-        "closed streams, odd arguments and environments, read-only and full disks, two commands in one folder",
-        "exit codes 0 to 4, and a sentence",
+        "closed streams, unusual arguments and environments, read-only and full disks, two commands in one folder",
+        "an exit code from 0 to 4, and a message",
         300,
         surroundings.attack,
     ),
     "digests": Attack(
-        "in this process, in 1 and 2 workers, on Dask",
-        "the same journal to the bit",
+        "one study in this process, in 1 and 2 workers, and on Dask",
+        "the journals are bit-identical",
         8,
         digests.attack,
     ),
@@ -229,7 +263,7 @@ def _count(folder: Path) -> Count:
 
 
 def _table(counts: dict[str, Count]) -> str:
-    rows = ["| attack | tried | wanted | lost | what has to hold |", "| --- | ---: | ---: | ---: | --- |"]
+    rows = ["| attack | attempts | goal | failed | what must hold |", "| --- | ---: | ---: | ---: | --- |"]
     rows += [
         f"| {one.what} | {counts[name].tried:,} | {one.goal:,} | {counts[name].lost:,} | {one.held} |"
         for name, one in ATTACKS.items()

@@ -231,7 +231,7 @@ def test_a_hazard_is_what_is_off_at_some_start() -> None:
     assert "| `engines/near-miss`: " in text
     assert "| 32 of 32 | 0.0272 to 0.086 | - |" in text
     assert "| 0 of 32 |" not in text
-    assert "No start is off in `hard-bounce`" in text
+    assert "No start has an error in `hard-bounce`" in text
 
 
 STRESS = stress_tables.PAGE.read_text(encoding="utf-8")

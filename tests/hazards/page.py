@@ -126,30 +126,38 @@ def ranges(text: str, heading: str) -> dict[str, tuple[float, float]]:
 
 #: What is said under each table.
 NOTES = {
-    "The group engines, as shipped": "Velocity error at the end over the greatest speed of the scene, by the scene's "
-    "closed form; profile default, at each scene's own frame rate.",
-    "How slow discs still bounce": "Separation speed over approach speed of two equal discs of 0.5 m, head-on: "
-    "exactly 1.",
-    "What is driven": "A driven edge strikes a disc head-on: separation speed over approach speed, as seen from the "
-    "edge; exactly 1. At 1 m/s the edge meets a disc of 0.5 m that approaches at 2 m/s; at 65 m/s it meets one of 2 m "
-    "at rest, which must leave at 130 m/s. A disc of 0.25 m between a wall and a piston of 0.5 m/s has no room after "
-    "3 s. The figures are its greatest speed until 3.5 s, which has no bound in mechanics, and the distance of its "
-    "centre beyond the wall or the piston, which must be 0.",
-    "A gas": f"Change of the energy of the 25 discs of {GAS} in 20 s at 60 steps a second, over {GAS_STARTS} starts. "
-    "A gas is chaotic: another build of an engine gives other figures of the same kind.",
-    "Findings": "Single findings about engines. Right: the value by mechanics.",
+    "The group engines, as shipped": "A cell shows the velocity error at the end, divided by the greatest speed of "
+    "the scene. The profile is default, at each scene's own frame rate.",
+    "How slow discs still bounce": "Two equal discs of radius 0.5 m meet head-on. A cell shows their speed after the "
+    "impact divided by that before, which must be 1.",
+    "What is driven": "A driven edge strikes a disc head-on. A cell shows the disc's speed relative to the edge "
+    "after the "
+    "impact, divided by that before, which must be 1. At 1 m/s the edge meets a disc of radius 0.5 m that approaches "
+    "at "
+    "2 m/s. At 65 m/s it meets a disc of radius 2 m at rest. In the last test a disc of radius 0.25 m is between a "
+    "wall "
+    "and a piston that moves at 0.5 m/s, and has no room after 3 s. The cells show its greatest speed until 3.5 s, and "
+    "the distance of its centre beyond the wall or the piston, which must be 0.",
+    "A gas": f"The table shows by how much the energy of the 25 discs of {GAS} changes in 20 s at 60 steps a second, "
+    "from "
+    f"{GAS_STARTS} starts. Because the scene is chaotic, another build of an engine gives other numbers of the same "
+    f"size.",
+    "Findings": "These are single findings about engines. The column right has the correct value.",
 }
 
 
 def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) -> str:
     """Return the page; `versions` are of the engines measured."""
     lead = (
-        "Unexpected behaviour of engines, as ranges over many starts: the same scene begun another part of a step "
-        f"earlier. A cell shows how many of {STARTS} starts are off by more than {percent(OFF)}, and the smallest and "
-        "largest value of all. Steps are 1/60 s unless stated otherwise. The rows of 'pit' show the cost of checking "
-        f"once per step alone. Values within {number(SHOWN_TO)} of a whole number are shown as that.",
-        f"Measured on {versions}. 'make hazards' writes this page, and its figures repeat to the digit. "
-        "'make test-engines' compares them with new measurements.",
+        "This page shows scenes in which engines go wrong. Each scene runs from many starts, which shift it within a "
+        "step. "
+        f"A cell shows from how many of {STARTS} starts the value is wrong by more than {percent(OFF)}, and the "
+        f"smallest "
+        "and largest value of all starts. Steps are 1/60 s unless stated otherwise. The rows of 'pit' show the errors "
+        "that follow from checking for overlap once per step alone. Values within "
+        f"{number(SHOWN_TO)} of a whole number are shown as this number.",
+        f"Measured on {versions}. 'make hazards' writes this page. "
+        "'make test-engines' compares it with new measurements.",
     )
     shown = tables(figures)
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]

@@ -123,7 +123,7 @@ def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: floa
 def _table(faults: list[Fault], tried: dict[str, dict[str, str]], reasons: dict[str, str]) -> str:
     """Return how many were tried and noticed in each room, and those that were not, each with its reason."""
     by_key = {fault.key: fault for fault in faults}
-    lines = ["| room | places | tried | noticed | not noticed |", "| --- | ---: | ---: | ---: | ---: |"]
+    lines = ["| package | places | tried | noticed | not noticed |", "| --- | ---: | ---: | ---: | ---: |"]
     for room in [*ROOMS, "all"]:
         mine = [row for row in tried.values() if room in ("all", row["room"])]
         noticed = sum(bool(row["by"]) for row in mine)
