@@ -206,5 +206,5 @@ def test_without_script_the_page_says_where_every_cell_is(window: Window, report
     page = window(report, java_script_enabled=False)
     page.locator("details.packed summary").click()
     said = page.locator("details.packed noscript").inner_text()
-    assert "JavaScript, which is switched off here" in said
+    assert "need JavaScript, which is off" in said
     assert "results.jsonl" in said

@@ -270,7 +270,7 @@ def test_a_hostile_link_is_refused(case: str, file: Path, opened: Window) -> Non
     """A number that is text, out of its range or missing is said in words; the page goes on with its first scene."""
     link = {"version": "#3=W10", "noise": "#2=%00<b>"}.get(case) or _link(HOSTILE[case])
     page = opened(file, link)
-    assert "no scene of this page" in page.inner_text("#problem")
+    assert "does not contain a valid scene" in page.inner_text("#problem")
     assert page.evaluate("window.reached") is None
     assert _state(page)["discs"][0]["position_m"] == list(all_scenes()[GALLERY[0]].scene.discs[0].position_m)
 

@@ -46,7 +46,7 @@ from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 
-#: Type of a body with maximal coordinates in `getDynamicsInfo` (its last value but one). A multibody has 2.
+#: Type of a body with maximal coordinates, the second to last value of `getDynamicsInfo`. A multibody has type 2.
 RIGID_BODY = 1
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)

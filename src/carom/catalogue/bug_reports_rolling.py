@@ -53,7 +53,7 @@ def _mbsim_49() -> Staged:
     thread="https://github.com/tailuge/billiards/pull/298",
     reported="The object ball of a cut shot was thrown too little, by an extra factor of .3. The limit up to which "
     "balls hold each other was also wrong: it is a seventh of the slip.",
-    made="Balls have the moment of inertia of spheres, as in the thread; cut, speed and friction are chosen here.",
+    made="Balls have the moment of inertia of spheres, as in the thread. Offset, speed and friction are ours.",
 )
 def _tailuge_298() -> Staged:
     """A cut shot in which friction holds the balls together: the object ball leaves off the line of centres."""

@@ -158,7 +158,7 @@ def _lift() -> Staged:
 
 
 def on_a_lift(rise: float) -> Staged:
-    """Stage a ball that falls from rest on a floor with an upward velocity, and bounces three times."""
+    """Stage a ball that starts at rest, falls on a floor that moves upwards, and bounces three times."""
     pull, speed, radius, restitution = 8.0, 5.0, 0.5, 0.5
     height = 0.5 * speed**2 / pull  # seen from the floor, the ball begins at this height with a speed of -rise
     lands = math.sqrt(rise**2 + 2.0 * pull * height)

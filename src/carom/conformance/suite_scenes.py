@@ -143,7 +143,7 @@ def bullet(phase: float) -> Scene:
 
 
 def bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) -> Scene:
-    """Return masses 1 and 2 at 1 and -2 m/s that meet head-on and, with `wall`, a disc that meets a wall at 3 m/s."""
+    """Return 1 kg at 1 m/s that meets 2 kg at -2 m/s head-on. With `wall`, another disc meets a wall at 3 m/s."""
     discs = [
         Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=1.0),
         Disc(position_m=(2.01, 0), velocity_m_s=(-2, 0), radius_m=0.5, mass_kg=2.0),
@@ -185,7 +185,7 @@ def at_a_circle(restitution: float) -> Scene:
 
 
 def starting_paddle(restitution: float) -> Scene:
-    """Return a half-plane that starts at 0.25 s at 1 m/s. A disc meets it later at -3 m/s, and leaves at 1 + 4 e."""
+    """Return a half-plane that moves at 1 m/s after 0.25 s. A disc meets it at -3 m/s and leaves at 1 + 4 e."""
     legs = [{"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.25, "velocity_m_s": (1.0, 0.0)}]
     wall = Wall(point_m=(0, 0), normal=(1, 0), legs=legs)
     laws = {"wall_restitution": restitution, "duration_s": 0.8}

@@ -1,4 +1,4 @@
-/* Linear damping v' = -c v as a change of time: docs/theory/damping.md.
+/* Linear damping v' = -c v by a substitution of the time: docs/theory/damping.md.
 
    A damped disc moves like an undamped one in the undamped time s = (1 - e^(-c t)) / c. Its velocity is 1 - c s times
    the undamped one. Rates c are per second, 0 or more; times are in seconds. `carom/model/damping.py` has the same

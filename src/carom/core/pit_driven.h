@@ -28,7 +28,8 @@ static inline void write_driven(const Path *path, const Leg *leg, double time, d
     velocity[1] = leg->vy;
 }
 
-/* Clear `last` of all discs that hit a driven body last: the body is on another leg now, so they may hit it again. */
+/* Clear `last` of each disc whose last impact was with this driven body. The body is on another leg now, so the disc
+   may hit it again. */
 static inline void forget_body(State *s, Index body) {
     int last = (int)(body < 0 ? ON_WALL + 1 + body : body);
     for (Index i = 0; i < s->disc_count; i++) {

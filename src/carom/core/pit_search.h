@@ -226,8 +226,8 @@ static inline void test_touching(State *s, Index i) {
     }
 }
 
-/* Add the tests of a disc whose velocity an impact at this frame has just changed. Its search is stale, so at the end
-   of the frame the time at which it is due must be computed again. */
+/* Add the tests of a disc whose velocity an impact at this frame has just changed. Its search is stale, so the time of
+   its next search is computed again at the end of the frame. */
 static inline void follow_impact(State *s, Index i) {
     Search *search = &s->searches[i];
     if (s->discs[i].inverse_mass == 0.0) /* its path is unchanged */

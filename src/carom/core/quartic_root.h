@@ -68,8 +68,8 @@ static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial
         if (!(t > begin && t < end))
             t = 0.5 * (begin + end);
         PairValue at = value_of_pairs(p, t);
-        /* First derivative, and a bound of its error. `bend` is a bound of the second derivative up to t / 2^7
-           later. */
+        /* First derivative, and a bound of its error. `bend` is a bound of the second derivative between t and
+           t + t / 2^7. */
         double rate = 0.0, size = 0.0, bend = 0.0, later = t * (1.0 + 0x1p-7);
         for (int k = n; k >= 1; k--) {
             rate = rate * t + k * p->power[k].high;

@@ -6,7 +6,7 @@ distinguish: bodies touch after the longer and not after the shorter. Motion and
     formula of Carom is
 used.
 
-Bodies that touch only between two boundaries are not found: as without cutting, contact is tested once per step.
+Bodies that touch only between two boundaries are not found. Contact is tested once per step, as without cutting.
 """
 
 from __future__ import annotations

@@ -162,7 +162,7 @@ def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> A
 
 
 def measure_changes(reference: Trace, scales: Scales) -> Array:
-    """Return the velocity and spin change at each impact of a reference, for the body that changes more, ``(2, m)``."""
+    """Return the larger velocity change and spin change of the two bodies at each impact, shape ``(2, m)``."""
     velocity = larger_error(velocities(reference.impacts, "after") - velocities(reference.impacts, "before"))
     spin = np.max(np.abs(rim_speeds(reference, "after") - rim_speeds(reference, "before")), axis=0)
     return np.stack([velocity / scales.speed_m_s, spin / scales.rim_m_s])

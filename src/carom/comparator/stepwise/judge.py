@@ -128,7 +128,7 @@ def judge(
 
 
 def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
-    """Judge a window without an impact of PIC: bodies turned without a cause, or a resting body was held."""
+    """Judge a window in which PIC has no impact: bodies may turn without a cause, or a resting body may be held."""
     velocity, spin, place = window.difference(window.now, window.free)
     law, chain = window.law, window.chain
     # A resting body is held if its velocity changed by at most its fall in the window's steps.

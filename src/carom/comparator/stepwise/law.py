@@ -133,7 +133,7 @@ class Law:
         return x - wx, y - wy
 
     def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
-        """Return the velocity of a wall at a time. A leg that begins within rounding of it has begun."""
+        """Return the velocity of a wall at a time. A leg counts as begun if it begins at this time up to rounding."""
         return self.wall_drives[wall].velocity_at(time_s * TOUCH)
 
     def later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:

@@ -163,7 +163,7 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def _compared(score: Score, pit: Score) -> list[ImpactError]:
-    """Return the impacts with a known error of PIT, which is the cost of sampling."""
+    """Return the impacts for which PIT's error is known. This error is the cost of sampling."""
     common = {error.reference for error in pit.errors}
     return [error for error in score.errors if error.reference in common]
 

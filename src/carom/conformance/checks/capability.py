@@ -245,7 +245,7 @@ def _uncombined(can: Capabilities) -> Scene | None:
     return None if beyond is None or not can.walls else bounce_and_pair(pair, beyond, wall=True)
 
 
-#: Possible undeclared capabilities: the field, and a scene that needs the capability (or None).
+#: For each capability that may be undeclared: its field, and a function that returns a scene that needs it, or None.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda can: None if can.walls else walled_box()),
     "segments": ("segments", lambda can: None if can.segments else either_side(can.restitution[1])),

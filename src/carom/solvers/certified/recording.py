@@ -65,7 +65,7 @@ def enclosed(x: arb, y: arb) -> Vector:
 class Recording:
     """The log of a run: its impacts as far as they are known to the requested digits.
 
-    The log is kept over all attempts at rising precision. Recorded impacts are not recorded again.
+    The log is kept over all attempts, each of which has a higher precision. Recorded impacts are not recorded again.
 
     Attributes:
         digits: Requested decimal digits.

@@ -102,7 +102,7 @@ class Selection:
             self._solve(*min(unsolved))
 
     def _latest(self, rivals: list[tuple[float, int, int]]) -> float:
-        """Return the greatest upper bound of the solved impacts among these."""
+        """Return the largest of the upper bounds of the times of the solved rivals."""
         return max(self._meetings[rival[1:]].latest for rival in rivals if rival[1:] in self._meetings)
 
     def _solve(self, at: float, disc: int, body: int) -> Meeting | None:

@@ -141,7 +141,7 @@ def _angle(advice: Advice) -> str:
 
 
 def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
-    """Describe the largest step that passes, and its method. Located methods count only if no other was searched.
+    """Describe the largest step that passes, and its method. Located methods count only if all methods are located.
 
     Located methods are not a setting of the engine, because Carom cuts their steps.
     """

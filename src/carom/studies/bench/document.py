@@ -123,7 +123,7 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
     if scene.noise is not None:
         how = (
             f"Timed at {scene.timed_at} in {formatting.count(scene.rounds, 'round')} of random order (seed "
-            f"{bench.plan.seed}). Timed runs are not observed, and nothing else of this bench runs. Noise: "
+            f"{bench.plan.seed}). Timed runs are not observed, and the bench runs nothing else meanwhile. Noise: "
             f"{_describe_noise(scene.noise)}."
         )
         yield Section("How it was timed", (Text(how, IN_FULL),), level=3)
