@@ -102,7 +102,7 @@ release-check: $(BUILT)
 	$(MAKE) campaign campaign-pic campaign-tables campaign-contact campaign-features SCENES=1000
 
 test-browser: $(BUILT)
-	$(BIN)/python -m pytest -m browser tests/browser
+	$(BIN)/python -m pytest -m browser tests/browser -n auto
 
 engines: $(BUILT)
 	npm install --no-package-lock --no-audit --no-fund --prefix $(NPM_ENGINES)

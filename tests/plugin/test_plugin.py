@@ -202,7 +202,7 @@ LIES = {
     "claims-precision": (
         "times[default-classics/oblique-3-4-5]",
         "the impact of disc 0 and disc 1 comes at the wrong time",
-        "0.42 s, and up to 0.00417 s later (1 step)",
+        "0.42 s, or up to 0.00417 s later (1 step)",
         " steps off)",
         "'classics/oblique-3-4-5', profile 'default', dt = 1/240 s",
     ),
@@ -245,7 +245,7 @@ def test_each_lie_is_found_and_told_with_value_expected_and_scene(fresh_python: 
     for (name, what), declared in NOT_DECLARED.items():
         said = failures[f"{name}::refuses[{what.replace(' ', '-')}]"]
         assert f"a scene beyond the declaration ({what}) is run" in said
-        assert f"since the adapter declares {declared}" in said
+        assert f"because the adapter declares {declared}" in said
 
 
 def _failures(python: Path, folder: Path) -> Mapping[str, str]:

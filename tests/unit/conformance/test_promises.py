@@ -276,14 +276,14 @@ LIES: Mapping[tuple[str, str], str] = {
     ("rough", "rubbing[tuned]"): "is too large",
     ("rough", "friction[sliding-sliding]"): "ends with a wrong velocity",
     ("hides", "rubbing[tuned]"): "but no contact is reported",
-    ("claims-nothing", "refuses[spin]"): "since the adapter declares spin = False",
-    ("claims-nothing", "refuses[friction]"): "since the adapter declares friction = (0.0, 0.0)",
-    ("claims-limits", "refuses[fast-spin]"): "since the adapter declares max_spin_rad_s = 10",
-    ("claims-limits", "refuses[friction-below-the-range]"): "since the adapter declares friction = (0.01, 5.0)",
-    ("claims-limits", "refuses[friction-above-the-range]"): "since the adapter declares friction = (0.01, 5.0)",
-    ("claims-limits", "refuses[small-inertia]"): "since the adapter declares min_inertia_factor = 0.1",
-    ("claims-limits", "refuses[tangential-restitution]"): "since the adapter declares tangential_restitution = False",
-    ("claims-turns", "refuses[turn]"): "since the adapter declares max_turn_rad = 1",
+    ("claims-nothing", "refuses[spin]"): "because the adapter declares spin = False",
+    ("claims-nothing", "refuses[friction]"): "because the adapter declares friction = (0.0, 0.0)",
+    ("claims-limits", "refuses[fast-spin]"): "because the adapter declares max_spin_rad_s = 10",
+    ("claims-limits", "refuses[friction-below-the-range]"): "because the adapter declares friction = (0.01, 5.0)",
+    ("claims-limits", "refuses[friction-above-the-range]"): "because the adapter declares friction = (0.01, 5.0)",
+    ("claims-limits", "refuses[small-inertia]"): "because the adapter declares min_inertia_factor = 0.1",
+    ("claims-limits", "refuses[tangential-restitution]"): "because the adapter declares tangential_restitution = False",
+    ("claims-turns", "refuses[turn]"): "because the adapter declares max_turn_rad = 1",
 }
 
 

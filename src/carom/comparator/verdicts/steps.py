@@ -31,8 +31,8 @@ def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
 
 def _describe_steps(local: LocalScore) -> str:
     """Describe the grade of the steps of a run."""
-    if local.grade is Grade.INACCURATE:
-        return "some steps are inaccurate from the run's own state"
+    if local.grade in {Grade.INACCURATE, Grade.WRONG}:
+        return f"some steps are {local.grade.value} from the run's own state"
     how = "no worse than PIT's from the same state" if local.grade is Grade.SAMPLED else local.grade.name.lower()
     return f"each step from the run's own state is {how}"
 

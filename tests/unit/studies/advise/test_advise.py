@@ -226,7 +226,7 @@ def test_with_friction_pit_is_tried() -> None:
         assert (found == 1 and worst <= 5 * DEGREE) is right
     text = " ".join(" ".join(printed(advice_document(advice), 80)).split())
     assert "(without friction)" in text
-    assert f"and {1 / sure(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} per second, by search" in text
+    assert f"and {1 / sure(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} steps/s, by search" in text
 
 
 @pytest.mark.long

@@ -201,7 +201,7 @@ def test_growth_runs_more_and_more_discs_and_says_what_it_left_out(monkeypatch: 
         assert all(entry.advance_s > 0 and entry.ratio > 0 for entry in ran[:2])
     pit = next(curve for curve in found.curves if curve.engine == "pit")
     curve, _ = growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3, own=False)).curves
-    assert "judged by 40 discs" in curve.points[-1].reason
+    assert "according to the run with 40 discs" in curve.points[-1].reason
     assert all(entry.ratio == 1.0 for entry in pit.points if not entry.reason)
     with pytest.raises(InputError, match=r"sizes\[0\] must be a whole number from 1 to 100000, got 0"):
         growth(GrowthOptions(["pit"], sizes=(0,)))
@@ -342,6 +342,6 @@ def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Pa
         finally:
             process.kill()  # of no effect on one that has ended
     assert process.returncode == 130
-    assert "--resume goes on from there" in errors
+    assert "--resume continues from them" in errors
     assert "Traceback" not in errors
     assert measured_in(journal), journal.read_text()
