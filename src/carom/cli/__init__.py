@@ -62,7 +62,7 @@ def app_of(names: Sequence[str]) -> typer.Typer:
         help="Check how accurately physics engines compute disc collisions: "
         "impact times and velocities, compared with the exact solution.",
         epilog="Exit codes: 0 no violation, 1 violation found, 2 wrong usage or invalid scene, "
-        "3 a requested engine is not available or nothing could be run, 4 an adapter crashed or timed out.",
+        "3 a requested engine is not available or nothing could be run, 4 an adapter crashed, failed or timed out.",
     )
     for name in names:
         module, function = _SPELT.get(name, (name, name))
