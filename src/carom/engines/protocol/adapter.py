@@ -163,10 +163,10 @@ class ProgramAdapter:
             return Program(self.name, self.manifest.command_from(self.folder))
         except AdapterError as error:
             relative = [word for word in self.manifest.command if not word.startswith((".", "/"))]
-            beside = next((word for word in relative if (self.folder / word).is_file()), "")
-            if not beside:
+            neighbour = next((word for word in relative if (self.folder / word).is_file()), "")
+            if not neighbour:
                 raise
-            hint = f"the program runs in an empty folder; write ./{beside} for the file next to its manifest"
+            hint = f"the program runs in an empty folder; write ./{neighbour} for the file next to its manifest"
             hints = [*error.hints, f"{hint}: see docs/reference/engine-protocol.md#the-manifest"]
             raise AdapterError(error.message, hints=hints) from error
 

@@ -209,7 +209,7 @@ class GridRow(NamedTuple):
         name: Name of the scene.
         description: Topic of the scene.
         certified: The certified part of its reference; empty if unknown.
-        cells: The cells.
+        cells: Cells of the scene, in the order of columns.
     """
 
     name: str
