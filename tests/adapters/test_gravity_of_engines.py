@@ -13,7 +13,8 @@ from tests.stage import Finish, Named, disc_at, staged, sure, wall_at
 
 from carom import Disc, Scene
 from carom.engines.api import Adapter
-from carom.execution.engine_run import load_supported_adapter, observe_run
+from carom.execution.adapter_profile import load_supported_adapter
+from carom.execution.engine_run import observe_run
 from carom.execution.job import Job, Method, UnsupportedError
 
 G = (0.5, -9.81)

@@ -59,6 +59,8 @@ ROOMS = {
             for name in (
                 "free_flight",
                 "impact_collector",
+                "open_contact",
+                "final_state",
                 "locate",
                 "engine_run",
                 "timing",

@@ -19,7 +19,8 @@ from carom.conformance.suite_scenes import known_trace
 from carom.conformance.violation import Setup, Violation
 from carom.engines.api import Adapter, Capabilities, Observation, unsupported_reason
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import ObserveTask, capabilities_of, observe_run, profile_settings
+from carom.execution.adapter_profile import capabilities_of, profile_settings
+from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Job, Method, Status, Task
 from carom.execution.journal import MemoryJournal
 from carom.execution.options import LimitOptions

@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise import StepWatch
-from carom.comparator.stepwise.rest import RESTING_STEPS
-from carom.engines.api import Adapter, Capabilities, Contact, Observation, World, unsupported_reason
-from carom.engines.registry import has_part, load_adapter, require_profile, why_unavailable
-from carom.errors import AdapterError
+from carom.engines.api import Adapter, Contact, Observation, World
+from carom.engines.registry import has_part, load_adapter
+from carom.execution.adapter_profile import load_supported_adapter, profile_settings
 from carom.execution.codec import CarriedTrace
-from carom.execution.exception_text import describe_exception
+from carom.execution.final_state import LastStep
 from carom.execution.free_flight import FreeFlight
-from carom.execution.impact_collector import ImpactCollector, gravity_of
-from carom.execution.job import PIT_METHOD, Job, JobTask, Method, SettingOverrides, UnavailableError, UnsupportedError
+from carom.execution.impact_collector import ImpactCollector
+from carom.execution.job import PIT_METHOD, JobTask, SettingOverrides
 from carom.execution.locate import Cutter
+from carom.execution.open_contact import gravity_of
 from carom.execution.phases import phase_values
 from carom.execution.state_rows import StateRows
 from carom.execution.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
 from carom.model.scene import Scene
 from carom.model.step_windows import States
-from carom.model.trace import Outcome, Samples, Setting, Trace, canonical_profile
+from carom.model.trace import Outcome, Samples, Trace, canonical_profile
 
 #: Most discs, and most states, that are kept in scenes in which discs may come to rest.
 MOST_LOOKED_AT = 10
@@ -52,58 +51,6 @@ class ObserveTask(JobTask):
         return observe_run(
             load_supported_adapter(job), job.scene, job.profile, job.dt_s, tried=job.method.tried, samples=self.samples
         )
-
-
-def load_supported_adapter(job: Job) -> Adapter:
-    """Load the adapter of a job, and check that its engine is installed and supports the scene.
-
-    Raises:
-        UnavailableError: The adapter can't be loaded, or its engine is not installed.
-        UnsupportedError: The adapter does not declare to support the scene.
-    """
-    try:
-        adapter = load_adapter(job.engine)
-    except AdapterError as error:
-        raise UnavailableError(str(error)) from error
-    if reason := why_unavailable(adapter):
-        raise UnavailableError(reason)
-    located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
-    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s, located=located):
-        raise UnsupportedError(reason)
-    return adapter
-
-
-def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
-    """Return the capabilities of an engine with a profile: the profile's own if declared, or else the adapter's."""
-    known = adapter.profiles.get(profile)
-    return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
-
-
-def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
-    """Return the capabilities of a method. A profile's capabilities apply only if no setting is replaced."""
-    return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
-
-
-def profile_settings(
-    adapter: Adapter, profile: str, dt_s: float, tried: SettingOverrides = ()
-) -> Mapping[str, Setting]:
-    """Return the settings of a profile at a step, with the replaced ones.
-
-    Raises:
-        UnknownNameError: The adapter has no such profile.
-        AdapterError: The profile raises an exception, or a setting is not a plain value.
-    """
-    require_profile(adapter.name, profile, adapter.profiles)
-    try:
-        settings = dict(adapter.profiles[profile].settings(dt_s))
-    except Exception as error:
-        message = f"profile {profile!r} of {adapter.name} fails: {describe_exception(error)}"
-        raise AdapterError(message) from error
-    plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
-    if plain.get("dt_s") != dt_s:
-        told = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
-        raise adapter_error(f"{told}, got {plain.get('dt_s', 'none')}")
-    return {**plain, **dict(tried)}
 
 
 def observe_run(
@@ -199,7 +146,6 @@ class _Run:
         self.collector, self.collected = ImpactCollector(scene, self.state, float_bits), 0
         self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
         self.validator = Validator(scene, dt_s, float_bits)
-        self.gravity, self.slowing = gravity_of(scene), Slowing.of(scene)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
         self.positions = [arrays.position_m]
         self.stride = -(-self.steps // MOST_SAMPLES)
@@ -226,7 +172,8 @@ class _Run:
         self._pass_on_states()
 
     def _take_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
-        straight = not (self.gravity.any() or self.slowing or self.scene.arrays.driven)
+        bends = gravity_of(self.scene).any() or Slowing.of(self.scene)
+        straight = not (bends or self.scene.arrays.driven)
         takes_quiet_steps = cutter is None and hasattr(type(world), "take_quiet_steps")
         while self.taken < self.steps:
             if takes_quiet_steps:
@@ -319,42 +266,36 @@ class _Run:
 
     def trace(self, method: str) -> Trace:
         """Return the trace, with the final state advanced to the end of the scene."""
-        completed, state = self.outcome is Outcome.COMPLETED, self.state
+        completed, duration_s = self.outcome is Outcome.COMPLETED, self.scene.duration_s
         impacts, effective = self.collector.finish()
-        missing = self.scene.duration_s - self.taken * self.dt_s if completed else 0.0
-        end_s = self.taken * self.dt_s + missing
         states, spins = self.collector.states, self.collector.spins
-        if missing < 0.0:  # the last step reaches beyond the end
-            later = (impacts["time_s"] > self.scene.duration_s) | (effective > self.scene.duration_s)
+        last = LastStep(self.scene, *self.earlier, self.taken * self.dt_s, self.state)
+        missing_s = duration_s - last.end_s if completed else 0.0
+        end_s = last.end_s + missing_s
+        if missing_s < 0.0:  # the last step reaches beyond the end
+            later = (impacts["time_s"] > duration_s) | (effective > duration_s)
             after = impacts[later]
             impacts, effective, states = impacts[~later], effective[~later], states[~later]
             spins = None if spins is None else spins[~later]
             turned_s = np.where(np.isfinite(effective), effective, impacts["time_s"])
             bodies = np.concatenate([after["first"], after["second"]])
-            discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), self.taken * self.dt_s
-            if self.slowing.table_m_s2:  # the path of a disc that has stopped since then can't be traced back
-                discs, until_s, missing = [*range(len(self.scene.discs))], self.scene.duration_s, 0.0
-            state = self._fly_to(until_s, discs, impacts, turned_s, spins)
+            discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), last.end_s
+            if self.scene.table_deceleration_m_s2:  # the path of a disc that has stopped can't be traced back
+                discs, until_s = [*range(len(self.scene.discs))], duration_s
+            last = last.with_impacts(discs, until_s, impacts, turned_s, spins)
         if self.samples and completed:
             self.positions += [
-                state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
+                last.state.position_m + last.state.velocity_m_s * ((step - self.taken) * self.dt_s)
                 for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
             ]
-        speed = np.hypot(*state.velocity_m_s.T)
-        flown, kept = (
-            np.array([of(missing, fast) for fast in speed.tolist()]) for of in (self.slowing.flown, self.slowing.kept)
-        )
-        pull, spin_rate = self._pull(state) if missing < 0.0 else (self.gravity, None)
-        final_spins = _final_spins(self.scene, state)
-        if final_spins is not None:
-            final_spins = final_spins * kept if spin_rate is None else final_spins + spin_rate * missing
+        final = last.move_to(duration_s if completed else last.end_s)
         instants_s = np.arange(len(self.positions), dtype=np.float64) * (self.stride * self.dt_s)
         return Trace(
             method=method,
             scene=self.scene,
             impacts=impacts,
-            final_position_m=state.position_m + state.velocity_m_s * flown[:, None] + pull * (missing * missing / 2),
-            final_velocity_m_s=state.velocity_m_s * kept[:, None] + pull * missing,
+            final_position_m=final.position_m,
+            final_velocity_m_s=final.velocity_m_s,
             end_time_s=end_s,
             outcome=self.outcome,
             dt_s=self.dt_s,
@@ -363,68 +304,10 @@ class _Run:
             samples=Samples(instants_s, np.array(self.positions)) if self.samples else None,
             notes=self.notes,
             spins=spins,
-            final_spin_rad_s=final_spins,
+            final_spin_rad_s=final.spin_rad_s,
             local_truth=None if self.watch is None else self.watch.finish(),
             looks=_states(self.looks) if self.looks else None,
         )
-
-    def _pull(self, state: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-        """Return the rates at which velocities and spins change between the scene's end and the last step.
-
-        A disc falls. If a wall balances more than half of gravity, velocity and spin change at the rate of the whole
-        last step, if that is slow enough for contact.
-        """
-        falls = float(np.hypot(*self.scene.gravity_m_s2))
-        if not falls:
-            return self.gravity, None
-        begun_s, before = self.earlier
-        lasted_s = self.taken * self.dt_s - begun_s
-        changed = (state.velocity_m_s - before.velocity_m_s) / lasted_s
-        taken, left = np.hypot(*(changed - self.gravity).T), np.hypot(*changed.T)
-        held = (taken > falls / 2.0) & (left <= RESTING_STEPS * falls)
-        pull = np.where(held[:, None], changed, self.gravity)
-        if state.spin_rad_s is None or before.spin_rad_s is None:
-            return pull, None
-        return pull, np.where(held, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
-
-    def _fly_to(
-        self,
-        until_s: float,
-        discs: list[int],
-        kept: NDArray[np.void],
-        kept_s: NDArray[np.float64],
-        spins: NDArray[np.void] | None,
-    ) -> Observation:
-        """Return the last state, with some discs replaced by their free flight from the previous state to a time.
-
-        A disc starts from its last impact before the scene's end, if it had one since the previous state. Later impacts
-        are ignored.
-        """
-        begun_s, before = self.earlier
-        position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()
-        spin = None if self.state.spin_rad_s is None else self.state.spin_rad_s.copy()
-        for disc in discs:
-            place, speed, since_s = before.position_m[disc], before.velocity_m_s[disc], begun_s
-            turning = None if before.spin_rad_s is None else before.spin_rad_s[disc]
-            for row in np.flatnonzero(
-                (kept_s > begun_s) & ((kept["first"] == disc) | (kept["second"] == disc))
-            ).tolist():
-                side = "first" if kept["first"][row] == disc else "second"
-                place, _ = self._fly(disc, place, speed, float(kept_s[row]) - since_s)
-                speed, since_s = kept[f"velocity_{side}_after"][row], float(kept_s[row])
-                turning = turning if spins is None else spins[f"{side}_after"][row]
-            position[disc], velocity[disc] = self._fly(disc, place, speed, until_s - since_s)
-            if spin is not None and turning is not None:
-                spin[disc] = turning * self.slowing.damping.kept(until_s - since_s)
-        return replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
-
-    def _fly(
-        self, disc: int, place: NDArray[np.float64], speed: NDArray[np.float64], seconds: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return position and velocity of a disc after some seconds of free flight."""
-        pull, fast = self.gravity[disc], float(np.hypot(*speed))
-        moved = speed * self.slowing.flown(seconds, fast) + pull * (seconds * seconds / 2)
-        return place + moved, speed * self.slowing.kept(seconds, fast) + pull * seconds
 
 
 def _states(looks: Sequence[tuple[float, Observation]]) -> States:
@@ -444,13 +327,6 @@ def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iter
         return cutter.step((step - 1) * dt_s, step * dt_s)
     world.advance(1)
     return (step * dt_s,)
-
-
-def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None:
-    """Return the spins of a state; None if no disc spins. An adapter may omit them if no disc can turn."""
-    if not scene.arrays.turns:
-        return None
-    return np.zeros(len(scene.discs)) if state.spin_rad_s is None else state.spin_rad_s
 
 
 def _health(warning: str) -> tuple[Outcome, tuple[str, ...]]:

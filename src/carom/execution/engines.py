@@ -24,7 +24,7 @@ from carom.engines.registry import (
     why_unavailable,
 )
 from carom.errors import AdapterError, InputError
-from carom.execution.engine_run import profile_settings
+from carom.execution.adapter_profile import profile_settings
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, SettingOverrides, Status
 from carom.execution.pool import LocalPool, Pool, TaskRunner

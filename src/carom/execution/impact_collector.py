@@ -8,23 +8,26 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.finite import turned
-from carom.comparator.slowing import Slowing, nearest_s
+from carom.comparator.slowing import Slowing
 from carom.engines.api import Contact, Observation
+from carom.execution.open_contact import (
+    Motion,
+    Motions,
+    OpenContact,
+    Pair,
+    difference,
+    gravity_of,
+    separation_speed,
+)
 from carom.model.disc_arrays import STANDS
-from carom.model.prescribed_motion import Course
 from carom.model.scene import Scene
 from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array, wall_index
-
-#: Velocity and spin of a body.
-_Motion = tuple[float, float, float]
-
-_Pair = tuple[int, int]
 
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
@@ -35,70 +38,6 @@ _NOWHERE: Vector = (0.0, 0.0)
 #: until the engine tests for contact and one until the response acts. Half a step is between positions and velocities
 #: of a leapfrog scheme.
 _REST_STEPS = 2.5
-
-#: Motions of the two bodies of a contact.
-_Motions = tuple[_Motion, _Motion]
-
-
-def gravity_of(scene: Scene) -> NDArray[np.float64]:
-    """Return each disc's acceleration in free flight, metres a second squared, shape ``(n, 2)``."""
-    return np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
-
-
-@dataclass
-class _OpenContact:
-    """A contact that may continue in the next step.
-
-    Attributes:
-        number: Position in the order in which contacts began.
-        reported: The contact as reported in its first step.
-        before: Velocities and spins of the two bodies before its first step.
-        start_s: Start of its first step, seconds.
-        start: State at the start of its first step.
-        after: Velocities and spins after its last step so far.
-        end_s: End of its last step so far, seconds.
-        end: State at the end of its last step so far.
-        alone: Whether neither body had another contact in any of its steps.
-        steps: Number of steps so far.
-        impulse: Sum of the impulses of all steps, or of the changes of velocity if no impulses are reported.
-        along: Sum of impulse times normal.
-        length: Sum of impulse times length of the normal.
-        rested: The contact at the first step boundary since which the pair rests; None if it does not rest.
-    """
-
-    number: int
-    reported: Contact
-    before: _Motions
-    start_s: float
-    start: Observation
-    after: _Motions
-    end_s: float
-    end: Observation
-    alone: bool = True
-    steps: int = 0
-    impulse: float = 0.0
-    along: Vector = (0.0, 0.0)
-    length: float = 0.0
-    rested: _OpenContact | None = None
-
-    def impact(self) -> _OpenContact:
-        """Return the contact up to the end of its impact. Steps after a whole step at rest are not part of it."""
-        return self if self.rested is None or self.rested.steps == self.steps else self.rested
-
-    def add(self, impulse: float, normal: Vector) -> None:
-        """Add the impulse of a step."""
-        self.steps += 1
-        self.impulse += impulse
-        self.along = (self.along[0] + impulse * normal[0], self.along[1] + impulse * normal[1])
-        self.length += impulse * math.hypot(*normal)
-
-    def normal(self) -> Vector:
-        """Return the direction of the total impulse, with the mean length of the normals; if 0, the first normal."""
-        size = math.hypot(*self.along)
-        if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
-            return self.reported.normal
-        length = self.length / self.impulse
-        return (length * self.along[0] / size, length * self.along[1] / size)
 
 
 class ImpactCollector:
@@ -124,7 +63,7 @@ class ImpactCollector:
         self._slowing = Slowing.of(scene)
         self._last = start
         self._last_s = 0.0
-        self.open: dict[_Pair, _OpenContact] = {}
+        self.open: dict[Pair, OpenContact] = {}
         self._done: list[tuple[int, ImpactRecord, float, _State]] = []
         self._begun = 0
         self.states = np.zeros(0, STATE_DTYPE)
@@ -137,7 +76,7 @@ class ImpactCollector:
     def add(self, time_s: float, now: Observation) -> None:
         """Add the validated state and contacts of the step that ended at `time_s`."""
         before = self._last
-        active: dict[_Pair, Contact] = {}
+        active: dict[Pair, Contact] = {}
         struck: set[int] = set()
         for contact in now.contacts:
             pair = (contact.first, contact.second)
@@ -178,14 +117,14 @@ class ImpactCollector:
         self._begun += 1
         return self._begun
 
-    def _movable(self, pair: _Pair) -> list[int]:
+    def _movable(self, pair: Pair) -> list[int]:
         return [body for body in pair if body >= 0 and self._inverse_mass[body] > 0.0]
 
-    def _motion(self, state: Observation, body: int) -> _Motion:
+    def _motion(self, state: Observation, body: int) -> Motion:
         spin = state.spin_rad_s
         return (*_row(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
-    def _unchanged_motion(self, body: int, time_s: float) -> _Motion:
+    def _unchanged_motion(self, body: int, time_s: float) -> Motion:
         """Return the motion, in the step that ends at a time, of a body that no impact changes: static or driven."""
         middle_s = 0.5 * (self._last_s + time_s)
         if body < 0:
@@ -215,9 +154,9 @@ class ImpactCollector:
 
     def _extend(
         self,
-        pair: _Pair,
+        pair: Pair,
         contact: Contact,
-        motion: dict[int, _Motion],
+        motion: dict[int, Motion],
         touched: Counter[int],
         time_s: float,
         now: Observation,
@@ -235,7 +174,7 @@ class ImpactCollector:
                 )
         after = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
         known = self.open.get(pair)
-        if known and _separation_speed(known.after, known.reported.normal) > 0.0 > _separation_speed(
+        if known and separation_speed(known.after, known.reported.normal) > 0.0 > separation_speed(
             ahead, contact.normal
         ):
             # The pair has separated, and a third body has pushed it together again: that is a second impact.
@@ -243,27 +182,27 @@ class ImpactCollector:
             known = None
         if known is None:
             number, start_s, start = self._next_number(), self._last_s, self._last
-            known = _OpenContact(number, contact, ahead, start_s, start, after, time_s, now)
+            known = OpenContact(number, contact, ahead, start_s, start, after, time_s, now)
             self.open[pair] = known
         known.after, known.end_s, known.end = after, time_s, now
         known.alone = known.alone and all(touched[body] <= 1 for body in pair)
         impulse = contact.impulse_n_s
-        known.add(math.dist(_difference(after), _difference(ahead)) if impulse is None else impulse, contact.normal)
+        known.add(math.dist(difference(after), difference(ahead)) if impulse is None else impulse, contact.normal)
         if not self._is_resting(after, contact.normal, time_s - self._last_s):
             known.rested = None
         elif known.rested is None:
             known.rested = replace(known)
 
-    def _is_resting(self, motions: _Motions, normal: Vector, step_s: float) -> bool:
+    def _is_resting(self, motions: Motions, normal: Vector, step_s: float) -> bool:
         """Whether gravity may hold a pair together: its relative speed is at most what `_REST_STEPS` of fall give."""
-        return abs(_separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
+        return abs(separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
 
     def _has_all_impulses(self, contact: Contact) -> bool:
         """Whether all impulses of a contact are reported, including friction's impulse if there is friction."""
         rubs = self._rubs_walls if contact.second < 0 else self._rubs_discs
         return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
 
-    def _apply_impulse(self, motion: _Motion, contact: Contact, body: int, sign: float) -> _Motion:
+    def _apply_impulse(self, motion: Motion, contact: Contact, body: int, sign: float) -> Motion:
         """Return the motion of a body after the impulses of one contact, to separate several contacts in one step."""
         (vx, vy, spin), (nx, ny) = motion, contact.normal
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
@@ -277,7 +216,7 @@ class ImpactCollector:
             spin - tangential * self._spin_per_impulse[body],
         )
 
-    def _close(self, pair: _Pair) -> None:
+    def _close(self, pair: Pair) -> None:
         whole = self.open.pop(pair)
         contact = whole.impact()
         motions = (*contact.before, *contact.after)
@@ -291,9 +230,7 @@ class ImpactCollector:
             drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else STANDS
             leg = drive.leg_at(0.5 * (contact.start_s + contact.end_s))
             effective = (
-                _landing_time(pair, contact, self._gravity, leg)
-                if held
-                else _effective_time(pair, contact, self._gravity, self._slowing, leg)
+                contact.landing_s(self._gravity, leg) if held else contact.turn_s(self._gravity, self._slowing, leg)
             )
         # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body the path is
         # bent.
@@ -308,7 +245,7 @@ class ImpactCollector:
         self._done.append((contact.number, record, effective, state))
 
     def _at(
-        self, time_s: float, pair: _Pair, contact: _OpenContact, velocities: tuple[Vector, Vector, Vector, Vector]
+        self, time_s: float, pair: Pair, contact: OpenContact, velocities: tuple[Vector, Vector, Vector, Vector]
     ) -> tuple[Vector, Vector, Vector, Vector]:
         """Return the velocities of two falling discs at the instant of their impact, from those at step boundaries.
 
@@ -322,7 +259,7 @@ class ImpactCollector:
         return a, b, c, d
 
     def _slowed(
-        self, effective_s: float, contact: _OpenContact
+        self, effective_s: float, contact: OpenContact
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
         """Return velocities and spins of slowed discs at the instant of an impact, from those at step boundaries.
 
@@ -340,107 +277,12 @@ class ImpactCollector:
         return (a, b, c, d), ((s, t, u, v) if self._turns else None)
 
 
-def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
+def _state(pair: Pair, time_s: float, state: Observation | None) -> _State:
     """Return the state before an impact; only the time of its step is set if the state does not apply to the impact."""
     if state is None:
         return (time_s, _UNKNOWN, _UNKNOWN)
     first, second = pair
     return (time_s, _row(state.position_m, first), _NOWHERE if second < 0 else _row(state.position_m, second))
-
-
-def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], leg: Course) -> float:
-    """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
-
-    `_effective_time` does not apply, since gravity holds the pair and it does not fly on. After the impact its distance
-    along the normal changes at the speed at the boundary. The free path before is a parabola, or a line if gravity
-    moves both bodies alike.
-    """
-    d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
-    d1, u1 = _relative(pair, contact.end, contact.end_s, leg)
-    normal = np.array(contact.normal())
-    normal /= np.hypot(*normal)
-    lasted = contact.end_s - contact.start_s
-    bend = float(_relative_pull(pair, gravity) @ normal) / 2
-    closing = float((u1 - u0) @ normal)
-    apart = float((d0 - d1 + u1 * lasted) @ normal)
-    # The first root of apart - closing t + bend t^2 in the form that loses no digits.
-    square = closing * closing - 4.0 * bend * apart
-    if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
-        return math.nan
-    return contact.start_s + 2.0 * apart / (closing + math.sqrt(square))
-
-
-def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.float64]:
-    first, second = pair
-    pull: NDArray[np.float64] = gravity[second] - gravity[first] if second >= 0 else -gravity[first]
-    return pull
-
-
-def _effective_time(
-    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], slowing: Slowing, leg: Course
-) -> float:
-    """Return the instant at which the free-flight paths before and after the contact are nearest, by least squares.
-
-    With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are d0 +
-    u0 (t - t0) and d1 + u1 (t - t1). The lines meet, in one dimension exactly, where their difference is least. The
-    difference is a linear function of t with slope u0 - u1, also under gravity, where both are parabolas of one
-    curvature. With damping they are lines in undamped time. On a table their curvatures differ.
-    """
-    d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
-    d1, u1 = _relative(pair, contact.end, contact.end_s, leg)
-    lasted = contact.end_s - contact.start_s
-    pull = _relative_pull(pair, gravity)
-    if slowing.table_m_s2:
-        return nearest_s(lambda time_s: _apart_on_table(pair, contact, slowing, leg, time_s), contact.end_s)
-    flown, u1 = slowing.damping.undamped(lasted), u1 / slowing.damping.kept(lasted)
-    slope = u0 - u1 + pull * lasted
-    squared = float(slope @ slope)
-    if squared == 0.0:
-        return math.nan
-    # Measured from the contact's start, so that a late contact is as exact as an early one.
-    offset = d0 - (d1 - u1 * flown + pull * (lasted * lasted / 2))
-    effective = contact.start_s + slowing.damping.damped(-float(offset @ slope) / squared)
-    return effective if math.isfinite(effective) else math.nan
-
-
-def _apart_on_table(
-    pair: _Pair, contact: _OpenContact, slowing: Slowing, leg: Course, time_s: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the distance at a time between the free paths before and after a contact, and its rate of change."""
-    seen = []
-    for state, since_s in ((contact.start, contact.start_s), (contact.end, contact.end_s)):
-        speed, lasted = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
-        place = state.position_m + state.velocity_m_s * slowing.all_flown(lasted, speed)[:, None]
-        there = replace(
-            state, position_m=place, velocity_m_s=state.velocity_m_s * slowing.all_kept(lasted, speed)[:, None]
-        )
-        seen.append(_relative(pair, there, time_s, leg))
-    (d0, u0), (d1, u1) = seen
-    return d0 - d1, u0 - u1
-
-
-def _relative(
-    pair: _Pair, state: Observation, time_s: float, leg: Course
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return position and velocity of the second body relative to the first. A wall moves on a leg from the origin."""
-    first, second = pair
-    if second < 0:
-        return leg.moved_at(time_s) - state.position_m[first], leg.velocity - state.velocity_m_s[first]
-    return (
-        state.position_m[second] - state.position_m[first],
-        state.velocity_m_s[second] - state.velocity_m_s[first],
-    )
-
-
-def _difference(motions: _Motions) -> Vector:
-    (ux, uy, _), (vx, vy, _) = motions
-    return (vx - ux, vy - uy)
-
-
-def _separation_speed(motions: _Motions, normal: Vector) -> float:
-    """Return the speed along the normal at which two bodies separate; negative if they approach."""
-    x, y = _difference(motions)
-    return x * normal[0] + y * normal[1]
 
 
 def _row(array: NDArray[np.float64], body: int) -> Vector:

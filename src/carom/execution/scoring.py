@@ -11,8 +11,9 @@ from functools import lru_cache, partial
 from typing import Any
 
 from carom.comparator import Errors, compare
+from carom.execution.adapter_profile import load_supported_adapter
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import load_supported_adapter, observe_run
+from carom.execution.engine_run import observe_run
 from carom.execution.job import Answer, Job, JobTask, Progress, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.pool import Pool

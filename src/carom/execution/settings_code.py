@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from carom.engines.api import CodedAdapter, unsupported_reason
 from carom.engines.registry import load_adapter, require_profile
 from carom.errors import AdapterError
-from carom.execution.engine_run import capabilities_of, profile_settings
+from carom.execution.adapter_profile import capabilities_of, profile_settings
 from carom.execution.engines import describe_engines
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import AdapterTask, SettingOverrides, Status, UnsupportedError

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from carom.engines.registry import EngineInfo, load_adapter
 from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.execution.engine_run import profile_settings
+from carom.execution.adapter_profile import profile_settings
 from carom.execution.job import AdapterTask, SettingOverrides
 from carom.execution.pool import TaskRunner
 from carom.model.trace import Setting, setting_text

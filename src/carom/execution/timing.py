@@ -19,7 +19,7 @@ import numpy as np
 
 from carom.engines.api import Adapter, TimedWorld, World
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import profile_settings
+from carom.execution.adapter_profile import profile_settings
 from carom.execution.job import JobTask, SettingOverrides, UnsupportedError
 from carom.execution.locate import Cutter
 from carom.execution.validate import adapter_error

@@ -27,7 +27,7 @@ from carom.conformance.violation import NotApplicable, Setup, Violation
 from carom.engines.api import Accuracy, Adapter, Capabilities, Setting, World
 from carom.engines.api.checks import MANTISSA_BITS
 from carom.engines.registry import load_adapter
-from carom.execution import engine_run
+from carom.execution import adapter_profile
 from carom.execution.job import Task
 from carom.execution.options import LimitOptions
 from carom.model.scene import Disc, Scene, Wall
@@ -61,7 +61,7 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
         def load(asked: str) -> Adapter:
             return adapter if asked == adapter.name else load_adapter(asked)
 
-        for module in (probes, engine_run, adapter_under_test):
+        for module in (probes, adapter_profile, adapter_under_test):
             monkeypatch.setattr(module, "load_adapter", load)
         here = subjects.setdefault(id(adapter), Here(adapter))
         case = next(case for case in cases(here) if case.name == name)

@@ -12,8 +12,9 @@ from carom.comparator.impact_matching import LATEST_STAMP_STEPS, match_impacts
 from carom.comparator.measure.errors import measure
 from carom.comparator.scales import compute_scales
 from carom.comparator.shift import even_phases
+from carom.execution.adapter_profile import load_supported_adapter
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import load_supported_adapter, observe_run
+from carom.execution.engine_run import observe_run
 from carom.execution.job import Answer, Job, JobTask, Method, Status
 from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool

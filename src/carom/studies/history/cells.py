@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from carom.comparator import Grade, Verdict, compare
 from carom.comparator.thresholds import THRESHOLDS
+from carom.execution.adapter_profile import load_supported_adapter
 from carom.execution.cache_key import JobKey
-from carom.execution.engine_run import load_supported_adapter, observe_run, run_pit
+from carom.execution.engine_run import observe_run, run_pit
 from carom.execution.job import Answer, JobTask
 from carom.execution.journal import Journal, JournalEntry
 from carom.execution.reference import build_reference, require_reference, scene_at_phase, solve_reference

@@ -20,7 +20,8 @@ from carom.engines.protocol.adapter import ProgramAdapter, program_adapter
 from carom.engines.protocol.manifest import load_manifest
 from carom.engines.protocol.serve import PROFILE, Server, served_manifest
 from carom.engines.registry import adapter_points, load_adapter, why_unavailable
-from carom.execution.engine_run import capabilities_of, observe_run
+from carom.execution.adapter_profile import capabilities_of
+from carom.execution.engine_run import observe_run
 from carom.model.trace import Trace
 
 #: Discs that bounce from each other and from a floor.

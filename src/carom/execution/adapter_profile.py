@@ -1,0 +1,65 @@
+"""An adapter as a run uses it: loaded and checked, with the capabilities and settings of one profile."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from carom.engines.api import Adapter, Capabilities, unsupported_reason
+from carom.engines.registry import load_adapter, require_profile, why_unavailable
+from carom.errors import AdapterError
+from carom.execution.exception_text import describe_exception
+from carom.execution.job import Job, Method, SettingOverrides, UnavailableError, UnsupportedError
+from carom.execution.validate import adapter_error, plain_settings
+from carom.model.trace import Setting
+
+
+def load_supported_adapter(job: Job) -> Adapter:
+    """Load the adapter of a job, and check that its engine is installed and supports the scene.
+
+    Raises:
+        UnavailableError: The adapter can't be loaded, or its engine is not installed.
+        UnsupportedError: The adapter does not declare to support the scene.
+    """
+    try:
+        adapter = load_adapter(job.engine)
+    except AdapterError as error:
+        raise UnavailableError(str(error)) from error
+    if reason := why_unavailable(adapter):
+        raise UnavailableError(reason)
+    located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
+    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s, located=located):
+        raise UnsupportedError(reason)
+    return adapter
+
+
+def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
+    """Return the capabilities of an engine with a profile: the profile's own if declared, or else the adapter's."""
+    known = adapter.profiles.get(profile)
+    return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
+
+
+def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
+    """Return the capabilities of a method. A profile's capabilities apply only if no setting is replaced."""
+    return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
+
+
+def profile_settings(
+    adapter: Adapter, profile: str, dt_s: float, tried: SettingOverrides = ()
+) -> Mapping[str, Setting]:
+    """Return the settings of a profile at a step, with the replaced ones.
+
+    Raises:
+        UnknownNameError: The adapter has no such profile.
+        AdapterError: The profile raises an exception, or a setting is not a plain value.
+    """
+    require_profile(adapter.name, profile, adapter.profiles)
+    try:
+        settings = dict(adapter.profiles[profile].settings(dt_s))
+    except Exception as error:
+        message = f"profile {profile!r} of {adapter.name} fails: {describe_exception(error)}"
+        raise AdapterError(message) from error
+    plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
+    if plain.get("dt_s") != dt_s:
+        told = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
+        raise adapter_error(f"{told}, got {plain.get('dt_s', 'none')}")
+    return {**plain, **dict(tried)}

@@ -1,0 +1,126 @@
+"""The final state of a run: the state after its last step, moved along free paths to the end of the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.slowing import Slowing
+from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.engines.api import Observation
+from carom.execution.open_contact import gravity_of
+from carom.model.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LastStep:
+    """The last step of a run.
+
+    Attributes:
+        scene: The scene.
+        begin_s: Start of the step, seconds; not after the scene's end.
+        before: State at the start of the step.
+        end_s: End of the step, seconds; it may be after the scene's end.
+        state: State at the end of the step.
+    """
+
+    scene: Scene
+    begin_s: float
+    before: Observation
+    end_s: float
+    state: Observation
+
+    @cached_property
+    def _gravity(self) -> Array:
+        return gravity_of(self.scene)
+
+    @cached_property
+    def _slowing(self) -> Slowing:
+        return Slowing.of(self.scene)
+
+    def move_to(self, time_s: float) -> Observation:
+        """Return the state at a time, if no disc has an impact between the step's end and that time.
+
+        The spins are None if no disc of the scene turns. An adapter may omit them if no disc can turn.
+        """
+        seconds, state = time_s - self.end_s, self.state
+        speed = np.hypot(*state.velocity_m_s.T).tolist()
+        flown, kept = (
+            np.array([of(seconds, fast) for fast in speed]) for of in (self._slowing.flown, self._slowing.kept)
+        )
+        pull, spin_rate = self._rates_of_change() if seconds < 0.0 else (self._gravity, None)
+        spins = None
+        if self.scene.arrays.turns:
+            spins = np.zeros(len(speed)) if state.spin_rad_s is None else state.spin_rad_s
+            spins = spins * kept if spin_rate is None else spins + spin_rate * seconds
+        return Observation(
+            state.position_m + state.velocity_m_s * flown[:, None] + pull * (seconds * seconds / 2),
+            state.velocity_m_s * kept[:, None] + pull * seconds,
+            spin_rad_s=spins,
+        )
+
+    def _rates_of_change(self) -> tuple[Array, Array | None]:
+        """Return the rates at which velocities and spins change between the scene's end and the end of the step.
+
+        A disc falls. If a wall balances more than half of gravity, velocity and spin change at the rate of the whole
+        last step, if that is slow enough for contact.
+        """
+        falls = float(np.hypot(*self.scene.gravity_m_s2))
+        if not falls:
+            return self._gravity, None
+        before, state, lasted_s = self.before, self.state, self.end_s - self.begin_s
+        changed = (state.velocity_m_s - before.velocity_m_s) / lasted_s
+        taken, left = np.hypot(*(changed - self._gravity).T), np.hypot(*changed.T)
+        held = (taken > falls / 2.0) & (left <= RESTING_STEPS * falls)
+        pull = np.where(held[:, None], changed, self._gravity)
+        if state.spin_rad_s is None or before.spin_rad_s is None:
+            return pull, None
+        return pull, np.where(held, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
+
+    def with_impacts(
+        self,
+        discs: Sequence[int],
+        until_s: float,
+        impacts: NDArray[np.void],
+        turned_s: Array,
+        spins: NDArray[np.void] | None,
+    ) -> LastStep:
+        """Return the step, ended at a time, as if some discs had only the given impacts in it.
+
+        Such a disc flies freely from its last given impact in the step, or from the start of the step.
+
+        Args:
+            discs: Numbers of the discs.
+            until_s: End of the returned step, seconds.
+            impacts: The impacts of the run.
+            turned_s: Time at which each impact turned its bodies, seconds.
+            spins: Spins around each impact; None in a scene without spins.
+        """
+        position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()
+        spin = None if self.state.spin_rad_s is None else self.state.spin_rad_s.copy()
+        for disc in discs:
+            place, speed, since_s = self.before.position_m[disc], self.before.velocity_m_s[disc], self.begin_s
+            turning = None if self.before.spin_rad_s is None else self.before.spin_rad_s[disc]
+            struck = (impacts["first"] == disc) | (impacts["second"] == disc)
+            for row in np.flatnonzero((turned_s > self.begin_s) & struck).tolist():
+                side = "first" if impacts["first"][row] == disc else "second"
+                place, _ = self._fly(disc, place, speed, float(turned_s[row]) - since_s)
+                speed, since_s = impacts[f"velocity_{side}_after"][row], float(turned_s[row])
+                turning = turning if spins is None else spins[f"{side}_after"][row]
+            position[disc], velocity[disc] = self._fly(disc, place, speed, until_s - since_s)
+            if spin is not None and turning is not None:
+                spin[disc] = turning * self._slowing.damping.kept(until_s - since_s)
+        flown = replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
+        return replace(self, end_s=until_s, state=flown)
+
+    def _fly(self, disc: int, place: Array, speed: Array, seconds: float) -> tuple[Array, Array]:
+        """Return position and velocity of a disc after some seconds of free flight."""
+        pull, fast = self._gravity[disc], float(np.hypot(*speed))
+        moved = speed * self._slowing.flown(seconds, fast) + pull * (seconds * seconds / 2)
+        return place + moved, speed * self._slowing.kept(seconds, fast) + pull * seconds

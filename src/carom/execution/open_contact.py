@@ -1,0 +1,182 @@
+"""A contact that an engine reports in one step or in several, and the instant at which it turned its bodies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.slowing import Slowing, nearest_s
+from carom.engines.api import Contact, Observation
+from carom.model.prescribed_motion import Course
+from carom.model.scene import Scene
+from carom.model.trace import Vector
+
+Array = NDArray[np.float64]
+
+#: Numbers of two bodies.
+Pair = tuple[int, int]
+
+#: Velocity and spin of a body.
+Motion = tuple[float, float, float]
+
+#: Motions of the two bodies of a contact.
+Motions = tuple[Motion, Motion]
+
+
+def gravity_of(scene: Scene) -> Array:
+    """Return each disc's acceleration in free flight, metres a second squared, shape ``(n, 2)``."""
+    return np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
+
+
+@dataclass
+class OpenContact:
+    """A contact that may continue in the next step.
+
+    Attributes:
+        number: Position in the order in which contacts began.
+        reported: The contact as reported in its first step.
+        before: Velocities and spins of the two bodies before its first step.
+        start_s: Start of its first step, seconds.
+        start: State at the start of its first step.
+        after: Velocities and spins after its last step so far.
+        end_s: End of its last step so far, seconds.
+        end: State at the end of its last step so far.
+        alone: Whether neither body had another contact in any of its steps.
+        steps: Number of steps so far.
+        impulse: Sum of the impulses of all steps, or of the changes of velocity if no impulses are reported.
+        along: Sum of impulse times normal.
+        length: Sum of impulse times length of the normal.
+        rested: The contact at the first step boundary since which the pair rests; None if it does not rest.
+    """
+
+    number: int
+    reported: Contact
+    before: Motions
+    start_s: float
+    start: Observation
+    after: Motions
+    end_s: float
+    end: Observation
+    alone: bool = True
+    steps: int = 0
+    impulse: float = 0.0
+    along: Vector = (0.0, 0.0)
+    length: float = 0.0
+    rested: OpenContact | None = None
+
+    @property
+    def pair(self) -> Pair:
+        """Numbers of the two bodies."""
+        return (self.reported.first, self.reported.second)
+
+    def impact(self) -> OpenContact:
+        """Return the contact up to the end of its impact. Steps after a whole step at rest are not part of it."""
+        return self if self.rested is None or self.rested.steps == self.steps else self.rested
+
+    def add(self, impulse: float, normal: Vector) -> None:
+        """Add the impulse of a step."""
+        self.steps += 1
+        self.impulse += impulse
+        self.along = (self.along[0] + impulse * normal[0], self.along[1] + impulse * normal[1])
+        self.length += impulse * math.hypot(*normal)
+
+    def normal(self) -> Vector:
+        """Return the direction of the total impulse, with the mean length of the normals; if 0, the first normal."""
+        size = math.hypot(*self.along)
+        if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
+            return self.reported.normal
+        length = self.length / self.impulse
+        return (length * self.along[0] / size, length * self.along[1] / size)
+
+    def landing_s(self, gravity: Array, leg: Course) -> float:
+        """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
+
+        `turn_s` does not apply, since gravity holds the pair and it does not fly on. After the impact its distance
+        along the normal changes at the speed at the boundary. The free path before is a parabola, or a line if gravity
+        moves both bodies alike.
+
+        Args:
+            gravity: As `gravity_of` returns it.
+            leg: Motion of the wall, if the second body is one.
+        """
+        d0, u0 = self._relative(self.start, self.start_s, leg)
+        d1, u1 = self._relative(self.end, self.end_s, leg)
+        normal = np.array(self.normal())
+        normal /= np.hypot(*normal)
+        lasted = self.end_s - self.start_s
+        bend = float(self._relative_pull(gravity) @ normal) / 2
+        closing = float((u1 - u0) @ normal)
+        apart = float((d0 - d1 + u1 * lasted) @ normal)
+        # The first root of apart - closing t + bend t^2 in the form that loses no digits.
+        square = closing * closing - 4.0 * bend * apart
+        if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
+            return math.nan
+        return self.start_s + 2.0 * apart / (closing + math.sqrt(square))
+
+    def turn_s(self, gravity: Array, slowing: Slowing, leg: Course) -> float:
+        """Return the instant at which the free paths before and after the contact are nearest, by least squares.
+
+        With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
+        d0 + u0 (t - t0) and d1 + u1 (t - t1). The lines meet, in one dimension exactly, where their difference is
+        least. The difference is a linear function of t with slope u0 - u1, also under gravity, where both are parabolas
+        of one curvature. With damping they are lines in undamped time. On a table their curvatures differ.
+
+        Args:
+            gravity: As `gravity_of` returns it.
+            slowing: Law that slows discs down.
+            leg: Motion of the wall, if the second body is one.
+        """
+        d0, u0 = self._relative(self.start, self.start_s, leg)
+        d1, u1 = self._relative(self.end, self.end_s, leg)
+        lasted = self.end_s - self.start_s
+        pull = self._relative_pull(gravity)
+        if slowing.table_m_s2:
+            return nearest_s(lambda time_s: self._apart_on_table(slowing, leg, time_s), self.end_s)
+        flown, u1 = slowing.damping.undamped(lasted), u1 / slowing.damping.kept(lasted)
+        slope = u0 - u1 + pull * lasted
+        squared = float(slope @ slope)
+        if squared == 0.0:
+            return math.nan
+        # Measured from the contact's start, so that a late contact is as exact as an early one.
+        offset = d0 - (d1 - u1 * flown + pull * (lasted * lasted / 2))
+        turn_s = self.start_s + slowing.damping.damped(-float(offset @ slope) / squared)
+        return turn_s if math.isfinite(turn_s) else math.nan
+
+    def _apart_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
+        """Return the distance at a time between the free paths before and after, and its rate of change."""
+        seen = []
+        for state, since_s in ((self.start, self.start_s), (self.end, self.end_s)):
+            speed, lasted = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
+            place = state.position_m + state.velocity_m_s * slowing.all_flown(lasted, speed)[:, None]
+            velocity = state.velocity_m_s * slowing.all_kept(lasted, speed)[:, None]
+            seen.append(self._relative(replace(state, position_m=place, velocity_m_s=velocity), time_s, leg))
+        (d0, u0), (d1, u1) = seen
+        return d0 - d1, u0 - u1
+
+    def _relative_pull(self, gravity: Array) -> Array:
+        first, second = self.pair
+        pull: Array = gravity[second] - gravity[first] if second >= 0 else -gravity[first]
+        return pull
+
+    def _relative(self, state: Observation, time_s: float, leg: Course) -> tuple[Array, Array]:
+        """Return position and velocity of the second body relative to the first. A wall moves from the origin."""
+        first, second = self.pair
+        place, velocity = state.position_m, state.velocity_m_s
+        if second < 0:
+            return leg.moved_at(time_s) - place[first], leg.velocity - velocity[first]
+        return place[second] - place[first], velocity[second] - velocity[first]
+
+
+def difference(motions: Motions) -> Vector:
+    """Return the velocity of the second body relative to the first."""
+    (ux, uy, _), (vx, vy, _) = motions
+    return (vx - ux, vy - uy)
+
+
+def separation_speed(motions: Motions, normal: Vector) -> float:
+    """Return the speed along the normal at which two bodies separate; negative if they approach."""
+    x, y = difference(motions)
+    return x * normal[0] + y * normal[1]
