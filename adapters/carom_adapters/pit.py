@@ -73,7 +73,7 @@ class PitAdapter:
     )
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Copy the scene's start.
+        """Build a PIT run from the scene's start.
 
         Raises:
             AdapterError: There is no such setting, or the scene needs a feature that is not declared.

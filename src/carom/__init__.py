@@ -128,7 +128,7 @@ def _find_scene(name: str) -> Scene:
 
 
 def _view(name: str) -> Callable[..., Any]:
-    """Return a view of a result. Results can't import reports, which are imported when one is first shown."""
+    """Return the function that shows a result. It imports the reports at its first call, since results can't."""
     if name == "summary":
         from carom.report.summary import summary
 

@@ -1,4 +1,4 @@
-"""The `carom` command, also as ``python -m carom``. From its first moment on, a signal ends it in good order."""
+"""The `carom` command, also as ``python -m carom``. A signal ends the command cleanly from its first moment on."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _open_closed_streams() -> None:
 
 
 def _end(number: int, _frame: object) -> None:
-    """Raise `Ended`, unless one is being handled: its cleanup must not be interrupted.
+    """Raise `Ended`, unless an earlier one is being handled, whose cleanup must not be interrupted.
 
     Python ignores exceptions in some places, such as destructors, so an earlier one can have been lost.
     """

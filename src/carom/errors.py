@@ -81,7 +81,7 @@ class SceneError(InputError):
     Attributes:
         problems: All findings, or the first of each kind.
         source: The file, if there is one.
-        more: Whether there are findings in addition to `problems`, which were not counted.
+        more: Whether there are more findings than `problems`, which were not counted.
 
     Examples:
         >>> carom.Disc(position_m=(0.0, 0.0), radius_m=-1.0)

@@ -26,14 +26,15 @@ def _default(dt_s: float) -> dict[str, Setting]:
 def _tuned(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
-        # Box2D makes contacts that close at less than 1 m/s inelastic, by a constant that is compiled in
-        # (b2_velocityThreshold). If a world runs this many times faster, for a time shorter by the same factor, the
-        # limit is 1e-6 m/s. The factor is a power of two, so scaling is exact.
+        # Box2D treats contacts that close at less than 1 m/s as inelastic (b2_velocityThreshold, compiled in). With
+        # this factor Carom multiplies all velocities and divides all times, which lowers that limit to 1e-6 m/s. The
+        # factor is a power of two, so scaling is exact.
         "velocity_scale": VELOCITY_SCALE,
         "velocityIterations": 50,
         # Overlapping bodies are not pushed apart.
         "positionIterations": 0,
-        # A swept disc stops 3 b2_linearSlop (1.5 cm) inside the other at any step, so only fast discs gain by it.
+        # A swept disc stops 3 b2_linearSlop (1.5 cm) inside the other disc, however short the step. So only fast discs
+        # profit.
         "sweep": "fast",
         # By default a polygon has a skin of 1 cm.
         "polygon_radius_m": 0.0,
@@ -48,16 +49,17 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 def _resting(dt_s: float) -> dict[str, Setting]:
     # Box2D applies restitution to the speed at the end of a step, which includes the fall in that step. So a ball hops
-    # for ever at about ``g dt / (1 - e)``, unless such slow contacts are inelastic. The limit is the least power of
-    # two that is at least the fall speed of 2.5 steps under 10 m/s^2. A ball with e up to 0.6 comes to rest. A ball
-    # with a greater e does so if steps are so long that the limit is well above that speed.
+    # for ever at about ``g dt / (1 - e)``, unless contacts that slow are inelastic. The speed below which they are is
+    # the least power of two that is at least the fall speed of 2.5 steps under 10 m/s^2. A ball with e up to 0.6 comes
+    # to rest. A ball with a greater e comes to rest only if steps are so long that this speed is well above its hops.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
     return {**_tuned(dt_s), "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
 
 
 def _located(dt_s: float) -> dict[str, Setting]:
-    # A warm start begins with the last impulse times the ratio of the two steps, without limit, while bodies touch.
+    # While bodies touch, a warm start uses the last impulse times the ratio of two step lengths. Cut steps can make
+    # this ratio arbitrarily large.
     return {**_no_ccd(dt_s), "warmStarting": False}
 
 

@@ -24,7 +24,7 @@ OTHER_SETTINGS = (
 )
 
 #: Box2D's continuous detection: none, every disc against immovable bodies ("shipped"), or also against all other discs
-#: ("fast", Box2D's bullets). The last is for scenes in which a disc or a driven body moves by more than a radius in a
+#: ("fast", Box2D's bullets). "fast" is for scenes in which a disc or a driven body moves by more than a radius in a
 #: step.
 SWEEPS = ("none", "shipped", "fast")
 
@@ -40,12 +40,12 @@ LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 #: lower.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
-#: A contact point is off the line of centres by the rounding of its coordinates. The push there turns a disc, inversely
-#: to its inertia: with this factor by 5e-4 of its spin, for discs 200 radii from the origin.
+#: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
+#: the disc turn more. With this factor the spin changes by 5e-4 of itself, for discs 200 radii from the origin.
 LEAST_INERTIA_FACTOR = 1e-2
 
-#: The product of two coefficients must stay within 32-bit floats: beyond, velocities are NaN. The same
-#: limit holds for the rate of damping times the velocity scale.
+#: The product of two friction coefficients must stay within 32-bit floats, or velocities become NaN. The same limit
+#: applies to the rate of damping times the velocity scale.
 LARGEST_FRICTION = 1e19
 
 #: A third of the largest 32-bit float.
@@ -59,10 +59,10 @@ SMALLEST_RADIUS_M = 1e-6
 SMALLEST_MASS_KG = 1e-20
 LARGEST_MASS_KG = 1e20
 
-#: Times the velocity scale (2**20) and squared, this is 1e36.
+#: This speed times the velocity scale (2**20), and squared, is 1e36.
 LARGEST_SPEED_M_S = 1e12
 
-#: Far below the square root of the largest 32-bit float, 1.8e19: contacts compare squared distances.
+#: Contacts compare squared distances. This limit is far below 1.8e19, the square root of the largest 32-bit float.
 LARGEST_COORDINATE_M = 1e9
 
 #: b2_velocityThreshold, compiled in: contacts that close at this speed or less are made inelastic.

@@ -50,9 +50,9 @@ def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tup
 
 
 def edges_of(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
-    """Return the points of each shape of a chain: one shape if the settings have chains, or one shape for each edge.
+    """Return the points of each shape of a chain: one shape with ``chains`` in the settings, else one for each edge.
 
-    A closed chain as one shape ends with its first point.
+    If a closed chain is one shape, its last point repeats the first.
 
     Raises:
         AdapterError: The settings have chains, and a piece is shorter than Box2D accepts.

@@ -59,7 +59,7 @@ def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
 
 
 def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
-    """Whether the world sweeps at all, see `limits.SWEEPS`. Driven bodies are also swept, and meet discs at rest."""
+    """Whether Box2D sweeps bodies in this scene, see `limits.SWEEPS`. A fast driven body counts too."""
     sweep = settings.get("sweep", "shipped")
     driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
     fast = driven * dt_s > min(disc.radius_m for disc in scene.discs) or any(is_fast(one, dt_s) for one in scene.discs)
@@ -324,7 +324,7 @@ class Box2dWorld:
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With these settings nothing else belongs to a state."""
+        """Return positions, velocities and spins. With the settings of `located`, they are the whole state."""
         bodies = [
             (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity)
             for body in (*self._movable, *self._driven)

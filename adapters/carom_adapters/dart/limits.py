@@ -16,13 +16,15 @@ FASTEST_BOUNCE_M_S = 100.0
 #: DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: contacts that close at this speed or less are made inelastic.
 THRESHOLD_M_S = 0.1
 
-#: DART_CFM, compiled in: by this fraction the diagonal of the contact problem is made larger, and an impulse smaller.
+#: DART_CFM, compiled in. DART enlarges the diagonal of the contact problem by this fraction, which reduces impulses by
+#: the same fraction.
 MIXING = 1e-5
 
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # DART replaces a coefficient above 1 by 0, so a wall's coefficient can't compensate for a smaller one of the discs.
+    # DART multiplies the coefficients of two bodies, and replaces one above 1 by 0. So a wall's coefficient cannot
+    # compensate for a smaller one of the discs.
     restitution_combine="product",
     restitution_threshold_m_s=THRESHOLD_M_S,
     contact_times=ContactTimes.STEP,

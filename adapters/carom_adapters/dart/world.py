@@ -27,7 +27,7 @@ from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M
 
 
 class DartWorld:
-    """One `World` of spheres that do not turn, on two slides each."""
+    """One `World` of spheres that do not turn. Each moves on a joint with two translations."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
@@ -170,7 +170,7 @@ class DartWorld:
         )
 
     def save(self) -> object:
-        """Return positions and velocities. Nothing else belongs to a state."""
+        """Return positions and velocities, which are the whole state."""
         states = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._discs]
         return (self._clock.now_s, states)
 

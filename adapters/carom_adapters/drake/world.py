@@ -105,7 +105,7 @@ class DrakeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from Drake. The stiffness is that of bodies without their own."""
+        """The settings, read back from Drake. ``point_stiffness`` is that of bodies without one of their own."""
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
@@ -126,8 +126,8 @@ class DrakeWorld:
     def observe(self) -> Observation:
         """Read every body, and the contacts that a monitor found in the integrator's steps.
 
-        A contact may begin and end within a step, and then leaves no trace at its end. The first observation creates
-        the monitor, so a world that is only timed has none.
+        A contact can begin and end within a step, so the state at the end of the step may not show it. The first
+        observation creates the monitor, so a world that is only timed has none.
         """
         if not self._watched:
             self._watched = True
@@ -152,7 +152,7 @@ class DrakeWorld:
     def _contacts(self) -> list[Contact]:
         at_s, found = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
-            # Forces are known at some instants only, so their integral, the impulse, is not.
+            # Forces are known only at single instants, so their integral, the impulse, is unknown.
             found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return found
 

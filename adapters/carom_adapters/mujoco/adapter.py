@@ -11,8 +11,8 @@ from carom_adapters.mujoco.settings_code import write_code
 from carom_adapters.mujoco.world import MujocoWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: Cylinders touch planes and each other off the middle, with errors of up to 6.3e-4 of the scene's speed (for a disc in
-#: a box, at 240 steps a second).
+#: MuJoCo places contact points of cylinders off their middle, which causes errors of up to 6.3e-4 of the scene's speed
+#: (for a disc in a box, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
@@ -50,7 +50,8 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 def _located(dt_s: float) -> dict[str, Setting]:
     # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; listed pairs bypass
-    # it. An early contact would leave no instant to find. A warm start would begin from a step that was undone.
+    # it. A speculative contact acts before bodies touch, so there would be no instant to locate. A warm start would use
+    # the impulses of a step that was undone.
     return {**_no_ccd(dt_s), "listed_pairs": True, "warmstart": False}
 
 

@@ -52,7 +52,7 @@ WORDS: Mapping[str, tuple[str, ...]] = {
 LARGEST_VALUE = 1e10
 
 #: MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body lighter than mjMINVAL, invents a normal for centres closer than it,
-#: and takes no solver step in acceleration that is smaller. The limits here are far from the last two cases.
+#: and ignores solver steps in acceleration below it. The limits here are far from the last two cases.
 SMALLEST_MASS_KG = 1e-15
 SMALLEST_RADIUS_M = 1e-12
 LEAST_ACCELERATION_M_S2 = 1e-12
@@ -60,16 +60,16 @@ LEAST_ACCELERATION_M_S2 = 1e-12
 #: A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below mjMINVAL.
 LARGEST_MASS_KG = 1e11
 
-#: Half a million pairs, which MuJoCo compiles in seconds.
+#: Most discs in a scene whose pairs are listed. They make half a million pairs, which MuJoCo compiles in seconds.
 MOST_LISTED = 1000
 
-#: A contact point is off the line of centres by the rounding of its coordinates. The push there turns a disc, inversely
-#: to its inertia: with this factor by 5e-9 of its spin, for discs 200 radii from the origin. MuJoCo itself refuses an
-#: inertia below mjMINVAL, 1e-15 in units of the model.
+#: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
+#: the disc turn more. With this factor the spin changes by 5e-9 of itself, for discs 200 radii from the origin. MuJoCo
+#: itself refuses an inertia below mjMINVAL, 1e-15 in units of the model.
 LEAST_INERTIA_FACTOR = 1e-5
 
-#: MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU. From 1e80 on there is no
-#: friction, since the fourth power is not a float.
+#: MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU. From 1e80 on MuJoCo applies no
+#: friction, since the coefficient's fourth power overflows.
 LEAST_FRICTION = 1e-5
 LARGEST_FRICTION = 1e30
 
@@ -98,7 +98,7 @@ CAPABILITIES = Capabilities(
 
 
 def answers_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether contacts are solved one after another: the settings say so, and there is friction."""
+    """Whether contacts are solved one after another: ``in_turn`` is set, and the scene has friction."""
     return bool(settings.get("in_turn", False)) and scene.arrays.rubs
 
 
@@ -108,7 +108,7 @@ def lists_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse input that MuJoCo would refuse in other words, or on which it would fail silently.
+    """Refuse input that MuJoCo rejects, or on which MuJoCo would fail silently.
 
     Raises:
         AdapterError: A setting has an unknown name or value, or a step or all speeds

@@ -10,10 +10,10 @@ from carom.engines.api import Chain, Ring, Scene, Setting, Wall, reach, wall_bod
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
 from carom_adapters.shared.walls import cut_chain, thickness_of
 
-#: `mju_QCQP2`, which fits friction into its cone, has two limits. The function gives no friction if its determinant, at
-#: least friction**4 / mass**2 of a contact, is below 1e-10, and accepts errors of 1e-10 N^2. In units in which the
-#: heaviest disc has this mass times the square of the friction, and at most 1, the first limit is far away, and the
-#: error small.
+#: `mju_QCQP2`, which fits friction into its cone, has two limits. It gives no friction if its determinant is below
+#: 1e-10, and it accepts errors of 1e-10 N^2. The determinant of a contact is at least friction**4 / mass**2. In the
+#: chosen unit of mass, the heaviest disc has at most this number times the square of the friction, and at most 1. Then
+#: the determinant is far above its limit, and the error small.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
 #: The impedance of contacts in `tuned`: the first number of its ``solimp``.
@@ -27,8 +27,8 @@ CYLINDER_TIPS = 7 / 12
 #: The mass of a driven body, over the heaviest disc's: an impact changes its velocity by 1e-13 of the closing speed.
 #: MuJoCo has no moving body that impacts don't push: a `mocap` body counts as at rest in contacts.
 DRIVEN_MASS = 2.0**44
-#: The same ratio if the solver ends at a tolerance. From 2**34 on its cost is rounded by more than the tolerance, and a
-#: spring's push is too large, by 1.3 of the closing speed at 2**44.
+#: The same ratio for a solver that ends at a tolerance. From 2**34 on the solver's cost is rounded by more than the
+#: tolerance, and a spring's push is too large: at 2**44 by 1.3 times the closing speed.
 DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 
@@ -38,7 +38,8 @@ def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, f
     MuJoCo aims at the acceleration ``-damping * v - stiffness * depth`` along the normal, for any masses. Without
     stiffness, and with a damping of ``(1 + restitution) / dt``, the Euler step turns ``v`` into ``-restitution * v``:
     an impact that takes one step. With stiffness, the contact is an oscillator that ends after half a period with
-    ``restitution = exp(-pi z / sqrt(1 - z**2))``, where z is its damping ratio, if it may pull at the end.
+    ``restitution = exp(-pi z / sqrt(1 - z**2))``. Here z is the oscillator's damping ratio, and the contact may pull at
+    the end.
     """
     if stiffness == 0:
         return 0.0, -(1.0 + restitution) / dt_s
@@ -175,7 +176,7 @@ def _shapes_of_wall(scene: Scene, k: int, dt_s: float) -> list[dict[str, object]
 
 
 def _half_of_box(scene: Scene, wall: Wall, dt_s: float) -> float:
-    """Return half the side of a box of which discs can reach only one face, the one with the middle `point_m`."""
+    """Return half the side of a box so large that discs can reach only one of its faces, the one around `point_m`."""
     centre, radius = reach(scene, dt_s)
     drift = wall.drive.fastest * (scene.duration_s + dt_s)
     return 2.0 * (radius + drift + math.dist(centre, wall.point_m))
@@ -186,7 +187,7 @@ def _heaviest(scene: Scene) -> float:
 
 
 def _driven(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = False) -> str:
-    """Return the start of a driven body. The body slides, and may turn, and impacts don't move its mass."""
+    """Return the first MJCF lines of a driven body: its joints, and a mass so large that impacts do not move it."""
     ratio = DRIVEN_MASS if settings.get("tolerance") == 0 else DRIVEN_MASS_IN_TOLERANCE
     mass = ratio * mass_unit(scene, settings) * _heaviest(scene)
     inertia = mass * max(disc.radius_m for disc in scene.discs) ** 2

@@ -11,7 +11,7 @@ import numpy as np
 
 from carom.engines.api import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
 
-#: Allowed difference of equal numbers: the rounding of a quaternion.
+#: Largest difference of two numbers that count as equal: the rounding of a quaternion.
 ROUNDING = 1e-12
 
 #: Kinds of geoms that scenes support.
@@ -130,7 +130,7 @@ class _Reading:
         motion = np.zeros(6)
         self.mujoco.mj_objectVelocity(model, self.data, self.mujoco.mjtObj.mjOBJ_BODY, body, motion, 0)
         mass = float(model.body_mass[body])
-        # The axis of a sphere or an upright cylinder across the plane is its last principal axis.
+        # The last principal axis of a sphere, or of an upright cylinder, is perpendicular to the plane.
         factor = float(model.body_inertia[body][2]) / (mass * radius**2) if turns else math.inf
         if 1.0 < factor < math.inf:
             self.dropped.append(f"{what}: its moment of inertia, {factor:g} m r^2, is reduced to m r^2")
@@ -171,7 +171,7 @@ class _Reading:
         return bool(hinges)
 
     def _restitution(self, geom: int) -> float:
-        """Return the restitution of a contact's spring, by ``_solref`` of ``mjcf`` or by a linear oscillator."""
+        """Return the restitution of a contact from its ``solref``: a damper, as `_solref` writes it, or a spring."""
         first, second = (float(one) for one in self.model.geom_solref[geom])
         if first == 0.0 and second < 0.0:  # only a damper, for one Euler step
             return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)

@@ -46,7 +46,7 @@ def _ignore(_text: str) -> None:
 def _compile(text: str) -> Any:
     """Compile a model, or return the one compiled from the same text. A sweep of starts has only one model.
 
-    Positions and velocities of movable discs are not part of it.
+    The text does not contain positions and velocities of movable discs.
     """
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
@@ -80,13 +80,13 @@ class MujocoWorld:
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
-        # Views, since reading them takes long.
+        # Views are kept, since creating them takes long.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and per step
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
-        # Effect of a step of any length on a velocity, see `_solref`.
+        # Damping times step length. This product is the same for steps of all lengths, see `_solref`.
         self._geom_damping = self._model.geom_solref[:, 1] * self._clock.dt_s
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
@@ -135,7 +135,7 @@ class MujocoWorld:
         self._drive(1 + len(moving), [wall for wall in scene.walls if wall.driven])
 
     def _drive(self, first: int, bodies: Sequence[Driven]) -> None:
-        """Start the driven bodies among some bodies of the model, from number `first` on, and record their legs."""
+        """Set the first velocities of driven bodies, numbered from `first` on in the model, and record their legs."""
         for body, of in enumerate(bodies, first):
             if of.driven:
                 begin = int(self._model.body_dofadr[body])
@@ -284,7 +284,7 @@ class MujocoWorld:
         return frozenset(pair_of(self._number[a], self._number[b]) for a, b in geoms[overlaps])
 
     def save(self) -> object:
-        """Return coordinates and velocities. With these settings nothing else belongs to a state."""
+        """Return coordinates and velocities. With the settings of `located`, they are the whole state."""
         return (self._clock.now_s, self._legs.started, self._data.qpos.copy(), self._data.qvel.copy())
 
     def restore(self, state: Any) -> None:

@@ -20,8 +20,8 @@ LEAST = {"iterations": 1, "rigid_contact_restitution_iterations": 0, "gap": 0.0,
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # In each step with contacts, bodies slower than 0.1 mm/s stop, so two bodies may close at up to twice that. A disc
-    # at rest may then lose a first push that is as slow, and half of it when bodies separate.
+    # In each step with contacts, Newton stops bodies slower than 0.1 mm/s. So two bodies that close at up to twice that
+    # speed may not bounce. A disc at rest may lose a first push that is as slow, and half of it when bodies separate.
     restitution_threshold_m_s=2e-4,
     contact_times=ContactTimes.STEP,
     float_bits=32,

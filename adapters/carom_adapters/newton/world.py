@@ -43,7 +43,7 @@ class NewtonWorld:
         self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
         walls = scene.half_planes()
         self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
-        # Two coefficients are averaged, and any value is accepted.
+        # Newton averages the coefficients of two bodies, and accepts any value.
         of_walls = 2.0 * scene.wall_restitution - scene.restitution
         for disc in scene.discs:
             at = warp.transform(_space(disc.position_m), warp.quat_identity())
@@ -89,7 +89,10 @@ class NewtonWorld:
         return {"dt_s": self._clock.dt_s, **own}
 
     def advance(self, steps: int) -> None:
-        """Take steps. Contacts are found at the start of each, and solved if bodies overlap at its end."""
+        """Take steps.
+
+        Newton finds contacts at the start of a step, and solves those whose bodies overlap at its end.
+        """
         dt_s = self._clock.dt_s
         for _ in range(steps):
             self._state.clear_forces()
@@ -141,7 +144,7 @@ class NewtonWorld:
         return frozenset(pair_of(a, b) for a, b in self._bodies(contacts, overlapping))
 
     def save(self) -> object:
-        """Return poses and velocities. Nothing else belongs to a state."""
+        """Return poses and velocities, which are the whole state."""
         return self._clock.now_s, self._state.body_q.numpy().copy(), self._state.body_qd.numpy().copy()
 
     def restore(self, state: Any) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from carom.engines.api import Capabilities, ContactTimes
 
-#: ``cfm`` and ``erp`` belong to the world, ``stepper`` is its method that takes a step, and ``quick_step_iterations``
-#: belong to the second stepper. Settings that a profile omits keep ODE's defaults.
+#: ``cfm`` and ``erp`` belong to the world, ``stepper`` is the world's method that takes a step, and
+#: ``quick_step_iterations`` is for the stepper "quickStep". Settings that a profile omits keep ODE's defaults.
 SETTINGS = ("cfm", "erp", "quick_step_iterations", "stepper")
 STEPPERS = ("step", "quickStep")
 
-#: ODE divides velocities by the step, and ends the process if that overflows its 32 bits, at 2**128. A shorter step is
-#: replaced by this one. A bisection reaches such a step if bodies touch at once.
+#: ODE divides velocities by the step, and ends the process if the quotient overflows 32-bit floats, at 2**128. The
+#: adapter takes this step instead of a shorter one. A bisection asks for such steps if bodies touch at once.
 LEAST_STEP_S = 2.0**-100
 
 CAPABILITIES = Capabilities(

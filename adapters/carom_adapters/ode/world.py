@@ -111,7 +111,7 @@ class OdeWorld:
             self._met.append((joint, a, b, (nx, ny)))
 
     def advance(self, steps: int) -> None:
-        """Take steps. Contacts are found and solved at the start of each, and joints are released before the next."""
+        """Take steps. Each step releases the joints of the step before, finds contacts, and solves them."""
         for _ in range(steps):
             self._release_joints()
             self._space.collide("", self._meet)
@@ -158,7 +158,7 @@ class OdeWorld:
         return frozenset(pair for pair in pairs if pair[0] >= 0)
 
     def save(self) -> object:
-        """Return positions and velocities. Nothing else belongs to a state, since nothing turns."""
+        """Return positions and velocities, which are the whole state, since nothing turns."""
         states = [
             None if body is None else (_plane(body.getPosition()), _plane(body.getLinearVel())) for body in self._bodies
         ]

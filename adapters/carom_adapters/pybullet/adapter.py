@@ -15,13 +15,13 @@ from carom_adapters.pybullet.settings_code import write_code
 from carom_adapters.pybullet.world import PybulletWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: Bullet's points and normals of cylinders are a little off: velocities along a row differ by up to 2.4e-4 of the
-#: greatest (for a cradle with gaps, at 240 steps a second).
+#: Bullet's contact points and normals of cylinders are slightly off. The velocities of cylinders in a row are wrong by
+#: up to 2.4e-4 of the greatest velocity (for a cradle with gaps, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
-    # The default of each is 0.04, which removes 3 of 10 rad/s in a second.
+    # The default of both is 0.04, which removes 3 of 10 rad/s in a second.
     return {"dt_s": dt_s, "linearDamping": 0.0, "angularDamping": 0.0}
 
 
@@ -34,7 +34,7 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "useMaximalCoordinates": True,
         # Bullet adds erp * depth / dt to the bounce (0.08 is the default).
         "contactERP": 0.0,
-        # Contacts are solved if bodies overlap, from the first overlap on, and not already 0.02 m before.
+        # Contacts are solved only while bodies overlap. By default Bullet solves them from a distance of 0.02 m on.
         "contactProcessingThreshold": 0.0,
         "contactSlop": 0.0,
         # Slower contacts than this are made inelastic (0.2 m/s is the default).
@@ -45,9 +45,9 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "solverResidualThreshold": 0.0,
         "numSolverIterations": 50,
         # A disc that starts so fast that it moves by more than its radius in one step may otherwise pass through
-        # another. Not all discs are swept: a disc that only an impact makes fast is then swept into walls and
-        # neighbours that it already touches, and gains energy (eightfold in Galperin's billiard at 60 steps a second).
-        # A swept sphere as large as the disc stops it before the two overlap, and the contact is then lost.
+        # another. Slow discs are not swept: if an impact made one fast, it would be swept into walls and neighbours
+        # that it already touches, and gain energy (eightfold in Galperin's billiard at 60 steps a second). If the swept
+        # sphere were as large as the disc, it would stop the disc before an overlap, and the contact would be lost.
         "ccd_radius_fraction": 0.95,
     }
 

@@ -57,14 +57,14 @@ LARGEST_RADIUS_M = 2.8e5
 #: A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
 LARGEST_COORDINATE_M = 1e17
 
-#: By default a body is a multibody. A multibody's speed is clamped to the first limit (m_maxCoordinateVelocity), and
-#: its spin has the same clamp. Contacts slower than the second are made inelastic (restitutionVelocityThreshold).
+#: Limits of a multibody, which is the default kind of body. Bullet clamps its speed and its spin to the first two
+#: (m_maxCoordinateVelocity), and treats contacts slower than the third as inelastic (restitutionVelocityThreshold).
 SHIPPED_SPEED_CLAMP_M_S = 100.0
 SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 
-#: A contact point is off the line of centres by the rounding of its coordinates. The push there turns a disc, inversely
-#: to its inertia: with this factor by 1e-8 of its spin, for discs 200 radii from the origin.
+#: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
+#: the disc turn more. With this factor the spin changes by 1e-8 of itself, for discs 200 radii from the origin.
 LEAST_INERTIA_FACTOR = 1e-6
 
 #: MAX_FRICTION, to which the product of two bodies' coefficients is clamped (`btManifoldResult`).

@@ -24,7 +24,7 @@ def capsule_of(a: Point, b: Point) -> tuple[float, Point, list[float]]:
 
 
 def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
-    """Return the moments of inertia of a movable disc; None if nothing can turn it, so that it keeps its shape's."""
+    """Return the moments of inertia of a movable disc; None if nothing can turn it and it keeps those of its shape."""
     cylinder, free, turns = settings.get("shape") == "cylinder", bool(settings.get("turn", True)), scene.arrays.turns
     if free and not turns:
         return None
@@ -51,9 +51,10 @@ def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Sett
 
 
 def resistance_of(scene: Scene, disc_friction: float) -> float:
-    """Return the rolling friction of a wall with which the torque on a disc is at most c R times the push.
+    """Return the rolling friction of a wall, metres, that limits the torque on a disc to c R times the push.
 
-    Bullet multiplies each body's value, in metres, by the other's friction, and adds the two. Discs have none.
+    Bullet multiplies the rolling friction of each body by the friction of the other body, and adds the two products.
+    Discs have no rolling friction.
     """
     if not scene.wall_rolling_resistance:
         return 0.0
@@ -67,7 +68,8 @@ def structure_of(scene: Scene, settings: Mapping[str, Setting]) -> object:
 
     Bullet stores state that cannot be reset. With three bodies or more Bullet keeps the order in which pairs came near,
     and solves shared contacts in that order, which changes the last bits. Bullet also keeps contact points of cylinders
-    and planes. After a run in which a disc rolled, a contact point slightly off its line turns it in the next run.
+    and planes. After a run in which a disc rolled, a kept contact point slightly off its line turns the disc in the
+    next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
     if len(scene.discs) > 2 or scene.walls or not plain:

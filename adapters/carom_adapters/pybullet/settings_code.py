@@ -11,7 +11,7 @@ from carom_adapters.shared.legs import Driven, first_velocity, legs_by_step, pyt
 from carom_adapters.shared.settings_code import arguments, comment, steps_of
 from carom_adapters.shared.walls import cut_chain, factored_walls, thickness_of
 
-#: Bullet multiplies each body's value, in metres, by the other's friction. Discs have none.
+#: Bullet multiplies a wall's rolling friction, metres, by the disc's friction. Discs have no rolling friction.
 ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, metres\n"
 
 

@@ -51,8 +51,8 @@ RIGID_BODY = 1
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
-#: The client of a closed world, by the parts that can't be reset. Only one is kept, because each takes 29 MB, which the
-#: system allocates more slowly than Bullet empties a client.
+#: The client of the last closed world, by the parts that can't be reset. Only one client is kept, because each takes 29
+#: MB. Emptying a client is faster than allocating a new one.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
@@ -69,7 +69,7 @@ class PybulletWorld:
         self._leans = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
-        # A disc that already has the clamp's speed in the scene was not slowed down to it.
+        # A disc that starts at the clamp's speed was not slowed down to it.
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
@@ -313,7 +313,7 @@ class PybulletWorld:
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With these settings nothing else belongs to a state."""
+        """Return positions, velocities and spins. With the settings of `located`, they are the whole state."""
         bullet, client = self._bullet, self._client
         bodies = [
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))

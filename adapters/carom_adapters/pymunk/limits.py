@@ -17,7 +17,7 @@ SPACE_SETTINGS = (
     "sleep_time_threshold",
 )
 
-#: Whether the segments of a chain know their neighbours (`Segment.set_neighbors`): 1 or 0.
+#: Whether each segment of a chain gets its neighbours (`Segment.set_neighbors`): 1 or 0.
 NEIGHBORS = "set_neighbors"
 SETTINGS = (*SPACE_SETTINGS, NEIGHBORS)
 
@@ -29,8 +29,8 @@ SMALLEST = 1e-100
 #: Below these values Chipmunk aborts, or they have no meaning.
 LEAST = dict.fromkeys(SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1, "dt_s": SMALLEST}
 
-#: A contact point is off the line of centres by the rounding of its coordinates. The impulse there turns a disc,
-#: inversely to its inertia: with this factor by 3e-9 of its spin, for discs 200 radii from the origin.
+#: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
+#: the disc turn more. With this factor the spin changes by 3e-9 of itself, for discs 200 radii from the origin.
 LEAST_INERTIA_FACTOR = 1e-6
 
 #: Several discs of this radius still fit within the largest coordinates.

@@ -175,8 +175,8 @@ class PymunkWorld:
     def cut(self, dt_s: float) -> None:
         """Set the length of the following steps.
 
-        Chipmunk starts a lasting contact with its last impulse times the ratio of the two steps, without limit. Shapes
-        in contact are removed and added again, which resets that impulse.
+        Chipmunk starts a lasting contact with its last impulse times the ratio of two step lengths, which cut steps can
+        make arbitrarily large. Shapes in contact are removed and added again, which resets that impulse.
         """
         self._clock.cut(dt_s)
         touching = {shape for pair in self._in_contact() for shape in pair}

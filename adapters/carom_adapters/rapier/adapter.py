@@ -38,7 +38,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 
 
 def _swept(dt_s: float) -> dict[str, Setting]:
-    # Farther than any body moves in a step. Rapier searches only as far as two bodies approach in one step.
+    # This distance is farther than any body moves in a step. Rapier searches no farther than two bodies approach in a
+    # step.
     return {**_tuned(dt_s), "soft_ccd_prediction": 1e3}
 
 
@@ -48,7 +49,8 @@ def _located(dt_s: float) -> dict[str, Setting]:
         # So a step depends only on positions and velocities, and can be undone.
         "contact_recycling": False,
         "warmstart_coefficient": 0.0,
-        # A power of two, so it rounds nothing. The part is no more than the rounding of 32-bit floats.
+        # The factor is a power of two, so scaling a step is exact. The first part is no more than the rounding of
+        # 32-bit floats.
         "first_part": 2.0**-24,
     }
 
@@ -81,7 +83,7 @@ adapter = EngineAdapter(
             "Rapier's defaults (contacts are solved from 2 cm away on, and speeds clamped to 400 m/s), but "
             "bodies never sleep, with the scene's restitution.",
             _default,
-            # A contact near which no step begins is found in an overlap, as in `tuned`.
+            # If no step begins near a contact, Rapier finds the contact in an overlap, as in `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
             changed={

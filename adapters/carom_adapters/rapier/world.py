@@ -81,8 +81,9 @@ class RapierWorld:
             handles.append(world.add_body(body))
             collider = world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])
             number[collider] = i
-        # By default two coefficients are averaged, and another rule has priority. Discs use one rule among themselves.
-        # A wall has the rule by which its own coefficient counts, whichever is larger.
+        # Rapier averages the coefficients of two colliders unless one has another rule, which then has priority. Discs
+        # keep the default, since all have the same coefficient. A wall has the rule (MIN or MAX) that selects its own
+        # coefficient.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
             position, velocity = of_walls[k]
@@ -180,9 +181,9 @@ class RapierWorld:
 class RapierCuttableWorld(RapierWorld):
     """A world whose steps can be cut and undone. Each step has two parts, of which the first is short.
 
-    Bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and then get
-    their bounce. Here the first part is too short to move them, so they bounce in it, and move with the bounce in the
-    second.
+    In Rapier, bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and
+    bounce only at its end. Here the first part of a step is too short to move them. So they bounce after it, and move
+    with the bounce in the second part.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -226,7 +227,7 @@ class RapierCuttableWorld(RapierWorld):
         return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._all]
 
     def save(self) -> object:
-        """Return positions and velocities. With these settings nothing else belongs to a state."""
+        """Return positions and velocities. With the settings of `located`, they are the whole state."""
         return (self._clock.now_s, self._legs.started, self._states(), self._solved)
 
     def restore(self, state: Any) -> None:

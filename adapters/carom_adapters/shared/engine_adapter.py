@@ -67,7 +67,7 @@ def positions_and_velocities(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the arrays of an `Observation` from x, y and both components of the velocity of each body.
 
-    All are flattened into one array first, since NumPy takes twice as long for an array of small sequences.
+    The numbers are flattened into one array first, since NumPy takes twice as long for an array of small sequences.
     """
     rows = np.array([*chain.from_iterable(found)], dtype=np.float64).reshape(-1, 4)
     return rows[:, :2], rows[:, 2:]

@@ -1,6 +1,6 @@
 """Driven bodies whose velocity changes at given instants. Engines get each new velocity at the next step boundary.
 
-A user of an engine can do the same between steps. A body keeps its old velocity for part of a step, which shifts its
+A user of an engine can do the same between steps. Until the boundary a body keeps its old velocity, which shifts its
 position from then on.
 """
 
@@ -40,7 +40,7 @@ class Legs(Generic[Body]):
         self._changes.sort(key=lambda one: one[0])
 
     def step_counts(self, steps: int) -> Iterable[int]:
-        """Return the numbers of steps to take between checks for legs: one each while legs remain, then all others."""
+        """Return how many steps to take between checks for legs: one at a time while legs remain, then all others."""
         return self._steps_to_legs(steps) if self.started < len(self._changes) else (steps,)
 
     def _steps_to_legs(self, steps: int) -> Iterator[int]:

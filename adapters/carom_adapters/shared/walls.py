@@ -30,7 +30,7 @@ def cut_chain(chain: Chain) -> list[tuple[Point, Point]]:
 def thickness_of(scene: Scene, wall: Chain | Ring) -> float:
     """Return the radius of the solid that represents a wall: a chain's half width, or a circle's outer radius.
 
-    A wall without width gets a width too small to affect a disc, for engines that only have solids.
+    For an engine that has only solids, a wall without width gets a width too small to affect a disc.
     """
     outer = wall.half_width_m if isinstance(wall, Chain) else wall.radius_m + wall.half_width_m
     return outer or THINNEST * min(disc.radius_m for disc in scene.discs)
@@ -56,7 +56,7 @@ def find_walls_in_pieces(scene: Scene) -> frozenset[int]:
 
 
 def sum_contacts(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Contact, ...]:
-    """If a disc touches several pieces of one of these walls at one time, replace the contacts by their sum.
+    """Replace the contacts of a disc with several pieces of one of these walls by their sum.
 
     Contacts whose impulses cancel have no direction, and are returned unchanged.
     """

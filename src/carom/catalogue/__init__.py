@@ -1,4 +1,4 @@
-"""The catalogue: scenes with known answers, none of which Carom's code has computed."""
+"""The catalogue: scenes whose answers come from mathematics or a cited source, and never from Carom's code."""
 
 from carom.catalogue.bug_report import Complaint, Symptom
 from carom.catalogue.catalogue import all_scenes, catalogue, find_scenes, scene_named

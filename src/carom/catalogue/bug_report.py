@@ -1,4 +1,4 @@
-"""Complaints: scenes that reproduce bug reports by users of collision engines, each with its thread."""
+"""Complaints: scenes that reproduce bug reports by users of collision engines, each with the thread's address."""
 
 from __future__ import annotations
 

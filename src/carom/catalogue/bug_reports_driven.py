@@ -206,7 +206,7 @@ def _on_a_platform(drive: float, friction: float) -> Staged:
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(drive, 0.0))
     ball = disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
     scene = scene_of([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
-    # Friction ends the slip, of which 1/(1 + 1/k) goes into the velocity, or it is too weak for that.
+    # Either friction ends the slip, and 1/(1 + 1/k) of the slip becomes velocity, or it is too weak for that.
     change = min(drive / (1.0 + 1.0 / k), friction * 2.0 * down)
     after, spin = complex(change, down), change / k / radius
     source = "Coulomb: friction ends the slip (the platform's speed), or it is f times the impulse along the normal"

@@ -87,7 +87,7 @@ def _on_a_floor(
 ) -> Staged:
     """Stage a disc on the line y = 0 with a known position, speed and rim speed at the end.
 
-    By default it is at rest at the end. The direction of gravity makes a slope; `fall` is its tangent.
+    By default the disc is at rest at the end. Gravity is tilted to make a slope; `fall` is the tangent of the slope.
     """
     long = math.hypot(1.0, fall)
     scene = scene_of(

@@ -52,7 +52,7 @@ def impact(
     second_after: complex | None = None,
     *spins_after: float,
 ) -> KnownImpact:
-    """Return a known impact. A wall has no velocity after it."""
+    """Return a known impact. A wall has no velocity after an impact."""
     velocity_second = None if second_after is None else vector(second_after)
     return KnownImpact(time_s, first, second, vector(first_after), velocity_second, *spins_after)
 
@@ -120,7 +120,7 @@ class WedgeImpact(NamedTuple):
     Attributes:
         time_s: Seconds from the start.
         upper: Whether the side is the upper one, at the wedge's angle. The lower side is at angle 0.
-        velocity: Velocity of the point after it.
+        velocity: Velocity of the point after the impact.
     """
 
     time_s: float
@@ -162,7 +162,10 @@ def struck_row(
     duration_s: float,
     frame_rate_hz: float = 60.0,
 ) -> Staged:
-    """Stage a striker and a row of equal discs at rest. `gaps_m` are the gaps of neighbours, from the striker's on."""
+    """Stage a striker and a row of equal discs at rest.
+
+    `gaps_m` are the gaps between neighbours, from the striker on.
+    """
     position, time = 0.0, 0.0
     discs = [disc(0j, complex(speed, 0), radius_m)]
     impacts = []
@@ -191,8 +194,8 @@ def answered(
         impacts: All impacts of the scene.
         source: Source of the answer.
         convention: Why the answer is not unique; empty if it is.
-        final: Position and velocity of each disc at the end; None if all motion between impacts is in straight lines,
-            from which they follow.
+        final: Position and velocity of each disc at the end; None if all discs move in straight lines between impacts,
+            so that both can be computed.
         spins: Spin of each disc at the end, if known.
     """
     ends = zip(*(_in_straight_lines(scene, impacts) if final is None else final), strict=True)

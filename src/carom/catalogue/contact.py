@@ -17,7 +17,7 @@ from carom.catalogue.walled import FLOOR, edges
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector, wall_body
 
-#: Part of the motion along one axis: its start, the position then, and the velocity.
+#: Part of the motion along one axis: start time, position at that time, and velocity.
 _Leg = tuple[float, float, float]
 
 _LAW = "Linear damping: a velocity falls as exp(-c t), and the distance is v (1 - exp(-c t))/c"

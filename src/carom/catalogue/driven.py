@@ -1,7 +1,7 @@
 """The group `driven`: paddles, pistons, mallets and moving boxes, each scene with its answer in closed form.
 
-In the frame of a driven body an impact is one on a body at rest. So every answer is that of a wall or an immovable disc
-in that frame; `docs/theory/walls.md` derives it. The group runs only when it is named.
+In the frame of a driven body, an impact is one with a body at rest. So each answer is computed in that frame, for a
+wall or an immovable disc; `docs/theory/walls.md` derives it. The group runs only when it is named.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Entries of the catalogue: scenes with known answers from mathematics or a cited source, and deviations of traces."""
+"""Entries of the catalogue: scenes with known answers, and how far a trace deviates from an answer."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class KnownImpact:
 class KnownAnswer:
     """Answer of mathematics or a cited source. The tested code never computes it.
 
-    In addition to these fields, the answer is that no two bodies overlap at the end of a scene.
+    Every answer also requires that no two bodies overlap at the end of the scene.
 
     Attributes:
         source: Source of the answer: the theorem, the closed form or the citation, in one sentence.
@@ -95,8 +95,8 @@ class Staged(NamedTuple):
     known: KnownAnswer
 
 
-#: Makes a scene without its name, and its known answer. The function's name is the scene's, without its group; its
-#: docstring says in one sentence what the scene shows.
+#: Function that builds a scene without its name, and its known answer. The function's name is the scene's name within
+#: the group, and its docstring is the scene's description, one sentence.
 Builder = Callable[[], Staged]
 
 

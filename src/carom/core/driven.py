@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 def driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the rows of driven bodies, and those of the legs of their paths, as the core reads them.
+    """Return the rows of driven bodies, and the rows of the legs of their paths, as the core reads them.
 
-    Bodies that are driven, and walls whose surface runs, walls first, each in ascending order: the body (a wall is -1
-    less its number), how many legs its path has, and how fast its surface runs. Of all these paths in turn the legs:
-    when they begin and end (seconds since the start), how far the body has moved by then (two columns, metres), and its
-    velocity.
+    The first array has a row for each driven body and each conveyor wall: body number (wall k is -1 - k), number of
+    legs, and surface speed. Walls come first, then discs, both in ascending order. The second array has a row for each
+    leg, path after path: start and end (seconds since the start), displacement of the body when the leg begins (x and
+    y, metres), and velocity (x and y, metres a second).
     """
     rows: list[tuple[float, float, float]] = []
     legs: list[tuple[float, ...]] = []

@@ -1,9 +1,9 @@
-"""Instants at which a gap that is a polynomial in time closes, in exact arithmetic: what the core asks for in doubt.
+"""Exact instants at which a gap that is a polynomial in time closes, for cases that the core cannot decide in floats.
 
-Every float is a fraction whose denominator is a power of two, so a polynomial with float coefficients is one with
-integer coefficients over a power of two. Sturm's theorem counts the roots in an interval. Halving isolates those at
-which the polynomial turns negative, and ends where floats cannot tell the ends of the interval apart. A root at which
-it only touches zero is a graze of zero depth, and no impact.
+Every float is a fraction whose denominator is a power of two. So a polynomial with float coefficients is a polynomial
+with integer coefficients, divided by a power of two. Sturm's theorem counts the roots in an interval. Halving the
+intervals isolates the roots at which the polynomial turns negative, until floats cannot tell the ends of an interval
+apart. A root at which the polynomial only touches zero is a graze of zero depth, and no impact.
 
 Source: J. C. F. Sturm's theorem with pseudo-remainders: D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
 """
@@ -28,9 +28,10 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
     """Return an instant at which a gap closes, in seconds after `begin`; infinity if there are no more.
 
     Args:
-        powers: For each power of time, lowest first, the numbers whose products add up to its coefficient.
+        powers: For each power of time, lowest first, pairs of numbers. The coefficient is the sum of the pairs'
+            products.
         begin: Start of the search, seconds.
-        is_closed: Whether the gap is 0 at `begin`, whatever the powers say.
+        is_closed: Whether the gap is 0 at `begin`. If so, the value of the powers there is ignored.
         index: Number of the instant, from 0. With -1 the sign of the gap at `begin` is returned instead.
     """
     gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
@@ -49,13 +50,13 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
 
 
 def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
-    """Yield the instants from now on at which a gap closes; 0 if it is closed and does not open.
+    """Yield the times, from 0 on, at which a gap closes; 0 itself if it is closed and does not open.
 
-    The gap is a polynomial in time, lowest power first. Its denominators are powers of two. A gap below 0 has to open
-    first.
+    The gap is a polynomial in time, lowest power first. Its denominators are powers of two. A gap below 0 must open
+    before it can close.
     """
     powers = list(gap)
-    while powers and powers[0] == 0:  # in contact: the lowest power left decides what the gap does next
+    while powers and powers[0] == 0:  # in contact: the lowest power left decides whether the gap opens
         del powers[0]
     if not powers:
         return
@@ -66,7 +67,7 @@ def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
 
 
 def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
-    """Yield the instants t > 0 at which a polynomial turns negative, in order. It must not be 0 at t = 0."""
+    """Yield the times t > 0 at which a polynomial turns negative, in order. The polynomial must not be 0 at t = 0."""
     p = list(polynomial)
     while p[-1] == 0:
         del p[-1]
@@ -87,7 +88,7 @@ def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
                 low = middle
             else:
                 high = middle
-        if _value_at(p, low, scale) > 0 > _value_at(p, high, scale):  # and no touch of zero, nor a rise
+        if _value_at(p, low, scale) > 0 > _value_at(p, high, scale):  # not if p rises, or only touches 0
             yield _bisect(p, low, high, scale)
         low, before, high = high, after, 2 * high
 

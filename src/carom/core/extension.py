@@ -1,4 +1,4 @@
-"""State of the compiled extension: that it is installed, and that it was built from the sources next to it.
+"""State of the compiled extension: whether it is installed, and whether it was built from the present sources.
 
 Every .pyx file of the package is a module of the extension. They are built together, so `carom.core.built` represents
 all of them and contains a digest of the sources.
@@ -21,7 +21,7 @@ def require_extension() -> None:
     """Check that the compiled extension is installed.
 
     Raises:
-        ImportError: It is not, or cannot be loaded. The message says what to do.
+        ImportError: The extension is not installed, or cannot be loaded. The message says what to do.
     """
     try:
         importlib.import_module("carom.core.built")
@@ -36,7 +36,7 @@ def require_extension() -> None:
 
 
 def find_extension_notes() -> tuple[str, ...]:
-    """Return what a result must report about the extension: that it is stale. Warn once in a process of the same."""
+    """Return the notes on the extension for a result: that it is stale, if it is. Warn once per process."""
     stale = _find_staleness()
     if not stale:
         return ()
@@ -67,13 +67,13 @@ def _sources(package: Path) -> list[Path]:
 
 
 def _is_installed(package: Path) -> bool:
-    """Return whether a package is an installed copy, which nobody edits, and no source tree."""
+    """Whether a package is an installed copy, which nobody edits, and not a source tree."""
     return bool({"site-packages", "dist-packages"} & set(package.parts))
 
 
 @functools.cache
 def _find_staleness() -> str:
-    """Return in what the extension differs from the sources next to it, and the remedy; empty if in nothing.
+    """Return how the extension differs from the sources next to it, and the remedy; empty if it does not.
 
     The digest of the sources is computed only if one of them is newer than the extension.
     """

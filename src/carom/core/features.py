@@ -1,11 +1,11 @@
 """Features of finite walls that a disc's rim meets: straight faces, vertices, and both sides of arcs.
 
-A wall is a line of straight edges and arcs, and all points within a half width of it. A disc touches it where its
-centre is at half width plus radius from the line. Such centres form a straight line for a face, and a circle for a
-vertex and both sides of an arc. So a vertex is a circle of radius 0.
+A wall consists of all points within a half width of a line of straight edges and arcs. A disc touches the wall when its
+centre is at the distance half width plus radius from that line. Such centres form a straight line for a face, and a
+circle for a vertex or for a side of an arc. So a vertex is represented as a circle of radius 0.
 
-Features are frozen, and contain all that the times of impact need, precomputed from the numbers of the file. An exact
-value is stored as a pair ``(high, low)`` of its nearest floats: see `core/double_double.h`.
+Features are frozen. They contain everything that times of impact need, precomputed from the numbers of the scene file.
+An exact value is stored as a pair ``(high, low)`` of its nearest floats: see `core/double_double.h`.
 """
 
 from __future__ import annotations
@@ -23,22 +23,23 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 Pair = tuple[float, float]
 
-#: Bits of a square root before it becomes a pair: more than a pair's 106, and some to round by.
+#: Bits of a square root before it is rounded to a pair, which has 106.
 _ROOT_BITS = 160
 
-#: Room in a circle, in parts of its coordinates, that holds four to eight floats each way: below, normals are rounding.
+#: Least room of a disc inside a circle, as a fraction of the circle's coordinates. In this room there are four to eight
+#: floats in each direction. With less room, normals would consist of rounding errors.
 _PLACES = 2.0**-50
 
 
 class Mover(NamedTuple):
-    """A disc as seen from a wall: for a driven wall, in the frame that moves with it.
+    """A disc in the frame of a wall, which may be driven.
 
     Attributes:
-        x: Coordinate of its centre, metres.
-        y: The other one.
-        ux: Component of its velocity less the wall's, metres a second.
-        uy: The other one.
-        radius: Its radius, metres.
+        x: First coordinate of the disc's centre, metres.
+        y: Second coordinate of the centre, metres.
+        ux: First component of the disc's velocity relative to the wall, metres a second.
+        uy: Second component of this velocity, metres a second.
+        radius: Radius of the disc, metres.
     """
 
     x: Pair
@@ -49,21 +50,21 @@ class Mover(NamedTuple):
 
     @classmethod
     def at(cls, position: Point, velocity: Point, radius: float, wall_velocity: Point = (0.0, 0.0)) -> Mover:
-        """Return a disc as seen from a wall that is where the file has it, and moves at a velocity."""
+        """Return a disc in the frame of a wall that is at its position in the file, and has a velocity."""
         ux, uy = primitives.two_diff(velocity[0], wall_velocity[0]), primitives.two_diff(velocity[1], wall_velocity[1])
         return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
 
 
 @dataclass(frozen=True, slots=True)
 class Face:
-    """One side of a straight edge from a to b: the side on the left of the way from a to b.
+    """The left side of a straight edge, as seen from its start a towards its end b.
 
     Attributes:
-        a: Where the edge begins, metres.
-        b: Where it ends.
-        half_width: The wall is all points within this of the edge, metres.
+        a: Start of the edge, metres.
+        b: End of the edge, metres.
+        half_width: Half width of the wall, metres: all points within this distance of the edge belong to the wall.
         along: The two components of b - a, exactly.
-        length: Its length.
+        length: Length of the edge, metres.
         normal: Unit vector into the free side, to the nearest floats.
     """
 
@@ -76,7 +77,7 @@ class Face:
 
     @classmethod
     def between(cls, a: Point, b: Point, half_width: float = 0.0) -> Face:
-        """Return the side on the left of an edge; its ends differ."""
+        """Return the left side of an edge from a to b. The two points must differ."""
         along = primitives.two_diff(b[0], a[0]), primitives.two_diff(b[1], a[1])
         ex, ey = (Fraction(high) + Fraction(low) for high, low in along)
         length2 = ex * ex + ey * ey
@@ -89,8 +90,8 @@ class Sector:
     """The directions from an arc's centre to its points: counterclockwise from `first` to `last`.
 
     Attributes:
-        first: The two components of the vector from the centre to where the arc begins, metres.
-        last: Those to where it ends.
+        first: Vector from the centre to the start of the arc, metres; two components.
+        last: Vector from the centre to the end of the arc, metres; two components.
         reflex: Whether the arc is more than half of its circle.
     """
 
@@ -105,11 +106,12 @@ class Arc:
 
     Attributes:
         centre: The two coordinates of the circle's centre, metres.
-        radius: The circle's radius, metres; 0 of a vertex.
-        half_width: The wall is all points within this of the arc, metres.
-        inside: Whether it is the side that the centre is on.
-        sector: The part of the circle that the arc is; None for all of it.
-        fits_below: Narrower discs fit inside, metres: they alone meet the inner side, and the others its stops.
+        radius: Radius of the circle, metres; 0 for a vertex.
+        half_width: Half width of the wall, metres: all points within this distance of the arc belong to the wall.
+        inside: Whether this is the side on which the circle's centre is.
+        sector: Directions of the arc's points from the centre; None for a whole circle.
+        fits_below: Smallest radius of discs that do not fit inside, metres. They meet the arc's stops instead of its
+            inner side.
     """
 
     centre: tuple[Pair, Pair]
@@ -121,25 +123,28 @@ class Arc:
 
     @classmethod
     def vertex(cls, at: Point, half_width: float = 0.0) -> Arc:
-        """Return an end of a line, or a joint at which it is not smooth, from all sides."""
+        """Return a vertex: an end of a line, or a joint at which the line is not smooth.
+
+        Discs meet it from all sides.
+        """
         return cls(((at[0], 0.0), (at[1], 0.0)), (0.0, 0.0), half_width, inside=False, sector=None)
 
     @property
     def is_vertex(self) -> bool:
-        """Whether it is a point."""
+        """Whether this is a vertex, which is a single point."""
         return self.radius[0] == 0.0
 
     @classmethod
     def on(
         cls, circle: ExactCircle, ends: tuple[Point, Point] | None = None, half_width: float = 0.0, *, inside: bool
     ) -> Arc:
-        """Return one side of a circle's arc counterclockwise between two of its points, or of all of it."""
+        """Return one side of a circle, or of its arc counterclockwise from the first of `ends` to the second."""
         sector = None if ends is None else _sector(circle, *ends)
         place, size = (pair_of(circle.x), pair_of(circle.y)), root_of(circle.radius2)
         return cls(place, size, half_width, inside, sector, _fits_below(place, size, half_width) if inside else 0.0)
 
     def stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
-        """Return the point of this inner side, in a direction from its circle's centre, that stops wide discs."""
+        """Return the stop of this inner side that is at `way` from the circle's centre. Wide discs meet the stop."""
         (x, y), nothing = way, (0.0, 0.0)
         half = Sector((pair_of(-y), pair_of(x)), (pair_of(y), pair_of(-x)), reflex=False)
         place = pair_of(circle.x + x), pair_of(circle.y + y)
@@ -165,7 +170,7 @@ def root_of(square: Fraction) -> Pair:
 
 
 def _fits_below(centre: tuple[Pair, Pair], radius: Pair, half_width: float) -> float:
-    """Return from which radius on a disc has no room in a circle, or so little that floats do not tell its places."""
+    """Return the smallest radius of discs that have no room in a circle, or too little for floats to resolve."""
     return radius[0] - half_width - _PLACES * (abs(centre[0][0]) + abs(centre[1][0]) + radius[0])
 
 

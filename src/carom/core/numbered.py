@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from carom.core.features import Feature, Pair, Point
     from carom.model.disc_arrays import HalfPlane
 
-#: Numbers of a row.
+#: Count of the numbers in a row.
 FEATURE_NUMBERS = 22
 
 #: `FeatureKind` of core/feature.h.

@@ -1,7 +1,8 @@
 """Time of impact of two discs whose numbers are not of moderate size.
 
-A term of the fourth-degree formulas of the core could leave the range of floats. The numbers are multiplied by powers
-of two, which is exact. Where no power of two brings them to moderate size, the time is solved in rational numbers.
+For such numbers, a fourth-degree term in the core's formulas could leave the range of floats. So the numbers are first
+multiplied by powers of two, which is exact. If no power of two makes all of them moderate, the time is solved in
+rational numbers.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """Resolution of gaps and times: how well they are known, given the rounding of positions and of the clock.
 
-Each coordinate is known to a unit in the last place (a product and a sum of half a unit each). The distance of two
-bodies is known to five such units of all sizes together (`size_of` each, root and radii included).
+Each coordinate is known to one unit in the last place: half a unit from a product, and half from a sum. The distance of
+two bodies is known to five units in the last place of the sum of their sizes (`size_of`). This includes the rounding of
+the root and of the radii.
 
-`core/resolution.h` has the same bounds for the core, and those of times of impact, which follow from them.
+`core/resolution.h` has the same bounds for the core. It also has the bounds of times of impact, which follow from them.
 """
 
 from __future__ import annotations
@@ -11,16 +12,17 @@ from __future__ import annotations
 from carom.errors import InputError
 from carom.support.formatting import number
 
-#: A unit in the last place of 1: at least one of any number, in parts of it.
+#: Unit in the last place of 1. Relative to any number, its own unit in the last place is at most this.
 ULP = 2.0**-52
 
-#: Each coordinate at an impact is at most three roundings off (its way, the sum, the time): here the place of a centre
-#: seen from the other is off by at most 3/16 of their distance.
+#: Largest sum of the coordinates of two discs at an impact, as absolute values, over the sum of the radii. Each
+#: coordinate is off by at most three roundings (distance moved, sum, time). At this limit, the position of one centre
+#: relative to the other is off by at most 3/16 of their distance.
 FARTHEST = 2.0**49
 
 
 def size_of(x: float, y: float, radius: float) -> float:
-    """Return the sum of a body's coordinates (of a wall: those of its point) and its radius, as absolute values."""
+    """Return ``|x| + |y| + radius`` of a disc. For a wall, the coordinates are those of its point."""
     return abs(x) + abs(y) + radius
 
 
@@ -35,7 +37,7 @@ def clock_resolution(time_s: float) -> float:
 
 
 def too_far_out() -> InputError:
-    """Return the error for an impact of two discs whose centres floats do not tell apart."""
+    """Return the error for an impact of two discs so far out that floats can't distinguish their centres."""
     return InputError(
         f"two discs met more than {number(FARTHEST / 2, 3)} radii from the origin, where floats do not tell their "
         "centres apart: end the run before that, or move the scene to the origin"

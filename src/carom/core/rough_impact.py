@@ -1,6 +1,6 @@
 """Impacts with friction on arrays, by the law of `core/impact.h`: many impacts at once, for comparisons.
 
-Spins come as speeds of rims, ``R w`` in metres a second, which the law adds to velocities.
+Spins are given as speeds of rims, ``R w`` in metres a second, since the law adds them to velocities.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 class RoughBodies(NamedTuple):
-    """The first, or the second, bodies of `m` impacts; a wall has infinite mass.
+    """All first bodies, or all second bodies, of `m` impacts. A wall has infinite mass.
 
     Attributes:
         velocity: Shape ``(m, 2)``.
         rim: ``R w``, counterclockwise, shape ``(m,)``.
         mass: Shape ``(m,)``.
-        inertia: k of the moment of inertia k m R^2, infinity of what does not turn, shape ``(m,)``.
+        inertia: k of the moment of inertia k m R^2, infinity for a body that does not turn, shape ``(m,)``.
     """
 
     velocity: NDArray[np.float64]
@@ -36,7 +36,8 @@ class ContactFriction(NamedTuple):
 
     Attributes:
         friction: Coulomb's coefficient f, 0 or more.
-        restitution: b, -1 to 1: the reversed slip after an impact in which they stick, over the slip before.
+        restitution: Tangential restitution b, -1 to 1. If the bodies stick, the slip after the impact is -b times the
+            slip before.
     """
 
     friction: float = 0.0
@@ -51,7 +52,7 @@ class ContactFrictions(NamedTuple):
 
 
 class Branches(NamedTuple):
-    """What friction would give if the bodies stuck, and if they slid, as impulses T; shape ``(m,)`` each.
+    """Impulses T of friction for bodies that stick, and for bodies that slide, newton seconds; shape ``(m,)`` each.
 
     Attributes:
         sticking: ``(1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2)``.
@@ -63,7 +64,7 @@ class Branches(NamedTuple):
 
     @property
     def law(self) -> NDArray[np.float64]:
-        """The one of the two that the law takes: the lesser."""
+        """The smaller impulse of the two, which is the one that acts."""
         return np.where(np.abs(self.sticking) > np.abs(self.sliding), self.sliding, self.sticking)
 
 
@@ -74,7 +75,7 @@ def branches(
     pressed: NDArray[np.float64],
     contacts: ContactFrictions,
 ) -> Branches:
-    """Return both branches of friction for bodies that are pressed together by the impulses J, shape ``(m,)``.
+    """Return the friction impulses of bodies that the normal impulses J, shape ``(m,)``, press together.
 
     `tangent` is the unit normal from first to second turned by +90 degrees, shape ``(m, 2)``.
     """
@@ -91,10 +92,10 @@ def resolve_rough_impact(
     restitution: NDArray[np.float64],
     contacts: ContactFrictions,
 ) -> tuple[RoughBodies, RoughBodies]:
-    """Return the bodies just after; those that do not approach are as before.
+    """Return the bodies just after their impacts. Bodies that do not approach are unchanged.
 
     Without friction the velocities are those of `carom.resolve_impact`, to the bit. `normal` is from first to second,
-    of any length above 0, shape ``(m, 2)``; `restitution` that along it, shape ``(m,)``.
+    of any length above 0, shape ``(m, 2)``. `restitution` is the restitution along the normal, shape ``(m,)``.
     """
     v1, v2 = resolve_impact(first.velocity, first.mass, second.velocity, second.mass, normal, restitution)
     unit = normal / np.hypot(normal[:, 0], normal[:, 1])[:, None]

@@ -3,7 +3,7 @@
 The core computes each time (`core/pair.h` describes the method and its guarantee), and
 `carom.core.pair_time_any_size` scales numbers that are not of moderate size.
 
-Whether bodies approach decides everything; no time or distance is ever compared with a small number.
+All decisions depend on whether the discs approach. No time or distance is compared with a small number.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def time_of_impact(
 
     Returns:
         The broadcast shape of all (a float where none is an array): 0 where the discs touch or overlap and approach,
-        infinity where they never collide, or not within as many seconds as the largest float.
+        infinity where they never collide, or only after more seconds than the largest float.
 
     Raises:
         InputError: A value is not finite, a radius is not positive, or a last axis is not of length 2.

@@ -18,17 +18,18 @@ from carom.model.trace import EdgeKind
 
 Exact = tuple[Fraction, Fraction]
 
-#: Sine of the angle that an arc may lack of half a circle and still let a disc of its width, to rounding, by its ends.
+#: Sine of the largest angle by which an arc may fall short of half a circle and still be treated as half a circle. To
+#: rounding, a disc as wide as such an arc passes between its ends.
 _NEARLY_HALF = Fraction(1, 2**20)
 
 
 class WallFeature(NamedTuple):
-    """A feature of a wall, and which edges of the file it is made of.
+    """A feature of a wall, and the edges of the scene file that form it.
 
     Attributes:
         feature: The feature.
-        edges: Numbers of its edges; of a vertex that of the lower edge.
-        kind: Whether it is a face, a vertex or an arc.
+        edges: Numbers of the edges; for a vertex, only the lower of its two.
+        kind: Kind of the feature: face, vertex or arc.
     """
 
     feature: Feature
@@ -37,12 +38,12 @@ class WallFeature(NamedTuple):
 
 
 class JoinedEdges(NamedTuple):
-    """Edges that are one: straight, or on one circle and in one direction.
+    """Neighbouring edges joined into one: straight edges on one line, or arcs on one circle in one direction.
 
     Attributes:
-        edge: From the first point to the last, with the bulge of the first.
-        circle: What an arc is on; None of a straight one.
-        numbers: Of the edges of the file.
+        edge: Edge from the first point to the last, with the bulge of the first edge.
+        circle: Circle of joined arcs; None for straight edges.
+        numbers: Numbers of the edges in the scene file.
     """
 
     edge: Edge
@@ -55,7 +56,7 @@ class JoinedEdges(NamedTuple):
         return (self.edge.bulge > 0.0) - (self.edge.bulge < 0.0)
 
     def tangent(self, point: tuple[float, float]) -> Exact:
-        """Return the direction of the way at one of its ends."""
+        """Return the direction of travel along the edges at their start or end."""
         if self.circle is None:
             a, b = exact(self.edge.a), exact(self.edge.b)
             return b[0] - a[0], b[1] - a[1]
@@ -63,21 +64,21 @@ class JoinedEdges(NamedTuple):
         return self.turn * (self.circle.y - y), self.turn * (x - self.circle.x)
 
     def goes_on_as(self, other: JoinedEdges) -> bool:
-        """Whether another, which begins where this ends, is of the same line or circle, and goes on in its way."""
+        """Whether `other`, which begins where these edges end, continues the same line or circle smoothly."""
         return self.circle == other.circle and self.turn == other.turn and goes_smoothly(self, other)
 
     def with_next(self, other: JoinedEdges) -> JoinedEdges:
-        """Return this and one that it goes on as, as one."""
+        """Return these edges joined with `other`, which continues them."""
         edge = Edge(self.edge.a, other.edge.b, self.edge.bulge)
         return JoinedEdges(edge, self.circle, (*self.numbers, *other.numbers))
 
 
 def features_of(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
-    """Return the features of a wall, both sides of each edge, in the order in which they are met at one instant.
+    """Return the features of a wall, both sides of each edge, by their precedence at one instant.
 
-    Faces and arcs come in the order of the edges, vertices after them: where a face ends, it is met no later than the
-    vertex there, and its normal is the one to be taken. At the end are the stops of arcs in which a disc of the radius
-    `widest_m` does not fit: see `stops_of`.
+    Faces and arcs come first, in the order of the edges, and vertices after them. A disc that meets the vertex at the
+    end of a face meets the face no later, and the face's normal is the right one. Last come the stops of arcs in which
+    a disc of the radius `widest_m` does not fit: see `stops_of`.
     """
     if outline.radius == 0.0:
         return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
@@ -92,7 +93,7 @@ def features_of(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeatu
 
 
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
-    """Whether a disc that meets two smooth features at one instant goes on in the same way, whichever comes first.
+    """Whether a disc that meets two smooth features at one instant moves on in the same way in either order of impacts.
 
     This holds at a corner of 90 degrees and, if both features are elastic, of 60, 45 and 30 degrees. In general it
     holds at pi/n; these are the angles whose cosines have rational squares. It also holds for a feature with itself,
@@ -103,7 +104,7 @@ def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
     if not isinstance(one, Face) or not isinstance(other, Face):
         return False
     (ax, ay), (bx, by) = _along(one), _along(other)
-    dot = ax * bx + ay * by  # of the normals, too, which are the ways turned by a quarter
+    dot = ax * bx + ay * by  # also of the normals, which are these directions after a quarter turn
     if dot == 0:
         return True
     square = dot * dot / ((ax * ax + ay * ay) * (bx * bx + by * by))
@@ -121,13 +122,13 @@ def exact(point: tuple[float, float]) -> Exact:
 
 
 def goes_smoothly(one: JoinedEdges, other: JoinedEdges) -> bool:
-    """Whether the way goes on in the same direction at the joint of one run and the next."""
+    """Whether the direction just before the joint of two runs is the same as just after it."""
     (ax, ay), (bx, by) = one.tangent(one.edge.b), other.tangent(other.edge.a)
     return ax * by - ay * bx == 0 and ax * bx + ay * by > 0
 
 
 def runs_of(outline: Outline) -> list[JoinedEdges]:
-    """Return the edges of a chain in order, those that go on in one line or on one circle as one; or a circle's."""
+    """Return the edges of a chain in order, joined if they continue one line or circle. A ring has a single run."""
     if outline.radius is not None:
         (x, y), radius = exact(outline.points[0]), Fraction(outline.radius)
         return [JoinedEdges(outline.stretches[0].edge, ExactCircle(x, y, radius * radius), (0,))]
@@ -149,7 +150,7 @@ def _sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
         yield WallFeature(Face.between(a, b, half_width), run.numbers, EdgeKind.FACE)
         yield WallFeature(Face.between(b, a, half_width), run.numbers, EdgeKind.FACE)
         return
-    # The sector runs counterclockwise; of a whole circle there is none.
+    # The sector runs counterclockwise; a whole circle has none.
     ends = None if a == b else (a, b) if run.turn > 0 else (b, a)
     for inside in (True, False):
         arc = Arc.on(run.circle, ends, half_width, inside=inside)
@@ -171,17 +172,19 @@ def _vertices(runs: list[JoinedEdges], outline: Outline) -> Iterator[WallFeature
 
 
 def quarters_of(way: Exact) -> list[Exact]:
-    """Return a vector, and what a quarter turn, two and three make of it, counterclockwise."""
+    """Return a vector and its rotations by 90, 180 and 270 degrees counterclockwise."""
     x, y = way
     return [(x, y), (-y, x), (-x, -y), (y, -x)]
 
 
 def stops_of(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
-    """Return the ways from an arc's centre to the points at which it stops discs that do not fit inside.
+    """Return the vectors from an arc's centre to its stops: the points that hold discs too wide to fit inside.
 
-    A disc exactly as wide as an arc touches all of it at once. Of half a circle it can only come away from the middle;
-    of more, where it can't get away at all, the points a quarter from the ends stop it, and of a whole circle any four.
-    Less than half is touched no sooner than its ends, at a smooth one of which a foot may be rounded off the edge.
+    A disc exactly as wide as an arc touches all of it at once, so a few points represent the arc. For a whole circle
+    these are any four points a quarter turn apart. For more than half a circle, which such a disc can't leave, they are
+    the points a quarter turn from both ends, and for exactly half a circle the middle. Less than half a circle is
+    touched no sooner than its ends. There, a smooth end has a stop, since rounding may place the point of contact
+    beyond the edge.
     """
     run = runs[k]
     if run.circle is None:

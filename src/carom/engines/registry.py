@@ -188,7 +188,7 @@ def _manifest_in(path: Path) -> Path:
 
 
 def resolve_engine(word: str) -> str:
-    """Return the name of an engine that is given by name or by its manifest. A manifest is registered.
+    """Return the name of an engine that is given by its name or its manifest. Register the manifest first.
 
     Worker processes of this machine inherit the registration through the environment.
 
@@ -196,7 +196,7 @@ def resolve_engine(word: str) -> str:
         word: A name, a manifest, or a folder with one. A path has a slash, ends in ``.toml``, or is ``.`` or ``..``.
 
     Raises:
-        InputError: It is no text.
+        InputError: The word is not a string.
         AdapterError: The manifest does not exist, is invalid, or has the name of another engine.
     """
     instance("engine", word, str)

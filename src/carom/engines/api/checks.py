@@ -13,7 +13,7 @@ from carom.model.scene import Chain, Disc, Need, Ring, Scene, Wall
 from carom.model.trace import Setting
 from carom.support.formatting import number
 
-#: Engines count steps in a C int, which limits their number.
+#: Largest number of steps, since engines count them in a C int.
 MAX_STEPS = 2**31 - 1
 
 #: Bits of a float after the leading one (IEEE 754), by declarable width. A width of 16 bits can't be declared: rounding

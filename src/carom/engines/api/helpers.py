@@ -102,9 +102,9 @@ def _factor(pair: float, wall: float) -> tuple[float, float]:
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     """Return the middle of a scene, and the largest distance from it that any point of a disc can reach, metres.
 
-    Engines without half-planes need it for the size of walls. No impact adds energy, so the speed of a disc is limited
-    by the total energy of the scene, including the energy of spins, and by gravity. A driven body adds up to twice its
-    speed at each impact. `DRIVEN_IMPACTS` such impacts are included.
+    Engines without half-planes choose the size of their walls by this distance. No impact adds energy, so the speed of
+    a disc is limited by the total energy of the scene, including the energy of spins, and by gravity. A driven body
+    adds up to twice its speed at each impact. `DRIVEN_IMPACTS` such impacts are included.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)

@@ -367,7 +367,7 @@ class CodedAdapter(Adapter, Protocol):
     """An adapter that writes a world as code of its engine, ready to paste: ``carom engines NAME --show``."""
 
     def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-        """Return a program or a model that reproduces the digits of the world from `prepare` without Carom.
+        """Return a program or a model that gives the same digits as the world from `prepare`, without Carom.
 
         The engine must not be imported. A program takes the steps of the scene, then prints one line ``x y vx vy spin``
         for each disc.

@@ -16,7 +16,7 @@ from carom.model.walls import with_lengths, with_speeds
 
 
 def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
-    """Return a scene in other units: a metre has `length` of them, a second `time`. Masses stay the same.
+    """Return a scene in other units: `length` units are a metre, and `time` units a second. Masses stay the same.
 
     The step must be multiplied by `time`, too.
 

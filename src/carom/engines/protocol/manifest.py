@@ -57,7 +57,7 @@ def _enums_by_name(table: object) -> object:
 
 
 def _finite(setting: Setting) -> Setting:
-    """Refuse a setting that JSON has no number for. The program would get a text."""
+    """Refuse infinity and NaN, which are not numbers in JSON. The program would get a string."""
     if isinstance(setting, float) and not math.isfinite(setting):
         raise ValueError(f"must be finite, as JSON requires, got {setting}")
     return setting
@@ -87,7 +87,7 @@ class ProgramProfile(_Table):
 
 
 class Manifest(_Table):
-    """Manifest: describes an engine without a start of its program.
+    """Manifest: describes an engine, so that its program need not be started.
 
     Attributes:
         protocol: Version of the protocol that the program uses.
