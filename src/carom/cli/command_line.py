@@ -50,7 +50,7 @@ class Command(TyperCommand):
                 one.display_type = partial(_plain_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the command line; an error has no word about how Typer finds it."""
+        """Parse the command line. An error message loses the prefix that Typer adds to it."""
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:

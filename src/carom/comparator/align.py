@@ -28,7 +28,8 @@ class AlignedRun(ComparedRun):
         against_pit: Matches of the run's impacts with PIT's; None without PIT.
         edits: Number of insertions, deletions and swaps of neighbours that turn one sequence of pairs into the other;
             at most `MOST_EDITS`.
-        inverted: Pairs of matched impacts in the wrong order, as indices of the reference in its own order.
+        inverted: Pairs of matched impacts in the wrong order, as indices of the reference's impacts, the earlier one
+            first.
         parted_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
         pit_parted_s: The same time for PIT at this step.
     """

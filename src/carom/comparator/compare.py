@@ -49,11 +49,11 @@ class Score(Shown):
         pit_missed: Indices of reference impacts that PIT misses; None without PIT.
         price_paid: The run's largest velocity error divided by PIT's largest over the phases of the same step, or the
             same ratio of spin errors if that is larger. A missed impact counts as an error of the whole change that it
-            causes. 1: the run has the whole cost of sampling; 0: none of it; above 1: it is worse than sampling. If
+            causes. The run has the whole cost of sampling at 1, none of it at 0, and is worse than sampling above 1. If
             sampling changes no velocity or spin and the run's are right, times are compared instead: the run's largest
-            time error over PIT's largest, or over one step if that is longer. NaN without PIT, without an impact, or if
-            the scene has no unique answer. Infinite if sampling costs nothing, if a number of the run is not finite, or
-            if the run ended before its last impact.
+            time error is divided by PIT's largest, or by one step if that is longer. NaN without PIT, without an
+            impact, or if the scene has no unique answer. Infinite if sampling costs nothing, if a number of the run is
+            not finite, or if the run ended before its last impact.
         findings: Verdicts, each with its reason; at least one.
         grade: The grade.
         float_bits: Width of the floats that the method declares. *Exact* means exact to their rounding.
@@ -64,7 +64,7 @@ class Score(Shown):
         horizon_s: The horizon, seconds: when the reference stops being reliable, or when a disc first starts to rest,
             slide or roll, whichever is earlier. None if the whole run is compared.
         local: Errors of each impact against the analytic answer from the trace's own state before that impact.
-        convention: The admissible outcome that the trace took, where the scene has no unique answer.
+        convention: The admissible outcome that the trace took if the scene has no unique answer; otherwise None.
         consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or
             infinite.
         branches: The impacts that stuck instead of sliding, or slid instead of sticking.
@@ -115,7 +115,7 @@ class Score(Shown):
 
     @property
     def own_velocity(self) -> float | None:
-        """The velocity error that sampling does not explain: that against PIT or the reference, whichever is smaller.
+        """The velocity error that sampling does not explain: the smaller of the errors against PIT and the reference.
 
         A method that is better than PIT differs from PIT because it is right. That difference is not an error.
         """
@@ -222,7 +222,7 @@ def _run_stages(reference: Trace, observed: Trace, sampling: Trace | None, horiz
     aligned = align_impacts(compared)
     measured = measure_run(aligned)
     grade_before_tie = None
-    if compared.before_tie_s is not None:  # a fault before a tie stays a fault
+    if compared.before_tie_s is not None:  # grade the part before the tie alone: a fault there counts
         unique = replace(reference, ambiguous=())
         grade_before_tie = _run_stages(unique, observed, sampling, compared.before_tie_s).trajectory_grade
     judged = derive_verdicts(measured, grade_before_tie)

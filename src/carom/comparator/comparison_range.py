@@ -1,7 +1,8 @@
 """First stage of a comparison: the part of a run that can be compared with its reference.
 
-The range ends at the horizon, when a disc starts to rest, slide or roll, or when a disc is crushed. A disc bounces
-infinitely often before it rests or is crushed. The range ends when a step can no longer separate these bounces.
+The range ends at the horizon, when a disc starts to rest, slide or roll, or when a disc is crushed. Before a disc rests
+or is crushed, it may bounce infinitely often. Then the range ends as soon as a step can no longer separate these
+bounces.
 """
 
 from __future__ import annotations
@@ -66,7 +67,10 @@ class ComparedRun:
 
     @property
     def has_other_ending(self) -> bool:
-        """Whether the run ended differently from the reference; if that ends at rest, a run must complete the scene."""
+        """Whether the run ended differently from the reference.
+
+        If the reference ends in contact, the run must be complete.
+        """
         expected = Outcome.COMPLETED if self.reference.contact_s < math.inf else self.reference.outcome
         return self.observed.outcome is not expected or (expected is Outcome.COMPLETED and self.is_cut_short)
 
@@ -82,7 +86,7 @@ class ComparedRun:
 
     @property
     def place_rounding(self) -> float:
-        """Rounding error of a position over all steps of the run, relative to its own extent."""
+        """Rounding error of a position over all steps of the run, relative to the position's own extent."""
         steps = self.scales.time_s / self.observed.dt_s if self.observed.dt_s else 0.0
         return THRESHOLDS.place_rounding_of(self.observed.float_bits, steps)
 
@@ -133,11 +137,12 @@ def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange
 def clip_before_rest(
     reference: Trace, compared: ComparisonRange, dt_s: float, pit: Trace | None = None
 ) -> ComparisonRange:
-    """End a range before a disc starts to rest, slide or roll, as far as steps of a given size can show it.
+    """End a range before a disc starts to rest, slide or roll, as seen with steps of a given size.
 
-    The last impacts before rest are often infinitely many. They close at no more than the speed that a disc gains by
-    falling for a step or two, so a method that checks once per step already rests. PIT loses these bounces a few hops
-    earlier. If PIT is given, the range ends there, because no step shows more than PIT's.
+    Often there are infinitely many impacts just before rest. Their closing speed is at most the speed that a disc gains
+    by falling for a step or two, so in a method that checks once per step the disc already rests. PIT loses these
+    bounces a few hops earlier. If PIT is given, the range ends where PIT loses them, because no other method with these
+    steps can show more.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
@@ -164,7 +169,8 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
     """Return the time after which steps can't separate the impacts of a disc on two walls that crush it.
 
     These impacts come ever faster. From some time on, each follows the previous one within two steps, so a method that
-    checks once per step finds at most one of them, late. If PIT is given, it may lose or gain an impact even earlier.
+    checks once per step finds at most one of them, late. If PIT is given and has a missing or extra impact even
+    earlier, the time ends there.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -181,7 +187,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Return the final impacts of each disc that gravity returns to a fixed body, lower each time, by pair."""
+    """Return, by pair, the last impacts of each disc that gravity brings back to a fixed body in ever lower hops."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():

@@ -161,7 +161,10 @@ def _has_pit_results(judged: JudgedRun) -> bool:
 
 
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
-    """Whether a run agrees with itself to rounding and, if allowed, except for what sampling explains."""
+    """Whether a run agrees with itself to rounding.
+
+    With `allow_sampling`, deviations that sampling explains are ignored.
+    """
     own = judged.consistency
     if own is None:
         return False
@@ -213,7 +216,7 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     for error in sampling.errors:
         is_found[error.reference] = True
         pit[:, error.reference] = error.time_s, error.velocity, 0.0 if math.isnan(error.spin) else error.spin
-    # The phase at which an impact falls is chance, so sampling makes an impact up to a whole step late.
+    # The phase of an impact is a matter of chance, so sampling makes an impact up to a whole step late.
     late_s, early_s = (
         np.maximum.accumulate(np.maximum(times, most)) for times, most in ((pit[0], dt_s), (-pit[0], 0.0))
     )
@@ -223,7 +226,7 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         # If PIT misses the impact, there is no lateness to compare with.
         latest_s, earliest_s = (late_s[at], early_s[at]) if is_found[at] else (math.inf, math.inf)
         if local_s <= known_ratio * dt_s:
-            # From the run's own state it is at most a step late. Earlier impacts caused the rest.
+            # Relative to the run's own state, the impact is at most a step late. Earlier impacts caused the rest.
             latest_s = max(latest_s, known_ratio * cost.found_off_s[at])
         velocity, spin = at_worst[:, at]
         velocity += judged.rounding * own.speed_m_s[at] / scales.speed_m_s

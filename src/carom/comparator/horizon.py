@@ -17,9 +17,9 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 
-# argest error of a reliable reference: of times over the scene's duration, of velocities over its speed. It is a
+# Largest error of a reliable reference: of times over the scene's duration, of velocities over its speed. It is a
 # thousand times the rounding threshold of the verdicts, and a thousandth of the cost of sampling at any usual step. So
-# neither depends on its exact value.
+# neither verdicts nor costs depend on its exact value.
 RELIABLE_ERROR = 1e-9
 
 
@@ -144,7 +144,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RE
 def _largest_difference(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
-    """Return the largest relative difference of each two impacts in time and velocities after; NaN stays NaN."""
+    """Return the largest relative difference of each two impacts, in time and in velocities after; NaN stays NaN."""
     found = np.zeros(len(one))
     for name, scale in (("time_s", time_s), ("velocity_first_after", speed_m_s), ("velocity_second_after", speed_m_s)):
         difference = np.abs(one[name] - two[name]) + (0.0 if radii is None else radii[name])
@@ -153,9 +153,9 @@ def _largest_difference(
 
 
 def _certified_order(certified: CertifiedTrace, trace: Trace, alike_s: float) -> NDArray[np.intp]:
-    """Return the trace's impacts in the certified order, in which two that commute are as in the certified run.
+    """Return a trace's impacts as indices in the order of the certified run; only impacts that commute are swapped.
 
-    Bounces that the certified run replaces by a landing at that time or earlier are omitted.
+    Bounces that the certified run replaces by a landing at nearly the same time are omitted.
     """
     truth, order = certified.trace.impacts, np.flatnonzero(~_belongs_to_landing(certified.trace, trace, alike_s))
     found = trace.impacts[order]

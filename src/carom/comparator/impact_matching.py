@@ -78,7 +78,7 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
     matched.sort()
     hit, used = {r for r, _ in matched}, {o for _, o in matched}
     unmatched = [r for r in range(len(reference.impacts)) if r not in hit]
-    # After an impact in the last steps, no step may follow in which the run could report it.
+    # An impact in the last steps is undecided if no further step follows in which the run could report it.
     last_reportable = observed.end_time_s - slack
     late = {
         r
@@ -123,7 +123,7 @@ def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
     """Return the earliest and latest time at which each reference impact may be observed."""
     impacts = reference.impacts
     rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
-    # An impact ends no path of a body that does not move.
+    # An impact does not end the path of a body that it does not move.
     moved = impacts["velocity_second_before"] != impacts["velocity_second_after"]
     times: dict[int, list[float]] = defaultdict(list)
     bodies: list[list[int]] = []

@@ -91,7 +91,7 @@ _NEWTON = 6
 
 
 def nearest_s(apart: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
-    """Return when two paths are nearest, by least squares; NaN if they do not separate. If they meet, this is the root.
+    """Return when two paths are nearest, by least squares; NaN if they do not separate. If they meet, they meet then.
 
     Args:
         apart: Returns the vector between the two paths at a time, metres, and its derivative.

@@ -62,7 +62,7 @@ def require_sound(trace: Trace) -> None:
 
 
 def _due_of_walls(trace: Trace) -> dict[str, NDArray[np.float64]]:
-    """Return by field the velocity that the second body of each impact has in the scene; 0 for a disc.
+    """Return, by field name, the velocity that the second body of each impact has in the scene; 0 for a disc.
 
     If a wall's velocity changes within the step of the impact, the value nearer to the reported velocity is returned.
     """

@@ -228,7 +228,7 @@ class Make(_Probe):
 def _held_bytes() -> int | None:
     """Return the resident memory of this process and its children; None where the system does not report it.
 
-    Before that, the C library returns free memory to the system if it can, because glibc keeps up to 20 MB.
+    Before the measurement, the C library returns free memory to the system if it can, because glibc keeps up to 20 MB.
     """
     give_back = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if give_back is not None:

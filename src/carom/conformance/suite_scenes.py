@@ -293,8 +293,8 @@ def sliding_on_a_table() -> Scene:
 def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     """Return two discs that meet off centre; with `wall`, the first also bounces off a slanted wall.
 
-    Below restitution 1, discs separate more slowly than they met, and still overlap when they do. These contacts have
-    no impulse.
+    With a restitution below 1, discs separate more slowly than they met, and still overlap meanwhile. Contacts in this
+    time have no impulse.
     """
     return Scene(
         name="conformance-contacts",

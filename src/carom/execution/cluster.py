@@ -1,8 +1,8 @@
 """Pool on a Dask cluster: the same work in the same kind of worker processes, with the same results.
 
-The cluster's tasks are the items of `ClusterPool.each`. Each item starts engines in separate processes, as on this
-machine. So an engine that aborts affects neither the cluster's worker nor other items. If a worker of the cluster is
-lost, Dask's scheduler gives its items to another.
+Each item of `ClusterPool.each` is a task of the cluster. Its engines run in separate processes, as on this machine. So
+an engine that aborts affects neither the cluster's worker nor other items. If a worker of the cluster is lost, Dask's
+scheduler gives the items of this worker to another.
 """
 
 from __future__ import annotations
@@ -129,7 +129,10 @@ class ClusterPool(Pool):
 
     @contextmanager
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
-        """Cancel the submitted items at the end, or if there is no worker for long. Yield a list for the reason."""
+        """Cancel the submitted items at the end, or if workers are missing for long.
+
+        Yield a list that gets the reason.
+        """
         over, gone = threading.Event(), list[str]()
 
         def watch() -> None:

@@ -87,7 +87,7 @@ def engines(names: Sequence[str] | None = None) -> EngineList:
         names: Names of adapters; by default all that are installed.
 
     Raises:
-        InputError: It is no list.
+        InputError: `names` is not a list.
         UnknownNameError: There is no such engine.
 
     Examples:

@@ -1,4 +1,4 @@
-"""Search for overlaps at the start. No motion leads to an overlap, so what follows has no unique answer.
+"""Search for overlaps at the start. No motion leads to an overlap, so a run that starts in one has no unique answer.
 
 Scenes and arrays follow the same rule. Two immovable bodies may overlap, since that has no effect.
 """
@@ -95,7 +95,7 @@ def overlaps(
 def _find_disc_overlaps(
     position: Floats, radius: Floats, movable: NDArray[np.bool_], size: Floats, name: str
 ) -> Iterator[Overlap]:
-    # The tolerance of a pair is at least the mean of two tolerances: each disc with another of its own size.
+    # The tolerance of a pair is at least the mean of two others: those of each disc paired with a disc of its own size.
     reach = radius * _ROUNDED_UP - input_rounding(size) / 2.0
     for first, second in near_pairs(position, reach, movable):
         if not len(first):  # most scenes are small, and the following steps take longer than the search

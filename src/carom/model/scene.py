@@ -508,7 +508,7 @@ def save_scene(scene: Scene, path: str | Path) -> None:
 
     Raises:
         SceneError: The ending is neither ``.toml`` nor ``.json``.
-        InputError: It is no scene.
+        InputError: `scene` is not a scene.
         OSError: The file can't be written.
 
     Examples:

@@ -144,8 +144,8 @@ class LocalTruth:
         polygon: Whether the method's paths are polygons. For polygons, under gravity each step is off by up to half of
             the fall in that step. With damping each step is off by up to half of the speed that the step removes, times
             the step.
-        rests: Structured array of `REST_DTYPE`: resting pairs, each with the impulses outside of all windows. None in
-            journals of earlier versions.
+        rests: Structured array of `REST_DTYPE`: steps outside of all windows in which a pair rests and a push is
+            visible. None in journals of earlier versions.
     """
 
     until_s: float

@@ -50,7 +50,8 @@ def profile_shown(method: str, profile: str, tried: Mapping[str, Setting]) -> st
     return f"{own} with {values}".lstrip() if values else own
 
 
-#: One impact. `second` of a wall is `wall_body`; `normal` is the unit vector from first to second.
+#: One impact. If the second body is a wall, `second` is its `wall_body`. `normal` is the unit vector from first to
+#: second.
 IMPACT_DTYPE = np.dtype(
     [
         ("time_s", "f8"),

@@ -325,7 +325,7 @@ def begun_at(body: Any, time_s: float) -> Any:
 
 
 def driven_back(wall: AnyWall) -> AnyWall:
-    """Return a wall with the opposite motion and belt: the motion until the start, backwards in time."""
+    """Return a wall with the opposite motion and belt: its motion before the start, seen backwards in time."""
     u, v = wall.drive.velocity_at(0.0)
     changed = {"velocity_m_s": (-u, -v), "legs": (), "surface_speed_m_s": -wall.surface_speed_m_s}
     return wall.model_copy(update=changed) if wall.driven or wall.surface_speed_m_s else wall

@@ -89,7 +89,7 @@ class Column:
         say: Returns the cell of a row's item.
         under: A second line of the heading.
         number: Whether the cells are numbers.
-        only: The media that show it.
+        only: Media that show the column.
     """
 
     head: str
@@ -118,9 +118,9 @@ class Table:
         items: The items, one for each row.
         title: The table's own heading, in addition to the section's.
         note: Explanation of the columns.
-        folded: The label that opens it on a page; empty if it is open from the start.
+        folded: Label that opens the table on a page; empty if the table is open from the start.
         css: CSS class for the layout on a page.
-        only: The media that show it.
+        only: Media that show the table.
         packed: Whether a page compresses the rows until the table is opened, because there are many.
     """
 
@@ -145,7 +145,7 @@ class Text:
 
     Attributes:
         text: The text.
-        only: The media that show it.
+        only: Media that show the paragraph.
         folded: Whether a page shows it only after a click on *How is this computed?*.
     """
 
@@ -160,8 +160,8 @@ class Lines:
 
     Attributes:
         items: The sentences.
-        only: The media that show it.
-        folded: The label that opens it on a page; empty if it is open from the start.
+        only: Media that show the list.
+        folded: Label that opens the list on a page; empty if the list is open from the start.
     """
 
     items: tuple[str, ...]
@@ -266,7 +266,7 @@ class Section:
         heading: The heading.
         blocks: The content, in order.
         level: Level of the heading: 2, or 3 for a part of the previous section.
-        only: The media that show it.
+        only: Media that show the section.
         short: A shorter heading for the list of sections.
     """
 

@@ -75,9 +75,9 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class RowLine:
-    """Every other line of the file: one cell, which is a scene, a method and a step.
+    """A line of the file after the first: one cell, which is a scene, a method and a step.
 
-    Without a run, the run's values are null.
+    If the cell was not run, the values of its run are null.
 
     Attributes:
         tried: Settings that replace the profile's own.

@@ -45,10 +45,12 @@ def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
 
 
 def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
-    """Read such a file row by row, so that it need not fit into memory. The end of the iterator requires all rows.
+    """Read a file written by `records` row by row, so that it need not fit into memory.
+
+    The iterator checks the number of rows.
 
     Raises:
-        InputError: As `read_records`; the iterator too.
+        InputError: The same errors as `read_records`. The iterator raises them too.
     """
     texts = _lines(path)
     head = _head(path, next(texts, b"{}"))

@@ -88,7 +88,7 @@ def line_of(row: Row) -> RowLine:
 
 
 def reasons_of(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[str, ...]:
-    """Return every verdict with its numbers, or the reason for none, as sentences without a full stop.
+    """Return every verdict with its numbers, or why the row has no verdict, as sentences without a full stop.
 
     Args:
         line: The line of a row.

@@ -169,7 +169,8 @@ def _knots(flight: Flight) -> list[float]:
 def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     """Return tracks through the kept states; or from the impacts, if no states were kept or the impacts explain them.
 
-    A method that advances to the instant of an impact turns discs between two states. Then its impacts show more.
+    A method that advances to the instant of an impact turns discs between two states. Then its impacts show more than
+    its states.
 
     Args:
         trace: The run.

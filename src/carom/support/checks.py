@@ -50,7 +50,7 @@ def instance(name: str, value: Any, kind: type) -> None:
     """Check the type of an argument.
 
     Raises:
-        InputError: It is of another type.
+        InputError: The value has another type.
     """
     if not isinstance(value, kind):
         raise InputError(f"{name} must be a {kind.__name__}, got {shown(value)}")

@@ -27,7 +27,7 @@ ORDINARY = 2.0**200
 #: A little less than the square of `ORDINARY`: units are powers of two, so they centre the sizes only roughly.
 SPAN = 2.0**396
 
-#: Steps or frames of a run. A larger number is most likely a mistaken unit.
+#: Most steps or frames of a run. A larger number is most likely a mistaken unit.
 MOST_STEPS = 2**32
 
 #: Default budget of engine steps for one method's search for a step length. For an error of 1 degree, an engine that
@@ -35,7 +35,7 @@ MOST_STEPS = 2**32
 #: docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
-#: Discs and walls of a scene file. Such files load in seconds, in less than 500 MB.
+#: Most discs and walls of a scene file. Such files load in seconds, in less than 500 MB.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
 

@@ -92,7 +92,10 @@ class Option:
 def option(
     default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
 ) -> Any:
-    """Declare a field of a study's options. A default of None means what `said` describes; it may also be given."""
+    """Declare a field of a study's options.
+
+    `said` describes the meaning of a default of None, which may also be given.
+    """
     return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
 
 
@@ -134,10 +137,10 @@ class DeclaredOptions:
 
     @classmethod
     def passed(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
-        """Return options from the keywords of a function; the function itself gives the fixed ones.
+        """Return options from the keywords of a function. `fixed` are options that the function itself sets.
 
         Raises:
-            InputError: As the class, or there is no such option.
+            InputError: A value is invalid, or there is no such option.
         """
         known = [name for name in declared(cls) if name not in fixed]
         for name in options:
@@ -148,7 +151,7 @@ class DeclaredOptions:
 
     @property
     def stamp(self) -> dict[str, Any]:
-        """Options on which results in a journal depend, apart from their keys. A journal needs equal ones."""
+        """Options on which results in a journal depend, apart from their keys. A resumed run needs equal ones."""
         return {name: getattr(self, name) for name, one in declared(self).items() if one.stamped}
 
 

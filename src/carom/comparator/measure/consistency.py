@@ -47,9 +47,10 @@ class Consistency:
         position: Largest distance of a disc from the position that its own velocities imply, over the scene's length.
         excess: The part of `position` that is not explained by the overlap gained in a step at the impacts before and
             after it.
-        stamp_s: Largest distance of an impact's stamp from the step that reported it, or from the run, seconds.
-        across: Largest part of a velocity change at an impact that is across the impact's normal, over the scene's
-            speed. If the change points away from the normal, all of it counts.
+        stamp_s: Largest time by which an impact's time stamp is outside of the step that reported it, or of the run,
+            seconds.
+        across: Largest part of a velocity change at an impact that is perpendicular to the impact's normal, over the
+            scene's speed. If the change points away from the normal, all of it counts.
         normal_rad: Angle between that normal and the change, radians.
         normal_length: Difference of a normal's length from 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
@@ -57,8 +58,8 @@ class Consistency:
             radius and the scene's rim speed; 0 if no disc spins.
         angular_excess: The part of `angular` that is not explained by the overlap gained in a step.
         arm: The lever arm of friction at the impact of `angular`, over the disc's radius; NaN if there was no friction.
-        strayed: Largest distance of `position` over the scale of the rounding of that disc's own positions.
-        strayed_excess: The same for `excess`.
+        strayed: The largest distance, as in `position`, over the rounding scale of the disc's own positions.
+        strayed_excess: The largest `excess` on the same scale.
         unchecked: Number of free flights that can't be followed because a disc had several contacts in one step.
     """
 
@@ -116,8 +117,9 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
     """Yield the free flights of each disc, from impact to impact and from the last to the end, shape ``(6, k)``.
 
-    Rows: the disc; the begin; the deviations of its velocity, rim speed and position at the end (NaN if the flight
-        can't be followed); and the distance by which a contact at either end may have moved the disc.
+    The rows are the disc, the begin of the flight, and the deviations of velocity, rim speed and position at its end
+    (NaN if the flight can't be followed). The last row is the distance by which a contact at either end may have moved
+    the disc.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -201,7 +203,7 @@ def _turning_places(trace: Trace, turning: Array) -> Array:
 
 
 def _off_path(place: Array, flown: Array) -> Array:
-    """Return the distance of each known position of a disc from its prediction by the previous one, shape ``(k, 2)``.
+    """Return the distance of each known position of a disc from its prediction by the one before, shape ``(k, 2)``.
 
     Args:
         place: Positions of the disc at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN if
@@ -221,7 +223,7 @@ def _off_path(place: Array, flown: Array) -> Array:
 
 
 def _stamps(trace: Trace) -> float:
-    """Return the largest distance of a stamp from the step that reported its contact, or from the run, seconds."""
+    """Return the largest time by which a stamp is outside of the step that reported its contact, or of the run."""
     stamp = trace.impacts["time_s"]
     outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
     if trace.state_before is not None:
@@ -288,12 +290,13 @@ def _momentum(trace: Trace) -> float:
 def _angular(trace: Trace) -> tuple[float, float, float]:
     """Return the largest change of angular momentum about a contact, its part beyond sampling, and the lever arm.
 
-    An impulse at the contact has no moment about it. So friction changes a disc's velocity across the normal and ``k R
-    w`` (k is the inertia factor) by the same amount, and those of the second body by the opposite amount. The result is
-    divided by mass and radius and is in metres a second. Sampling explains two effects. Bodies overlap when they are
-    found in contact, by at most their approach in a step; the arm may be shorter by that, but not longer. In a contact
-    of several steps the normal turns. The part that gravity adds across the normal is allowed. Impacts that can't be
-    separated are not checked, nor are walls with rolling resistance, which changes angular momentum.
+    An impulse at the contact has no moment about the contact. So friction changes a disc's velocity across the normal
+    and ``k R w`` (k is the inertia factor) by the same amount, and those of the second body by the opposite amount. The
+    result is divided by mass and radius, so it is in metres a second. Sampling explains two effects. Bodies already
+    overlap when they are found in contact, by at most their approach in a step; this shortens the lever arm, but never
+    lengthens it. In a contact of several steps the normal turns. The part that gravity adds across the normal is
+    allowed. Impacts that can't be separated are not checked, nor are walls with rolling resistance, which changes
+    angular momentum.
     """
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")

@@ -64,7 +64,7 @@ class ContactScore:
         frozen: Whether a disc stands still at the end although it should move.
         kept: How well discs are kept on their walls.
         late: How late bounces and slips end.
-        late_allowed: How late or early they may end by sampling. A method whose last hops are shorter than its step is
+        late_allowed: How late or early sampling lets them end. A method whose last hops are shorter than its step is
             early by at most ``dt / (1 - e)``. Also, compared states may be several steps apart.
         grade: The grade of the contact.
     """
@@ -125,7 +125,8 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         late_allowed = _late_allowed(reference, pit_late, looks.time_s, dt_s)
         # PIT never rests: its hops are higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
-        # At most a hundredth of a step's displacement. A disc that never moves is not rounded at each step.
+        # The limit of rounding is a hundredth of a step's displacement. A disc that never moves is not rounded at each
+        # step.
         way = dt_s * _longest(truth.velocity_m_s)
         place = min(place, THRESHOLDS.close * way if way else run.rounding * scales.reach_m)
     moves = rest_m_s > fast or quality.hop_m_s > fast
@@ -154,8 +155,8 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
 def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
     """Return how late or early sampling lets bounces and slips end, in addition to PIT's own lateness.
 
-    The smallest hop that counts lasts as many steps as it takes to rise and fall again. Compared states may be several
-    steps apart.
+    The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many to fall. Compared states may be
+    several steps apart.
     """
     materials = reference.scene.arrays.materials
     own = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
@@ -166,7 +167,7 @@ def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> E
 
 
 def _beyond_an_integrator(truth: States, seen: States, dt_s: float) -> float:
-    """Return the position error without an integrator's half step, for the sign that leaves less."""
+    """Return the position error without an integrator's half step, with the sign that makes the error smallest."""
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
     off = seen.position_m - truth.position_m
     return min(_longest(off - sign * half) for sign in (1.0, -1.0))
@@ -236,7 +237,7 @@ def _errors(reference: Trace, truth: States, seen: States) -> ContactErrors:
 
 @lru_cache(maxsize=32)
 def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
-    """Return PIT's states at ascending times, which are its frames, after the check for overlap."""
+    """Return PIT's states at ascending times of frames, each after the frame's check for overlap."""
     run = pit_run(scene, FrameClock(step_s=dt_s))
     places, velocities, spins = [], [], []
     for time_s in times_s:

@@ -19,7 +19,7 @@ LAST = 8
 
 
 class ContactInterval(NamedTuple):
-    """A disc in contact with a half-plane: the wall's body number, its normal, and the begin and end."""
+    """A disc in contact with a half-plane from begin to end, with the body number and the normal of the wall."""
 
     disc: int
     wall: int
@@ -97,8 +97,8 @@ def measure_contact_quality(reference: Trace, truth: States, seen: States, dt_s:
 def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: float) -> Ends:
     """Measure how late a run ends bounces and slips, from states of both runs at the same instants.
 
-    In both runs, the last state counts that is faster than the speed gained in `RESTING_STEPS` steps. So hops and slips
-    too small for any step count in neither.
+    Bounces or slips end with the last state that is faster than the speed gained in `RESTING_STEPS` steps. So hops and
+    slips too small for any step are ignored in both runs.
     """
     arrays, few = reference.scene.arrays, RESTING_STEPS * dt_s
     bounces, slips = [math.nan], [math.nan]

@@ -184,7 +184,7 @@ def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
 
 
 def impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBodies], ContactFrictions]:
-    """Return the first and the second body of each impact just before it, and their friction.
+    """Return the first and the second body of each impact just before the impact, and their friction.
 
     Args:
         trace: The trace.

@@ -35,7 +35,7 @@ Vector = tuple[float, float]
 
 @dataclass(frozen=True)
 class LocalErrors:
-    """Local errors of all observed impacts, one entry each; NaN if the method's own state before is not known.
+    """Local errors of all observed impacts, one entry each; NaN if the state before the impact is not known.
 
     Attributes:
         time_s: Effective time (the reported time if that is unknown) minus the analytic time, seconds.
@@ -49,7 +49,7 @@ class LocalErrors:
         solver_velocity: Velocity error against that PIT, over the scene's speed.
         sampling_spin: Spin error of that PIT.
         solver_spin: Spin error against that PIT.
-        spurious: Impacts that do not happen from the method's own state.
+        spurious: Indices of impacts that PIC does not have from the method's own state.
     """
 
     time_s: Array

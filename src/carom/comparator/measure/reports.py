@@ -48,9 +48,9 @@ class ReportComparison:
 def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
     """Compare the reports of a trace with its states, up to a time.
 
-    A window of steps shows the reports of its pair that are at most `_AWAY_STEPS` from it. A window of one impact shows
-    one report. It needs one, unless the impact is missed or the window is open. Other windows, and steps in which the
-    pair rests and is pushed, show any number of reports and need none.
+    A report belongs to a window of its pair if it is at most `_AWAY_STEPS` steps away. A window of one impact can
+    explain one report. It requires a report, unless the impact is missed or the window is open. Other windows, and
+    steps in which the pair rests and is pushed, can explain any number of reports and require none.
     """
     windows = truth.windows[truth.meetings["window"]]
     alone = ~windows["entangled"] & (windows["due"] > 0)

@@ -1,7 +1,7 @@
 """The cost of sampling: the largest errors of PIT over the phases of a step.
 
-The phase at which an impact falls is chance: PIT may find it at once, or a step late, or not at all. So a run is
-compared with PIT at `THRESHOLDS.phases` phases of the same step. For each phase, the scene is shifted along its own
+The phase of an impact is a matter of chance: PIT may find the impact at once, or a step late, or not at all. So a run
+is compared with PIT at `THRESHOLDS.phases` phases of the same step. For each phase, the scene is shifted along its own
 motion. The run is also compared with PIT at the phases at which PIT is as late as the run.
 """
 
@@ -141,8 +141,8 @@ def _find_own_phases(own: Measured, cost: SamplingCost, known: float) -> tuple[f
         is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[at]
         if is_worse and error.time_s > 0.0:
             steps = (float(own.reference.impacts["time_s"][at]) + error.time_s) / cost.dt_s
-            # A frame that finds an impact exactly a step late follows one that finds it at once, so take the phase just
-            # before.
+            # If a frame finds an impact exactly a step late, the frame before has found it at once. So the phase is
+            # taken just before.
             just_before = (steps - 0.1 * known) % 1.0
             # Merge phases that differ by rounding only.
             phases[round(just_before, 11)] = None

@@ -24,7 +24,7 @@ from carom.core.rough_impact import ContactFriction
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector, body_name, free_flights, rim_speeds, wall_body, wall_index
 
-#: Largest difference by rounding of contacts at one instant: of times over the duration, of positions over the scene's
+#: Contacts count as simultaneous up to this difference: of times over the duration, of positions over the scene's
 #: extent, of velocities over the scene's speed.
 SAME = 1e-12
 
@@ -306,7 +306,7 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
     closing = np.array([_closing(c, group.motion_m_s, row) for c in contacts])
-    # Closing speeds after are -e times those before. A contact that did not close may not close after.
+    # Closing speeds after are -e times those before. A contact that did not close before must not close after.
     seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)
     restitution = scene.arrays.restitution_of(seconds)
     wanted = -restitution * np.maximum(closing, 0.0)

@@ -62,7 +62,7 @@ class LocalScore:
         sinks: Whether a pair sank faster than by falling from rest in each step.
         polygon: Whether falling discs move along polygons.
         agrees: Whether all windows, including entangled ones, agree with PIC to rounding.
-        agrees_alone: Whether all windows of one impact do, and nothing slips, drifts or sinks.
+        agrees_alone: Whether all windows of one impact agree with PIC to rounding, and nothing slips, drifts or sinks.
         float_bits: Width of the floats that the method declares.
         first_invented_s: Time of the first invented turn; None if there is none.
     """
@@ -172,7 +172,8 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     first_missed = "".join(f"at {instant(float(one['begin_s']))} between {pair_name(one)}" for one in missed[:1])
     invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
     restitution = scored["restitution"][single]
-    # Positions round at the start and at the end. A velocity's rounding moves them for the length of the window.
+    # Positions are rounded at the start and at the end. The rounding of a velocity adds up over the length of the
+    # window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
     within = (
         (velocity <= rounding) & (spin <= rounding) & (scored["place_m"] <= 10.0 * scored["place_known_m"] + lasts_m)

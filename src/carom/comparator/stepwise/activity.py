@@ -39,7 +39,7 @@ class Activity:
     Attributes:
         due: The active pairs of each step, with the seconds from the step's start to the meeting; NaN for a pair that
             only pushes.
-        follows: Steps and pairs that meet as a consequence of another meeting in the same step.
+        follows: Steps and pairs whose meeting is a consequence of another meeting in the same step.
         resting: Whether a body on which the disc rests holds it, for each step and disc, shape ``(k, n)``.
         overlapping: Whether the disc begins the step in overlap, for each step and disc, shape ``(k, n)``.
     """
@@ -80,7 +80,7 @@ def _steps_together(block: Block) -> int:
 
 
 def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found: Activity) -> None:
-    """Enter the steps in which pairs are active, unless they rest there."""
+    """Add the steps in which pairs are active to `found`, except for steps in which they rest."""
     begin, steps = relative.begin, len(relative.wait)
     h = block.step_s[begin : begin + steps, None]
     gap, wait = relative.gap, relative.wait
@@ -98,7 +98,7 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
 
 
 def _enter_consequences(block: Block, found: Activity, step: int, together: Sequence[NearPairs]) -> None:
-    """Enter pairs that meet as a consequence of another meeting in the same step."""
+    """Add pairs whose meeting is a consequence of another meeting in the same step."""
     law, active = block.law, found.due[step]
     due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
     if not due or all(pair in active for near_pairs in together for pair in near_pairs.pairs):
@@ -134,10 +134,11 @@ def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], nea
 def _find_impacts(
     block: Block, step: int, due: list[tuple[float, Pair]], near: dict[int, list[Pair]], slow: float
 ) -> Iterator[tuple[float, Pair, float]]:
-    """Yield PIC's impacts in a step from some due pairs on: seconds from the step's start, pair and closing speed.
+    """Yield PIC's impacts in a step, beginning with due pairs: seconds from the step's start, pair and closing speed.
 
     After an impact, only the meetings of the struck discs are predicted again, because other pairs meet only if they
-    are due. Infinitely many impacts at one instant (a collapse) end when all further ones must be slower than `slow`.
+    are due. In a collapse there are infinitely many impacts at one instant. It ends when all further ones must be
+    slower than `slow`.
     """
     law, seconds, begun_s = block.law, float(block.step_s[step]), float(block.states.time_s[step])
     flown: dict[int, tuple[float, BodyStates]] = {}

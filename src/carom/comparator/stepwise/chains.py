@@ -24,7 +24,7 @@ class StepChain:
     """A chain: steps `begin` to `end` (exclusive), its discs, and the steps in which each of its pairs is active.
 
     A chain that `continues` is the rest of a chain that was cut at `begin`. A chain that `goes_on` was cut at `end` and
-    takes in no more steps.
+    gets no more steps.
     """
 
     begin: int
@@ -81,7 +81,7 @@ class Chains:
         return list(self._held)
 
     def pass_to(self, step: int) -> None:
-        """Continue at a step. No pair is active in the steps before it that were not added."""
+        """Continue at a step. If steps before it were not added, no pair is active in them."""
         self._next = step
 
     def add(self, step: int, active: Iterable[Pair]) -> None:

@@ -1,7 +1,8 @@
 """Comparison of one window with PIC and with the cost of sampling, from the run's own state at the window's start.
 
-A late run may not have reached all of PIC's impacts. So it is compared with PIC stopped after j impacts and then in
-free flight, for each j after which the other impacts are still ahead in the run's own state. The nearest one counts.
+At the end of a window, a late run may not have had all of PIC's impacts. So PIC's run is also stopped after j impacts
+and continued in free flight, for each j after which the other impacts are still ahead in the run's own state. The run
+is compared with the nearest of these.
 """
 
 from __future__ import annotations
@@ -131,7 +132,7 @@ def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
     """Judge a window in which PIC has no impact: bodies may turn without a cause, or a resting body may be held."""
     velocity, spin, place = window.difference(window.now, window.free)
     law, chain = window.law, window.chain
-    # A resting body is held if its velocity changed by at most its fall in the window's steps.
+    # A resting body is held if its velocity changed by at most the speed gained by falling in the window's steps.
     steps = chain.end - chain.begin + 0.5
     held = law.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * law.pull * window.block.dt_s
     if chain.continues:
@@ -159,7 +160,7 @@ def _is_entangled(window: Window, found: Difference) -> bool:
 def _energy_gained(window: Window, found: Difference, *, entangled: bool) -> float:
     """Return the energy gained against PIC; for an entangled window, against free flight.
 
-    An entangled window can only lose energy that counts if all its impacts are elastic.
+    In an entangled window, a loss of energy counts only if all impacts are elastic.
     """
     if window.law.pull > 0.0:
         return 0.0
@@ -175,7 +176,7 @@ def _energy_gained(window: Window, found: Difference, *, entangled: bool) -> flo
 
 
 def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
-    """Whether the bodies of a pair passed through each other: they were due, and then moved as before."""
+    """Whether the bodies of a pair passed through each other: they were due to meet, and then moved on as before."""
     block, law, activity = window.block, window.law, window.activity
     steps = window.chain.pairs[pair]
     own = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
@@ -195,7 +196,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
         return False  # so slow that it may rest
     if before.closing <= PASSED * speed_before:
-        return False  # the rest of an impact is a velocity error
+        return False  # part of an impact is left over from a cut chain: that is a velocity error
     closed = before.closing * law.slowing.damping.kept(lasted)
     unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
@@ -246,7 +247,8 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     first, law, dt_s = window.truth[0], window.law, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     judged.late_known = window.touching / closing / dt_s
-    # A step checks at its end. A polygon reaches the contact later than a bent path, by half of the bend in a step.
+    # A run checks for contact at the end of a step. A polygon reaches the contact later than a bent path, by half of
+    # the bend in a step.
     bends = law.pull + law.slowing.bends(window.speed)
     judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
     if agrees:

@@ -93,7 +93,7 @@ class Law:
         return self.pull > 0.0 and self.movable(body)
 
     def slowed(self, body: int, velocity: tuple[float, float]) -> tuple[float, float]:
-        """Return the acceleration of a disc on a table for a velocity; 0 at rest."""
+        """Return the acceleration of a disc with some velocity by the table, against the velocity; 0 at rest."""
         speed = math.hypot(*velocity)
         if not (speed and self.movable(body)):
             return 0.0, 0.0
@@ -111,7 +111,7 @@ class Law:
     def side_of(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
         """Return the distance of a point from wall number `wall`, and the unit normal from the point to the wall.
 
-        On the line of a finite wall there is no normal. Then (0, 0) is returned, along which nothing closes, as in PIT.
+        A point on the line of a finite wall has no normal. Then (0, 0) is returned, so nothing closes, as in PIT.
         `time_s` gives the position of a driven wall.
         """
         shape = self.walls[wall]

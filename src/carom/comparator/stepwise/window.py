@@ -1,4 +1,4 @@
-"""A window of a run before judgement: its states, PIC's run from its first state, and differences of states."""
+"""A window of a run, prepared for its comparison: its states, PIC's run from its first state, and differences."""
 
 from __future__ import annotations
 

@@ -33,7 +33,10 @@ _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", 
 
 
 def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedRun:
-    """Derive all verdicts on a run. `grade_before_tie` is its grade up to the first instant without a unique answer."""
+    """Derive all verdicts on a run.
+
+    `grade_before_tie` is the run's grade up to the first instant without a unique answer.
+    """
     judged = JudgedRun.of(
         run,
         grade_before_tie=grade_before_tie,

@@ -38,7 +38,10 @@ def _describe_steps(local: LocalScore) -> str:
 
 
 def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
-    """Report impacts that differ between reports and states of a diverged run. Otherwise its impacts show them."""
+    """Report impacts of a diverged run that only its reports or only its states show.
+
+    Other runs have other verdicts on them.
+    """
     reports = judged.reports
     if reports is None or reports.agree or not judged.has_diverged_before_miss:
         return

@@ -54,7 +54,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     """
     setup, _, score, pit = subject.score(profile, name)
     promise_s = subject.adapter.profiles[profile].accuracy.late_steps * setup.dt_s
-    # The phase of an impact is chance, so sampling may be late by up to a whole step.
+    # The phase of an impact is a matter of chance, so sampling may be late by up to a whole step.
     times = [error.time_s for error in pit.errors if math.isfinite(error.time_s)]
     sampled_s = max([setup.dt_s, *times])
     early_s = max([0.0, *(-time_s for time_s in times)])

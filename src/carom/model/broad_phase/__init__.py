@@ -28,9 +28,9 @@ _DISTANCES = 2**20
 def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
     """Yield the pairs of discs whose distance is at most the sum of their reaches; at least one disc is movable.
 
-    The pairs come in blocks. A block has at most some ten thousand pairs more than there are discs. Blocks are ordered
-    by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of reaches is
-    negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
+    The pairs come in blocks. A block has at most as many pairs as there are discs, and some ten thousand more. Blocks
+    are ordered by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of
+    reaches is negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
 
     Args:
         position_m: Centres, metres, shape ``(n, 2)``.
@@ -59,7 +59,7 @@ def near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Float
         movable: Whether an impact moves a disc, shape ``(n,)``.
         walls: A point and the unit normal of each wall, shape ``(w, 4)``.
 
-    Numbers of the disc and of the wall of each pair, ordered by disc, then by wall.
+    Yields:
         Number of the disc and of the wall of each pair, in the order of the discs, then of the walls.
     """
     if not len(walls):

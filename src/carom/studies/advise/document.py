@@ -141,9 +141,9 @@ def _angle(advice: Advice) -> str:
 
 
 def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
-    """Describe the largest step that passes, and its method. Located methods count only if all methods are located.
+    """Describe the largest step that passes, and its method.
 
-    Located methods are not a setting of the engine, because Carom cuts their steps.
+    Methods whose steps Carom cuts count only if there are no others, because no setting of an engine cuts steps.
     """
     able = [one for one in advice.answers if not _cut(advice, one)] or list(advice.answers)
     passing = [(found, answer) for answer in able if (found := question(answer)).passes]
@@ -331,7 +331,7 @@ def _endings(rows: Sequence[Advised]) -> Iterator[str]:
 
 
 def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield the reason of each method's finest refused step."""
+    """Yield, for each method that refuses steps, the reason of the finest refused one."""
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps per second ({one.refusal})."

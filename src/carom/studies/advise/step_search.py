@@ -15,7 +15,8 @@ from carom.studies.advise.step_trial import StepTrial, most_steps
 #: Number of evenly spread starts at which a result is confirmed.
 CONFIRM = 64
 
-#: The grid has two steps per octave: 1, 1.5, 2, 3, 4, 6 ... steps per frame, from half a frame down whole numbers.
+#: The grid has two steps per octave: 1, 1.5, 2, 3, 4, 6 ... steps per frame. From half a frame down, these are whole
+#: numbers.
 IN_AN_OCTAVE = (1.0, 1.5)
 
 #: A result must hold at all steps of the grid down to this many octaves below it. This suffices if the error is
@@ -265,7 +266,7 @@ class StepSearch:
         return [trial for trial in run if in_a_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _long_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether all steps were tested that a result at the first one needs."""
+        """Whether enough steps were tested to make the first of them a result."""
         falling = _same([trial.direction_error_rad / trial.dt_s for trial in run])
         return _reaches(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._covers_s
 

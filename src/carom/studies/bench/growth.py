@@ -299,10 +299,10 @@ def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
 
 
 def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the points from the last one on that cost less than its predecessor.
+    """Return the points from the last one on that costs less than the one before it.
 
-    If the cost decreases with more discs, the method has changed: PIC solves two discs by a closed form. A power law
-    through both methods would fit neither.
+    If the cost decreases with more discs, the method has changed: PIC solves two discs by a closed form. A single power
+    law would fit neither of the two methods.
     """
     falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
     return list(points[falls[-1] if falls else 0 :])

@@ -1,4 +1,4 @@
-"""Timing pass: unobserved runs, one at a time, in several rounds of random order. Ratios are within a round.
+"""Timing pass: unobserved runs, one at a time, in several rounds of random order. Ratios are of times in one round.
 
 One time covers all steps in as few calls as the adapter allows. Another one includes the world's preparation. Two more
 times measure the cost without collisions: Python's call into the world, and the same number of steps of an empty world.
@@ -158,7 +158,7 @@ class TimingKey:
 
 @dataclass(frozen=True)
 class SceneTiming:
-    """Result of a scene's timing pass. Ratios are within its rounds.
+    """Result of a scene's timing pass. Ratios are of times in one round.
 
     Attributes:
         date: Time of the pass, UTC.
@@ -196,8 +196,8 @@ timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntr
 class TimeScene(DependentTasks[SceneTiming]):
     """Times a scene with several methods at several steps. The caller ensures that nothing else is running.
 
-    Each method and step is warmed up once. In each round, each is visited once, in random order. PIT is included at
-    each step.
+    Each method and step is warmed up once. In each round, each method and step is visited once, in random order. PIT is
+    included at each step.
 
     Attributes:
         scene: The scene.
@@ -271,7 +271,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 def _warm_up(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
-    """Return the cost of one visit of each method and step, seconds, and the reasons for those without."""
+    """Return the cost of one visit of each method and step, seconds, and the reasons why others have no cost."""
     costs: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}

@@ -71,7 +71,7 @@ def _describe_needs(scene: Scene) -> str:
 
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
-    """List what is not computed at a step: the answer of the first line."""
+    """List what is skipped at a step, for the first line of the description."""
     skipped = ["event queue", "grid"] if is_closed_form(reference) else []
     skipped += [] if scene.walls else ["wall tests"]
     frames = scene.step_count(dt_s)

@@ -74,7 +74,7 @@ class GridCell:
         scene: Name of the scene.
         column: Engine and profile.
         mark: The outcome.
-        reasons: Every verdict with its numbers, or the reason for no run, as sentences without a full stop.
+        reasons: Every verdict with its numbers, or why there is no run, as sentences without a full stop.
         line: All numbers of the run, as in results.jsonl; unknown if no run was planned.
         of_scene: Values of the scene: number of impacts, horizon and scales.
         pit: PIT's errors at the same step, by name; empty if PIT was not run.
@@ -92,7 +92,7 @@ class GridCell:
 
     @property
     def rank(self) -> int | None:
-        """Number of its grade: larger for a worse one, largest for a run without a result; None without both."""
+        """Rank of the grade, larger for a worse one; a run without a result ranks last. None for any other mark."""
         return _BROKEN_RANK if self.mark in BROKEN else self.mark.rank
 
     @property

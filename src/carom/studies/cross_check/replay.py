@@ -128,7 +128,9 @@ def replay(
 
     Raises:
         InputError: The traces can't be compared (see `carom.compare`), a number of the run is NaN or infinite, or `dt`
-        is given with a run. UnknownNameError, AdapterError: The named engine can't run the scene; see `carom.run`.
+            is given with a run.
+        UnknownNameError: The engine does not exist, or has no such profile.
+        AdapterError: The engine can't run the scene; see `carom.run`.
 
     Examples:
         >>> replay = carom.replay("paper/missed", "pit")

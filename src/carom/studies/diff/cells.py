@@ -31,7 +31,7 @@ _ERRORS = ("time_s", "velocity", "spin", "direction_rad", "energy", "final_posit
 
 
 class Measure(NamedTuple):
-    """What the two numbers of a `BeforeAfter` share."""
+    """Name, rounding and unit of a number, which the number before and the number after have in common."""
 
     name: str
     rounding: float
@@ -40,7 +40,7 @@ class Measure(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DiffCell:
-    """A row of the records, with the data of its scene from the header. Cells share what is equal in many."""
+    """A row of the records, with the data of its scene from the header. Equal values are shared between cells."""
 
     method: Method
     scene: str
@@ -51,19 +51,19 @@ class DiffCell:
     verdicts: tuple[str, ...]
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
-    pair: int = 0  # number of its requested pair of names, from 1 on; 0 without one
+    pair: int = 0  # from 1: number of the requested pair of names to which the cell belongs; 0 for none
 
     @property
     def was_run(self) -> bool:
-        """Whether it ran, or broke off."""
+        """Whether the cell was run, even if the run failed."""
         return self.mark.ran or self.mark in BROKEN
 
 
 def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
-    """Return the first line of a results.jsonl, of a report's folder, say, and its cells.
+    """Return the first line and the cells of a results.jsonl, which may be given by the folder of its report.
 
     Raises:
-        InputError: It can't be read, or a line is no cell of a cross-check.
+        InputError: The file can't be read, or a line is not a cell of a cross-check.
     """
     file = path / "results.jsonl" if path.is_dir() else path
     summary, lines = stream_records(file)
@@ -105,7 +105,7 @@ def _cell(
 
 @lru_cache
 def _measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...]:
-    """Return what `_numbers` measures, with its rounding in the declared floats."""
+    """Return name, rounding and unit of each number of `_numbers`, for floats of the given width."""
     rounding, time_s = THRESHOLDS.rounding_of(bits), scales.time_s
     place = THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales.reach_m / scales.length_m
     limits = {
@@ -123,7 +123,7 @@ def _measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...]:
 
 
 def _width(line: RowLine) -> int:
-    """Return the bits of a line's floats; a line that has a grade has them, and its errors."""
+    """Return the width of a line's floats, bits. A line with a grade must have a width and errors."""
     if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
         lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
         raise ValueError(f"it has a grade and no {lacking}")

@@ -282,7 +282,10 @@ def _change(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, s
 
 
 def _measured(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
-    """Yield the numbers that changed; if the two declare floats of different widths, the wider one counts."""
+    """Yield the numbers that changed.
+
+    If the runs declare floats of different widths, rounding of the wider ones counts.
+    """
     for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
         if before != after:
             measure = BeforeAfter(a.name, before, after, min(a.rounding, b.rounding), a.unit)

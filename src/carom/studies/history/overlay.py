@@ -44,7 +44,7 @@ class Kept:
     def made(self, client: Client, registry: str, package: str, version: str) -> Path:
         """Return the folder of a release, after installing it if necessary.
 
-        The folder must be first on the path, or contains a `node_modules`.
+        For pip, the folder must be first on Python's path. For npm, it contains a `node_modules`.
 
         Raises:
             ClientError: The release can't be installed.
@@ -106,7 +106,7 @@ def _size(folder: Path) -> int:
 def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[Kept]:
     """Open the cache of releases, ``$XDG_CACHE_HOME/carom/history``, and reduce it to its limit at the end.
 
-    It is not reduced while another history uses its releases.
+    The cache is not reduced while another history uses its releases.
     """
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     place = (root or cache / "carom" / "history").resolve()

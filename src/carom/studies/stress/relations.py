@@ -1,4 +1,4 @@
-"""Relations between runs without known answers: a rotated, mirrored, scaled or reversed scene has such a result.
+"""Relations between runs, which need no known answers: rotating, mirroring or scaling a scene does so to its result.
 
 An engine that violates a relation is wrong in at least one of the two scenes. Absolute lengths, speeds and times in an
 engine (slops, thresholds, margins) fail under a change of units.
@@ -144,7 +144,10 @@ def _end(trace: Trace) -> State:
 
 
 def _changed(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
-    """Return the relation between a scene and a changed one. `undo` maps the latter's final state to the former's."""
+    """Return the relation between a scene and a changed one.
+
+    `undo` converts the final state of the changed scene back.
+    """
 
     def deviation(base: Scene, run: Run) -> float:
         first = _end(run(base))
