@@ -85,10 +85,10 @@ class PicAdapter:
     )
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Predict the first impacts.
+        """Build a PIC run, and predict its first impacts.
 
         Raises:
-            AdapterError: There is no such setting, or the scene needs a feature that is not declared.
+            AdapterError: A setting has an unknown name, or the scene needs a feature that is not declared.
         """
         for setting in settings:
             if setting not in {"dt_s", "form"}:

@@ -76,7 +76,7 @@ class PitAdapter:
         """Build a PIT run from the scene's start.
 
         Raises:
-            AdapterError: There is no such setting, or the scene needs a feature that is not declared.
+            AdapterError: A setting has an unknown name, or the scene needs a feature that is not declared.
         """
         for setting in settings:
             if setting != "dt_s":

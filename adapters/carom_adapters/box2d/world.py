@@ -87,7 +87,7 @@ class Box2dWorld:
         require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
         self._box2d = _import_box2d()
         self._asked = dict(settings)
-        # Units of time of the world's clock in a second; velocities are larger by this factor.
+        # Length of a second in units of the world's clock. Velocities are divided by it.
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))

@@ -242,7 +242,7 @@ def _free_joint(damped: str) -> str:
 
 
 def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
-    """Return the damping about the axes of a free joint with these moments of inertia; None if MJCF contains it.
+    """Return the damping about the axes of a free joint with these moments of inertia; None if MJCF already has it.
 
     MJCF has one damping for all six axes of a free joint: the damping of the mass.
     """
@@ -252,7 +252,7 @@ def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Seque
 
 
 def _pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return every pair of a disc with another body, not both immovable, each with its own contact."""
+    """Return MJCF for each pair of a disc with another body, unless both are immovable: contact parameters."""
     dt_s, stiffness, discs = float(settings["dt_s"]), float(settings["stiffness"]), scene.discs
     solimp = {"solimp": str(settings["solimp"])} if "solimp" in settings else {}
     pairs: list[tuple[int, str | int, float, float]] = [

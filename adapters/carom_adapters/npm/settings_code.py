@@ -1,4 +1,4 @@
-"""Engines from npm as programs for node to paste: the worlds of their adapters, after a scene and settings.
+"""Programs for Node, ready to paste, for engines from npm: a scene, its settings, and the world of the adapter.
 
 A program imports only its engine. The parts of `serve.mjs` that it needs are copied into it. The engines share
 `serve.mjs`.

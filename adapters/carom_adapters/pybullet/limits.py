@@ -41,13 +41,13 @@ SHORTEST_STEP_S = 1e-15
 LARGEST_MASS_KG = 1e15
 SMALLEST_RADIUS_M = 1e-15
 
-#: PyBullet silently treats a value below these as not given.
+#: PyBullet silently ignores values below these.
 LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {
     "numSolverIterations": 1,
     "dt_s": SHORTEST_STEP_S,
 }
 
-#: Below this, a quotient of masses may leave the range of 64-bit floats.
+#: Below this mass, a quotient of masses may leave the range of 64-bit floats.
 SMALLEST_MASS_KG = 1e-100
 
 #: Bullet removes a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2, reaches

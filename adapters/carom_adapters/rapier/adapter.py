@@ -46,7 +46,7 @@ def _swept(dt_s: float) -> dict[str, Setting]:
 def _located(dt_s: float) -> dict[str, Setting]:
     return {
         **_tuned(dt_s),
-        # So a step depends only on positions and velocities, and can be undone.
+        # With these two, a step depends only on positions and velocities, and can be undone.
         "contact_recycling": False,
         "warmstart_coefficient": 0.0,
         # The factor is a power of two, so scaling a step is exact. The first part is no more than the rounding of

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 Settings = Mapping[str, Setting]
 
-#: Reason in `Profile.changed` of a `default` profile. Such a profile lists all settings that differ from the engine's
-#: defaults.
+#: Reason, in `Profile.changed` of a `default` profile, for settings that a scene requires. Such a profile lists all
+#: settings that differ from the engine's defaults.
 OF_THE_SCENE = "the scene's"
 #: Reason for a disc that is kept from turning. The friction of such a disc is 0, so nothing could turn it.
 NOT_TURNED = "kept from turning if nothing spins or rubs, which changes roundings only"

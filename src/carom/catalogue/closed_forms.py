@@ -143,7 +143,7 @@ def wedge_impacts(start: complex, velocity: complex, angle: float) -> list[Wedge
     """
     impacts = []
     n = 1
-    # The straight line ends up in the direction of the velocity, so it crosses the rays of smaller argument only.
+    # In the end the straight line has the direction of the velocity, so it crosses only rays at smaller angles.
     while n * angle < cmath.phase(velocity) % math.tau:
         turn = cmath.exp(-1j * n * angle)
         time = -(start * turn).imag / (velocity * turn).imag

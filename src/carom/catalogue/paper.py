@@ -1,8 +1,8 @@
 """The group `paper`: the four cases of the source paper, figures 2 to 9.
 
-Each scene is written backwards from its impacts. At a film's 24 frames a second the instants are chosen within a frame
-so that periodic interference testing (PIT) shows exactly the failure in the paper. Impacts are at ``k + phase`` frames:
-the phase is the fraction of a frame that has passed when the discs touch.
+Each scene is written backwards from its impacts. The frame rate is a film's 24 frames a second. The instants within a
+frame are chosen so that periodic interference testing (PIT) fails exactly as in the paper. Impacts are at ``k + phase``
+frames: the phase is the fraction of a frame that has passed when the discs touch.
 """
 
 from __future__ import annotations

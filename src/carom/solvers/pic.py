@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 
-#: Outcomes of two discs that don't meet, and of two that do.
+#: Numbers of impacts per disc, for two discs that don't meet and for two that do.
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 

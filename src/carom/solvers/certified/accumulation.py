@@ -1,4 +1,4 @@
-"""Detection of infinitely many impacts in a finite time: collapse and crush. Both are declared, not proven."""
+"""Detection of infinitely many impacts in a finite time: collapse and crush. Both are reported without proof."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.recording import Recording
 
-#: Impacts that lose energy are called a collapse after this many in one unit in the last place of the time, divided by
-#: the square of the number of bodies in them. Three equal discs whose impacts end make at most some 600 in all.
+#: Impacts count as a collapse if there are at least this many, times the square of the number of their bodies, within
+#: two floats of one time. Three equal discs that do not collapse have at most some 600 impacts.
 _COLLAPSE = 20
 
 

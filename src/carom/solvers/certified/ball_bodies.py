@@ -2,7 +2,8 @@
 
 The float64 numbers of the scene are the exact input. Each disc is stored at an exact reference instant: a float64 just
 before its last impact. So the uncertainty of the impact's time enters the position only through the change of velocity,
-and the instant itself needs no rounding. Between the reference and the impact, the present path is extended backwards.
+and the instant itself needs no rounding. Between the reference instant and the impact, the present path is extended
+backwards.
 
 Under uniform gravity, states of movable discs are relative to a frame that falls from rest at time 0. The frame adds
 ``g t^2 / 2`` to a position and ``g t`` to a velocity. In the falling frame paths are straight, and walls move.
@@ -67,7 +68,7 @@ class PairLaw(NamedTuple):
 
 
 class WallLaw(NamedTuple):
-    """Constants of a wall and a radius: velocities become ``M v``, positions ``M x + shift`` (a mirror for e = 1)."""
+    """Constants of a wall and a radius. A reflection gives velocities ``M v`` and positions ``M x + shift``."""
 
     nx: arb
     ny: arb
@@ -100,7 +101,8 @@ class BallBodies:
         obstacles: Features of the walls: see `carom.solvers.certified.obstacles`. Features are numbered like walls. If
             all walls are half-planes, the features are the walls.
         time: Reference instant of each disc, seconds, exact.
-        x: Centre at the reference instant, like `y`; velocities are `vx` and `vy`. Under gravity, in the falling frame.
+        x: First coordinate of each disc's centre at its reference instant; `y`, `vx` and `vy` are alike. Under gravity,
+            all are in the falling frame.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
         fastest_drive: A bound on the speeds of driven bodies, metres a second.
@@ -168,7 +170,7 @@ class BallBodies:
         self._round_laws.clear()
 
     def state_bits(self, i: int) -> int:
-        """Bits to which disc `i` is known: velocity relative to the scene's speed, centre to distance and radius."""
+        """Bits to which disc `i` is known: its velocity over the scene's speed, its centre over distance and radius."""
         radius = arb(self.scene.discs[i].radius_m)
         x, y = self.place(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
         size = x.mid().max(ZERO - x.mid()) + y.mid().max(ZERO - y.mid()) + radius
@@ -195,15 +197,18 @@ class BallBodies:
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
     def untouched(self, *bodies: int) -> bool:
-        """Whether no disc among these has had an impact, so that its state is its exact start."""
+        """Whether none of these bodies is a disc that has had an impact.
+
+        All states are then those of the exact start.
+        """
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
     def have_just_met(self, i: int, j: int) -> bool:
-        """Whether discs `i` and `j` are still on the paths after their impact with each other, and so separate."""
+        """Whether `i` and `j` had their last impacts with each other. Such discs separate."""
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
     def path_start(self, i: int, body: int) -> float:
-        """Return the later of the reference instants of disc `i` and another body; then both paths are valid."""
+        """Return the later reference instant of disc `i` and another body, from which both paths are valid."""
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def since(self, i: int, second: int) -> arb:
@@ -277,7 +282,7 @@ class BallBodies:
         return self.less(leg, at, *self.place(i, at), *self.velocity(i, arb(at), at))
 
     def less(self, leg: BallLeg | None, at: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
-        """Return a state minus that of a body on a leg, at an instant."""
+        """Return a state relative to a body on a leg, at an instant."""
         if leg is None:
             return x, y, vx, vy
         moved_x, moved_y = leg.moved_at(arb(at))
@@ -352,7 +357,7 @@ class BallBodies:
         return arb(self.scene.discs[i].radius_m) * self.spin[i]
 
     def turn(self, i: int, impulse: arb) -> None:
-        """Reduce the spin of disc `i` by an impulse along its rim, given over its mass."""
+        """Reduce the spin of disc `i` by an impulse along its rim, divided by its mass."""
         self.spin[i] = self.spin[i] - impulse * self.inverse_inertia_ratio[i] / arb(self.scene.discs[i].radius_m)
 
     def pair_law(self, i: int, j: int) -> PairLaw:

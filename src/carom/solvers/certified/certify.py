@@ -28,7 +28,7 @@ def certify(
 
     The float64 values of the scene are the exact input. Only certified comparisons choose the next impact; if they
     don't decide, the run is repeated at a higher precision. An event that no precision decides ends the run, and is
-    reported. An interrupt (Ctrl-C) ends it, too. The result contains everything that was certified until then.
+    reported. An interrupt (Ctrl-C) ends the run, too. The result contains everything that was certified until then.
 
     Args:
         scene: The scene, or its name in the catalogue.

@@ -87,9 +87,9 @@ class BallMode(NamedTuple):
 
 
 class End(NamedTuple):
-    """End of a mode without an impact: the wait, the time, and the next state.
+    """End of a mode without an impact: the wait, the time, and the cause.
 
-    The disc then has the next state, or its centre is over the end of its face.
+    The slip becomes 0 (`slip`), the rim speed becomes 0 (`rim`), or the centre is over the end of its face (`over`).
     """
 
     wait: arb

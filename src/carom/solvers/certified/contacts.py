@@ -5,8 +5,9 @@ that the law makes 0 are exactly 0. The state of a disc in contact is relative t
 acceleration. For an impact the disc is released from its wall. After the impact it returns or stays free. An undecided
 event ends the run and is named.
 
-Bounces are applied one by one until the requested digits can't distinguish them from the last. All remaining bounces
-may then be alike: each slips one way or is held, and so is each spin. Such bounces are summed as a geometric series.
+Bounces are applied one by one until the requested digits can't distinguish them from the last. Then all remaining
+bounces may be alike: all of them slip in one direction or none slips, and likewise for the spin. Such bounces are
+summed as a geometric series.
 """
 
 from __future__ import annotations
@@ -166,7 +167,7 @@ class BallContacts:
         return (alike and theirs == ground.body) or ground.off_it(*normal).is_zero()
 
     def strike(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
-        """Release the discs of an impact that are in contact. Return their contacts."""
+        """Release those discs of an impact that are in contact. Return their contacts before the release."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach each other, if any.
 
-    What follows from such a state is not certain. A disc and the wall with which it has `begun` in contact are
-    excepted. Finite walls are not checked.
+    What follows from such a state is not certain. Discs are not compared with the walls with which they have `begun` in
+    contact, and not with finite walls.
     """
     for i, j in _near_bodies(bodies):
         body = bodies.trace_body(j)
@@ -72,8 +72,8 @@ def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[
 
     The function returns False for impacts on finite walls.
 
-    ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is ``k + sqrt(C) = sqrt(B)`` with k = P2 A1 - P1 A2, C = A2^2 Q1 and
-    B = A1^2 Q2. Squaring twice decides this.
+    The condition ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is equivalent to ``k + sqrt(C) = sqrt(B)`` with k = P2
+    A1 - P1 A2, C = A2^2 Q1 and B = A1^2 Q2. Squaring twice decides this.
     """
     if any(body < 0 and bodies.obstacles[wall_index(body)].kind is not None for body in (one[1], other[1])):
         return False
@@ -108,7 +108,7 @@ def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fract
 def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
     """Return the sign of the later change of distance of two discs that do not approach; 0 if both or none fall.
 
-    `spread` is their squared relative velocity.
+    `spread` is the squared relative velocity of the discs.
     """
     fixed = [scene.discs[k].immovable for k in (i, j)]
     if fixed[0] == fixed[1] or scene.gravity_m_s2 == (0.0, 0.0):

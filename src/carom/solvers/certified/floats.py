@@ -8,17 +8,17 @@ from flint import arb
 
 #: Relative error of rounding to a float64, slightly increased.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: Accuracy at which a ball's radius is within that increase.
+#: A ball with this accuracy, bits, has a radius smaller than this increase.
 NEGLIGIBLE_RADIUS_BITS = 100
 #: Relative margin of a length or a speed: far above float64's rounding, yet so small that a search finds few more
 #: pairs.
 SLACK = 2.0**-40
-#: Far above numbers that are subnormal, or whose roundings are.
+#: Far above subnormal numbers, and above numbers with subnormal rounding errors.
 SMALLEST = 2.0**-900
 
 
 def float_below(ball: arb) -> float:
-    """Return a float64 no greater than any number in a ball of numbers from 0."""
+    """Return a float64 no greater than any number in a ball, whose numbers are all 0 or more."""
     lower = ball.lower()
     value = float(lower)  # python-flint 0.9 rounds to the nearest, which may be above
     return value if value <= lower else math.nextafter(value, 0.0)

@@ -1,7 +1,7 @@
 """The end of infinitely many bounces in certified runs: the state of the disc then, and whether anything interferes.
 
-Bounces are alike if they all slip one way or are held, and so is the spin. Such bounces change speed, slip and position
-by geometric series: `docs/theory/contact.md`.
+Bounces are alike if all of them slip in one direction or none slips, and likewise for the spin. Such bounces change
+speed, slip and position by geometric series: `docs/theory/contact.md`.
 """
 
 from __future__ import annotations

@@ -114,7 +114,7 @@ class Meeting(NamedTuple):
         return frozenset({near.one.second, near.other.second} if isinstance(near, Seam) else {self.second})
 
     def holds(self, other: Meeting) -> bool:
-        """Whether another meeting is with the other obstacle of this one's seam."""
+        """Whether this meeting is at a seam, and `other` is with the other obstacle of the seam."""
         return isinstance(self.near, Seam) and self.first == other.first and other.obstacles <= self.obstacles
 
 

@@ -1,7 +1,8 @@
 """Times, as balls, at which two bodies meet: certainly, certainly never, or undecided.
 
-The time is solved with the quadratic of `docs/theory/pic.md`, from a float64 instant that is a proven lower bound and
-nearly equal. D does not change along the paths and c is nearly 0, so the root has only the error of the distance.
+The time is solved with the quadratic of `docs/theory/pic.md`. The solution starts from a float64 instant that is a
+proven lower bound, and nearly the time itself. D does not change along the paths and c is nearly 0, so the root has
+only the error of the distance.
 
 The path of a driven body is treated leg by leg. An impact is relative to a leg, and must come before the next leg.
 """
@@ -123,7 +124,7 @@ def _grazes(bodies: BallBodies, i: int, j: int) -> bool:
 
 
 def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
-    """Return root and wait of an impact along an axis: no root if there is none, no wait if it is undecided."""
+    """Return root and wait of an impact along an axis; both None without an impact, the wait None if undecided."""
     if d > 0:
         gap, closing = d - reach, ZERO - u
     elif d < 0:

@@ -8,14 +8,14 @@ from carom.support.options import DeclaredOptions, option, seconds, whole
 
 MOST_DIGITS = 10_000
 
-#: Enough for half a million impacts of 64 discs at packing .4, which would take about an hour.
+#: Default largest precision. It is enough for half a million impacts of 64 discs at packing .4, in about an hour.
 MAX_PRECISION_BITS = 65536
 
-#: Sixteen times the default. One exponential of a number of this length takes about a second. ctx.prec, a C long, can
-#: be far larger.
+#: Limit of the largest precision: sixteen times the default. One exponential of a number of this length takes about a
+#: second. ctx.prec, a C long, can be far larger.
 MOST_PRECISION_BITS = 2**20
 
-#: Two times that agree in this many bits do not agree by accident, since a start has 53 bits.
+#: If two times agree in this many bits, they do not agree by accident, since a start has 53 bits.
 TIE_BITS = 512
 
 #: The least precision: the bits of floats, rounded up to a word.

@@ -96,9 +96,9 @@ class CertifiedTrace(ByValue, Drawn):
             value, rounding to float64 included. The fields `first` and `second` repeat the bodies.
         final_position_radius_m: Radii of `trace.final_position_m`, shape ``(n, 2)``.
         final_velocity_radius_m_s: Radii of `trace.final_velocity_m_s`, shape ``(n, 2)``.
-        spin_radii: Radii of ``trace.spins``, a structured array; None if that is.
+        spin_radii: Radii of ``trace.spins``, a structured array; None if ``trace.spins`` is None.
         final_spin_radius_rad_s: Radii of `trace.final_spin_rad_s`, shape ``(n,)``.
-        mode_radii: Radii of ``trace.modes``, a structured array; None if that is.
+        mode_radii: Radii of ``trace.modes``, a structured array; None if ``trace.modes`` is None.
         digits: The requested decimal digits.
         decimals: For more than 15 digits: time and velocities after each impact, ``(t, x1, y1, x2, y2)``, and the spins
             of its discs after it if anything turns. Every digit of these decimal numbers is right, to one unit in the

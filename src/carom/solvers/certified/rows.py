@@ -111,7 +111,7 @@ def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Whether no other body can come near: no other moves and one end is at rest, or there is no other."""
+    """Whether no other body can come near: there is none, or no other moves and one end of the row is at rest."""
     scene = bodies.scene
     others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     others = [body for body in others if body not in row]
@@ -120,7 +120,7 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _key(body: int, bodies: BallBodies) -> int:
-    """Return the number of a body in the balls. A wall has the number of its first obstacle."""
+    """Return the number of a body in `BallBodies`. A wall has the number of its first obstacle."""
     if body >= 0:
         return body
     return wall_body(next(k for k, one in enumerate(bodies.obstacles) if one.wall == wall_index(body)))
@@ -204,7 +204,7 @@ def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) 
 def _surface(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
-    """Return an end surface's position at time 0, on its present leg extended, its speed, and the leg's end."""
+    """Return position and speed of the surface at an end, and when its leg ends. The position is extended to time 0."""
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1

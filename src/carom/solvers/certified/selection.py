@@ -1,4 +1,4 @@
-"""Selection of the next impact by certified comparisons, which report it as undecided if they can't decide.
+"""Selection of the next impact by certified comparisons. If they can't decide, the impact is reported as undecided.
 
 The event with the least lower bound is solved in balls, which raises its bound. When the least bound belongs to a
 solved event, its rivals are also solved: all events whose bounds do not exceed its time. The event is next if it is

@@ -96,7 +96,7 @@ def _of_parabola(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
 
 
 def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on pieces between two places of known signs. A first sign of 0 is not known."""
+    """Return the fall on pieces between two places of known signs. A first sign of 0 means that it is not known."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None
@@ -136,7 +136,7 @@ def _around(polynomial: arb_poly, middle: arb) -> list[arb]:
 
 
 def _spread(powers: Sequence[arb], half: arb) -> arb:
-    """Return a bound of the sum of the powers above the lowest, within a distance of 0."""
+    """Return a bound of the sum of all powers except the lowest, at most `half` from 0."""
     total, power = arb(0), arb(1)
     for coefficient in powers[1:]:
         power = power * half

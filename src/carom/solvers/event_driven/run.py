@@ -88,7 +88,8 @@ class EventDrivenRun:
             inelastic collapse. 0 for none.
         resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
             and contact time must be the same. Positions, velocities and spins are those of the state.
-        cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
+        cell_factor: Factor on the width of the cells, at least 1; infinity for a single cell. The factor changes no
+            result.
         all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. This changes no result.
 
     Raises:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 MOST_WASTE = 2.0
 #: Tests in a call of the loop: some hundredths of a second, so that progress and Ctrl-C are handled.
 _WORK = 2.0**23
-#: Edge of a recorded contact, as in core/chain_distance.h.
+#: A recorded contact stores its edge and its kind in one number, with this factor: see core/chain_distance.h.
 _EDGE_KINDS = 4
 
 

@@ -127,7 +127,7 @@ def collide_discs(first: MovingDisc, second: MovingDisc, i: int, j: int, time_s:
     """Give two discs their velocities after an impact along the line of centres. Return the record of the impact.
 
     Let d be the vector from the first centre to the second. The impulse on the first disc is ``f d``. Only the square
-    of d is used, without a root, so no rounding of its length does work.
+    of d is used, without a root, so rounding of its length can't add energy.
     """
     dx, dy = second.x - first.x, second.y - first.y
     along = dx * (second.vx - first.vx) + dy * (second.vy - first.vy)
