@@ -145,7 +145,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
     Args:
         reference: The reference, usually from `carom.solve_pic`.
         observed: The trace to score.
-        sampling: The trace of PIT at the same step. It separates the cost of sampling from other errors.
+        sampling: The trace of PIT at the same step. With it, the cost of sampling is separated from other errors.
         horizon: The part of the reference that is reliable: a number of impacts (an int) or a time in seconds (a
             float). Later steps are only compared stepwise, from the trace's own states. None for the whole run.
 

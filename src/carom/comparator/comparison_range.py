@@ -168,9 +168,9 @@ def clip_before_rest(
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
     """Return the time after which steps can't separate the impacts of a disc on two walls that crush it.
 
-    These impacts come ever faster. From some time on, each follows the previous one within two steps, so a method that
-    checks once per step finds at most one of them, late. If PIT is given and has a missing or extra impact even
-    earlier, the time ends there.
+    These impacts come ever faster. From some time on, each impact follows the previous one within two steps, so a
+    method that checks once per step finds at most one of them, late. If PIT is given and has a missing or extra impact
+    even earlier, the time ends there.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])

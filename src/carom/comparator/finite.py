@@ -1,4 +1,4 @@
-"""NaN and infinite numbers in a trace. They must be found before a comparison, because `max` ignores NaN."""
+"""NaN and infinite numbers in a trace. Such numbers must be found before a comparison, because `max` ignores NaN."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def find_non_finite(trace: Trace) -> str:
     """Describe the first number of a trace that is NaN or infinite; return an empty string if all are finite.
 
     NaN has a meaning in two places. If all positions before an impact are NaN, the state before it is unknown. If an
-    effective time is NaN, that state is unknown or the impact changed no path.
+    effective time is NaN, the state before the impact is unknown, or the impact changed no path.
     """
     return next(_iterate_non_finite(trace), "")
 

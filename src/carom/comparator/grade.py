@@ -235,7 +235,7 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
             return False
         if error.time_s < -rounding_s:
             # Sampling never finds an impact before it happens from the run's own state. If an impact is early only
-            # against the reference, the lateness of earlier impacts moved it, by at most that lateness.
+            # against the reference, it was moved by earlier impacts that were late, by at most their lateness.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
             if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False
@@ -245,8 +245,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
 def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
     """Whether the final errors are at most a fraction of PIT's, or the final state follows from the run's own impacts.
 
-    An energy error of a millionth is always allowed. A final error of PIT that was not measured is NaN and allows no
-    error.
+    An energy error of a millionth is always allowed. If a final error of PIT was not measured, it is NaN, and no error
+    of the run is allowed.
     """
     found, own = judged.measured.largest, judged.consistency
     if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):

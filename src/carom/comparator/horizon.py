@@ -1,4 +1,7 @@
-"""Horizons: the part of a run in which a reference is reliable. It is certified, or estimated from perturbed starts."""
+"""Horizons: the part of a run in which a reference is reliable.
+
+A horizon is certified, or estimated from perturbed starts.
+"""
 
 from __future__ import annotations
 

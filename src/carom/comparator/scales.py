@@ -1,4 +1,4 @@
-"""Scales of a scene: its own length, speed and time. Errors are divided by them to be independent of units."""
+"""Scales of a scene: its own length, speed and time. Errors are divided by these scales to be independent of units."""
 
 from __future__ import annotations
 

@@ -91,7 +91,9 @@ _NEWTON = 6
 
 
 def nearest_s(apart: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
-    """Return when two paths are nearest, by least squares; NaN if they do not separate. If they meet, they meet then.
+    """Return when two paths are nearest, by least squares; NaN if they do not separate.
+
+    Paths that meet are nearest when they meet.
 
     Args:
         apart: Returns the vector between the two paths at a time, metres, and its derivative.

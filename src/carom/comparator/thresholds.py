@@ -14,7 +14,7 @@ class Thresholds:
 
     Attributes:
         rounding: Rounding of times over the scene's duration, velocities over its speed, and positions over its reach.
-            Known answers are reproduced to this.
+            The solvers reproduce known answers with at most this error.
         rounding_32: The same for a method that declares 32-bit floats: a hundred units in the last place.
         close: Largest error of grade *close*: of a time over a step, of a velocity over the cost of sampling. At a
             hundredth, a sampling method would have to check a hundred times per step. So a close method solves for the

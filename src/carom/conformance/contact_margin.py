@@ -1,13 +1,13 @@
 """Errors that a promised contact margin allows: those of a scene with bodies that are thicker by the margin.
 
-An engine with a margin m responds to bodies at a distance of up to m as if their surfaces were up to m nearer. So an
-impact at a distance R of the centres is no earlier than an impact at R + m, and its normal is no further turned. Let w
-be the relative speed, and b the distance at which the bodies would pass each other. Then the impact is early by at most
-``(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w``. Without friction, an impact changes a velocity by ``(1 + e) mu / m_i
-w cos(a)`` along a normal at the angle a, with ``sin(a) = b / R``. So the velocity error is at most ``(1 + e) mu / m_i w
-sin(a - a')``, where ``sin(a') = b / (R + m)``. Bodies that pass at a distance below m meet. Both errors grow with m. So
-the exact solution of the scene with thicker bodies has the greatest error of one impact, and propagates it to later
-impacts.
+An engine with a margin m responds to bodies at a distance of up to m as if their surfaces were up to m nearer. So if
+bodies touch at a distance R of their centres, the engine's impact is at a distance between R and R + m. Its instant and
+its normal are between those of impacts at these two distances. Let w be the relative speed, and b the distance at which
+the bodies would pass each other. Then the impact is early by at most ``(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w``.
+Without friction, an impact changes a velocity by ``(1 + e) mu / m_i w cos(a)`` along a normal at the angle a, with
+``sin(a) = b / R``. So the velocity error is at most ``(1 + e) mu / m_i w sin(a - a')``, where ``sin(a') = b / (R +
+m)``. Bodies that pass at a distance below m meet. Both errors grow with m. So the exact solution of the scene with
+thicker bodies has the greatest possible error at its first impact, and propagates this error to later impacts.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def thickened(scene: Scene, margin_m: float) -> Scene:
         (x, y), (nx, ny) = one.point_m, one.normal
         return one.model_copy(update={"point_m": (x + half * nx, y + half * ny)})
 
-    # Copied without validation, because bodies that start within the margin overlap now.
+    # The scene is copied without validation, because bodies that start within the margin now overlap.
     return scene.model_copy(
         update={"discs": tuple(map(disc, scene.discs)), "walls": tuple(map(wall, scene.half_planes()))}
     )

@@ -1,4 +1,4 @@
-"""Known failures: entries of a file, each with a reason. An entry that passes must be removed.
+"""Known failures: entries of a file, each with a reason. When a listed case passes, its entry must be removed.
 
 ::
 
@@ -29,7 +29,7 @@ FILE_NAME = "carom-known-failures.toml"
 
 _FIELDS = ("reason", "versions", "platform", "cases")
 
-#: Values of `sys.platform` on systems that Carom's workers support, which need POSIX.
+#: Values of `sys.platform` on systems with POSIX, which Carom's workers need.
 _SYSTEMS = ("linux", "darwin", "freebsd")
 _MACHINES = ("x86_64", "amd64", "i686", "aarch64", "arm64", "armv7l", "ppc64le", "riscv64", "s390x", "loongarch64")
 
@@ -75,7 +75,7 @@ def load_known_failures(path: Path) -> tuple[KnownFailure, ...]:
     """Return the entries of a file in order.
 
     Raises:
-        InputError: The file can't be read or has another form. The message names the entry.
+        InputError: The file can't be read, or is not a list of entries. The message names the entry.
     """
     try:
         data = read_data(path, ".toml")
@@ -149,7 +149,7 @@ def known_reasons(
         path: The file.
 
     Raises:
-        InputError: Two entries are valid for one case, or the validity of an entry is unknown.
+        InputError: Two valid entries name the same case, or the validity of an entry is unknown.
     """
     found: dict[str, str] = {}
     for number, entry in enumerate(entries, start=1):
@@ -188,7 +188,7 @@ def check_names(
         path: The file.
 
     Raises:
-        InputError: A name is not that of a case, or the case is skipped and so can't fail.
+        InputError: A name is not the name of a case, or its case is skipped and so can't fail.
     """
     run = {name.partition("::")[0] for name in names}
     for name in (name for entry in entries for name in entry.cases):

@@ -1,6 +1,6 @@
 """The pytest plug-in. Without ``--carom-engine`` it only adds its options, and imports nothing else.
 
-With ``--carom-engine``, it adds the suite's cases to pytest's items. The repository needs no test file.
+With ``--carom-engine``, it adds the suite's cases to pytest's items. An adapter's repository needs no test file.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ PREFIX = "carom"
 
 
 class EngineCollector(pytest.Collector):
-    """All cases of one adapter, from its plan."""
+    """Collector of all cases of one adapter."""
 
     engine: EnginePlan
     known: Mapping[str, str]
@@ -130,7 +130,7 @@ class ConformanceRun:
             return report
         name = f"{item.engine.info.name}::{item.case.name}"
         reason = self._plan.known.get(name)
-        # An attribute reaches pytest-xdist's controller, which writes the file.
+        # pytest-xdist sends this attribute to its controller, which writes the file.
         if reason is None and report.failed and call.excinfo and isinstance(call.excinfo.value, CaromError):
             vars(report)["carom_failed"] = [name, _what(call.excinfo.value)]
         elif reason is not None and not hasattr(report, "wasxfail"):

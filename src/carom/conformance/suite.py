@@ -78,7 +78,7 @@ def make_suite(
         profiles: Values of ``--carom-profile``: names, or ``all`` (default: `carom.execution.plan.DEFAULT_PROFILES`).
         known_file: The file of known failures; None for the first one in `folders`.
         folders: pytest's root directory, and the working directory. They differ if the value of an option is also the
-            name of a folder, because pytest then uses it as its root.
+            name of a folder, because pytest then uses this folder as its root.
         limits: Limits of the engines' processes.
 
     Raises:
@@ -93,7 +93,7 @@ def make_suite(
         else:
             subject = Subject(info.name, limits)
             of_engine = tuple(cases(subject))
-            # Names of cases that do not run are also valid. Their known failures are ignored.
+            # The file may also name cases that do not run. Their known failures are ignored.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
             chosen = tuple(case for case in of_engine if not case.profile or _is_run(info, case.profile, profiles))
             planned.append(EnginePlan(info, subject, chosen))

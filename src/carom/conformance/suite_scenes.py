@@ -24,8 +24,9 @@ DT_S = 1 / 128
 #: Number of steps after which the discs of `rubbing` touch.
 TOUCH_STEPS = 8
 
-#: Catalogue scenes of the suite. They are listed by name, so that a new catalogue scene can't break a list of known
-#: failures. Scenes without a unique answer, or with rounding errors that grow from impact to impact, are excluded.
+#: Catalogue scenes of the suite. Catalogue scenes are listed by name, so that a new catalogue scene can't break a list
+#: of known failures. Scenes without a unique answer, or with rounding errors that grow from impact to impact, are
+#: excluded.
 CATALOGUE_SCENES = (
     "paper/missed",
     "paper/late",
@@ -263,7 +264,7 @@ def fall() -> Scene:
 
 
 def slowing(*, spins: bool) -> Scene:
-    """Return a disc that is damped for half a second, and spins if requested."""
+    """Return a disc that moves with damping for half a second, and spins if requested."""
     disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5, spin_rad_s=1.0 if spins else 0.0)
     return Scene(name=f"conformance-slowing{'-spin' * spins}", discs=[disc], damping_per_s=0.8, duration_s=0.5)
 
@@ -293,8 +294,8 @@ def sliding_on_a_table() -> Scene:
 def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     """Return two discs that meet off centre; with `wall`, the first also bounces off a slanted wall.
 
-    With a restitution below 1, discs separate more slowly than they met, and still overlap meanwhile. Contacts in this
-    time have no impulse.
+    With a restitution below 1, discs separate more slowly than they met, and overlap for some steps more. Contacts in
+    these steps have no impulse.
     """
     return Scene(
         name="conformance-contacts",
@@ -314,8 +315,8 @@ def rubbing(
 ) -> Scene:
     """Return discs that meet along x and slip past each other; if walls are supported, a third disc slips on a wall.
 
-    They touch just before the end of a step. The overlap is resolved at the declared width of floats, and smaller than
-    the allowance for rounding. So friction has its full lever arm, and the line of centres is along x, even if an
+    They touch just before the end of a step. The overlap is large enough for the declared width of floats, and smaller
+    than the allowance for rounding. So friction has its full lever arm, and the line of centres is along x, even if an
     engine derives both from the overlap.
     """
     overlap = 0.25 * THRESHOLDS.rounding_of(can.float_bits)
@@ -358,10 +359,10 @@ def rubbing_crowd(can: Capabilities, friction: float, restitution: float) -> Sce
 
 
 def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
-    """Return the trace of a complete known answer. Between impacts, discs move in straight lines.
+    """Return the trace of a complete known answer. Discs must move in straight lines between impacts.
 
     Raises:
-        InputError: The answer lacks an impact of the scene, or the velocities after an impact.
+        InputError: The known answer does not have all impacts of the scene, or not all velocities after them.
     """
     if known.count != len(known.impacts):
         raise InputError(f"the known answer of {scene.name!r} has only {len(known.impacts)} of {known.count} impacts")

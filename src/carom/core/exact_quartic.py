@@ -3,7 +3,7 @@
 Every float is a fraction whose denominator is a power of two. So a polynomial with float coefficients is a polynomial
 with integer coefficients, divided by a power of two. Sturm's theorem counts the roots in an interval. Halving the
 intervals isolates the roots at which the polynomial turns negative, until floats cannot tell the ends of an interval
-apart. A root at which the polynomial only touches zero is a graze of zero depth, and no impact.
+apart. A root at which the polynomial only touches zero is a graze of zero depth, not an impact.
 
 Source: J. C. F. Sturm's theorem with pseudo-remainders: D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
 """
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Polynomial = list[int]  # lowest power first
 
-#: Two bits more than a float has.
+#: Number of bits: two more than a float has.
 _BITS = 55
 
 
@@ -56,7 +56,7 @@ def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
     before it can close.
     """
     powers = list(gap)
-    while powers and powers[0] == 0:  # in contact: the lowest power left decides whether the gap opens
+    while powers and powers[0] == 0:  # in contact: the first power that is not 0 decides if the gap opens
         del powers[0]
     if not powers:
         return
@@ -81,14 +81,14 @@ def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
         while (before - (after := _count_changes([_value_at(q, high, scale) for q in chain]))) > 1:
             low, high, scale = 2 * low, 2 * high, scale + 1
             middle = (low + high) // 2
-            while _value_at(p, middle, scale) == 0:  # an end must not be a root
+            while _value_at(p, middle, scale) == 0:  # an end of an interval must not be a root
                 low, high, middle, scale = 2 * low, 2 * high, 2 * middle + 1, scale + 1
             halfway = _count_changes([_value_at(q, middle, scale) for q in chain])
             if halfway == before:
                 low = middle
             else:
                 high = middle
-        if _value_at(p, low, scale) > 0 > _value_at(p, high, scale):  # not if p rises, or only touches 0
+        if _value_at(p, low, scale) > 0 > _value_at(p, high, scale):  # not if p rises or only touches 0
             yield _bisect(p, low, high, scale)
         low, before, high = high, after, 2 * high
 

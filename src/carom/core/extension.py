@@ -1,6 +1,6 @@
 """State of the compiled extension: whether it is installed, and whether it was built from the present sources.
 
-Every .pyx file of the package is a module of the extension. They are built together, so `carom.core.built` represents
+Every .pyx file of the package is a module of the extension. All are built together, so `carom.core.built` represents
 all of them and contains a digest of the sources.
 """
 
@@ -36,7 +36,10 @@ def require_extension() -> None:
 
 
 def find_extension_notes() -> tuple[str, ...]:
-    """Return the notes on the extension for a result: that it is stale, if it is. Warn once per process."""
+    """Return the notes on the extension for a result: a note if the extension is stale, otherwise none.
+
+    Warn once per process.
+    """
     stale = _find_staleness()
     if not stale:
         return ()
@@ -54,14 +57,14 @@ def compute_sources_digest() -> str:
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in _sources(package):
-        source = path.read_bytes().replace(b"\r\n", b"\n")  # as git may check it out on Windows
+        source = path.read_bytes().replace(b"\r\n", b"\n")  # git may check sources out with these line ends on Windows
         digest.update(f"{path.relative_to(package).as_posix()} {len(source)}\n".encode() + source)
     return digest.hexdigest()
 
 
 def _sources(package: Path) -> list[Path]:
     """Return all sources of the extension."""
-    kinds = (".pyx", ".pxd", ".h", ".c")  # in one walk, because each process that runs a scene calls this
+    kinds = (".pyx", ".pxd", ".h", ".c")  # one walk only, since each process that runs a scene calls this
     found = [Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(kinds)]
     return sorted(path for path in found if not path.is_relative_to(package / "core/wasm"))  # the page's: core.wasm
 

@@ -4,8 +4,8 @@ A wall consists of all points within a half width of a line of straight edges an
 centre is at the distance half width plus radius from that line. Such centres form a straight line for a face, and a
 circle for a vertex or for a side of an arc. So a vertex is represented as a circle of radius 0.
 
-Features are frozen. They contain everything that times of impact need, precomputed from the numbers of the scene file.
-An exact value is stored as a pair ``(high, low)`` of its nearest floats: see `core/double_double.h`.
+Features are frozen. Features contain everything that times of impact need, precomputed from the numbers of the scene
+file. An exact value is stored as a pair ``(high, low)`` of its nearest floats: see `core/double_double.h`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 Pair = tuple[float, float]
 
-#: Bits of a square root before it is rounded to a pair, which has 106.
+#: Bits of a square root before it is rounded to a pair, which has 106 bits.
 _ROOT_BITS = 160
 
-#: Least room of a disc inside a circle, as a fraction of the circle's coordinates. In this room there are four to eight
-#: floats in each direction. With less room, normals would consist of rounding errors.
+#: Least room of a disc inside a circle, as a fraction of the circle's coordinates. This room has four to eight floats
+#: in each direction. With less room, normals would consist of rounding errors.
 _PLACES = 2.0**-50
 
 
@@ -110,8 +110,8 @@ class Arc:
         half_width: Half width of the wall, metres: all points within this distance of the arc belong to the wall.
         inside: Whether this is the side on which the circle's centre is.
         sector: Directions of the arc's points from the centre; None for a whole circle.
-        fits_below: Smallest radius of discs that do not fit inside, metres. They meet the arc's stops instead of its
-            inner side.
+        fits_below: Smallest radius of discs that do not fit inside, metres. Such discs meet the arc's stops instead of
+            its inner side.
     """
 
     centre: tuple[Pair, Pair]
@@ -170,7 +170,7 @@ def root_of(square: Fraction) -> Pair:
 
 
 def _fits_below(centre: tuple[Pair, Pair], radius: Pair, half_width: float) -> float:
-    """Return the smallest radius of discs that have no room in a circle, or too little for floats to resolve."""
+    """Return the smallest radius of discs that have no room in a circle, or less room than floats can resolve."""
     return radius[0] - half_width - _PLACES * (abs(centre[0][0]) + abs(centre[1][0]) + radius[0])
 
 

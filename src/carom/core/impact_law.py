@@ -72,7 +72,8 @@ def resolve_impact(
         raise InputError("m1 and m2 must not both be infinite: two immovable bodies never collide")
     direction = direction / scale
     n = direction / np.hypot(direction[..., :1], direction[..., 1:])
-    # In units of about the fastest body's speed and the lighter one's mass, nothing under- or overflows on the way.
+    # With the fastest body's speed and the lighter body's mass as approximate units, no intermediate result under- or
+    # overflows.
     speed = np.frexp(np.maximum(np.abs(velocity1), np.abs(velocity2)).max(axis=-1))[1]
     lighter = np.frexp(np.minimum(mass1, mass2))[1]
     inverse1, inverse2 = 1.0 / np.ldexp(mass1, -lighter), 1.0 / np.ldexp(mass2, -lighter)

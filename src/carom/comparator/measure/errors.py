@@ -82,9 +82,10 @@ def _metric(name: str) -> float:
 class Errors:
     """The largest error of each kind of one trace against another; NaN if there is none.
 
-    Each field is a metric. It is named in `docs/theory/scoring.md` and appears in all tables and JSON lines. The first
-    eight are the largest errors of the impacts (see `ImpactError`) in magnitude, with their signs. Final states are not
-    measured beyond a horizon, or if the two runs end at different times. Spins are not measured if no disc spins.
+    Each field is a metric, which is explained in `docs/theory/scoring.md` and appears in all tables and JSON lines. The
+    first eight are the largest errors of the impacts (see `ImpactError`) in magnitude, with their signs. Final states
+    are not measured beyond a horizon, or if the two runs end at different times. Spins are not measured if no disc
+    spins.
 
     Attributes:
         energy: Error of the final kinetic energy, with its sign, over the energy at the start or, if that is larger,
@@ -144,7 +145,7 @@ def measure(reference: Trace, observed: Trace, alignment: Alignment, scales: Sca
     momentum, ends = math.nan, np.full((3, len(reference.scene.discs)), math.nan)
     if ends_together:
         momentum, ends = _momentum_error(reference, observed, scales), _end_errors(reference, observed)
-    # If impacts conserve energy, it is known even if the reference's final state is not reliable.
+    # If impacts conserve energy, the final energy is known even if the reference's final state is not reliable.
     is_energy_known = ends_together or not reference.scene.needs & _NOT_CONSERVED
     errors = tuple(_impact_errors(reference, observed, alignment, scales))
     return Measured(

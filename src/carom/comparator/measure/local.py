@@ -1,8 +1,8 @@
 """Local errors: each impact compared with the analytic answer from the method's own state before it.
 
 Chaos limits any comparison with the reference's trajectory. But the method's own state just before an impact is an
-exact input. From it, the instant, the normal and the velocities after have closed forms. So each impact of a run can be
-scored separately, however long the run is.
+exact input. From this state, the instant, the normal and the velocities after the impact follow in closed form. So each
+impact of a run can be scored separately, however long the run is.
 
 PIT from the same state also has a closed form: PIT collides the pair at the first step boundary at or after contact,
 along the line of centres at that boundary. So the local error can be separated into sampling error and solver error.

@@ -49,8 +49,8 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
     """Compare the reports of a trace with its states, up to a time.
 
     A report belongs to a window of its pair if it is at most `_AWAY_STEPS` steps away. A window of one impact can
-    explain one report. It requires a report, unless the impact is missed or the window is open. Other windows, and
-    steps in which the pair rests and is pushed, can explain any number of reports and require none.
+    explain one report. Such a window requires a report, unless its impact is missed or the window is open. Other
+    windows, and steps in which the pair rests and is pushed, can explain any number of reports and require none.
     """
     windows = truth.windows[truth.meetings["window"]]
     alone = ~windows["entangled"] & (windows["due"] > 0)
@@ -86,7 +86,7 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
 
 
 def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: float) -> bool:
-    """Whether a time is in one of some sorted, disjoint spans, or at most `away_s` away from one."""
+    """Whether a time is in one of the spans (sorted and disjoint), or at most `away_s` away from one."""
     after = bisect_right(spans, time_s + away_s, key=lambda span: span[0])
     return after > 0 and time_s <= spans[after - 1][1] + away_s
 

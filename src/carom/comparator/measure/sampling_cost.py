@@ -30,8 +30,8 @@ from carom.solvers.pit.solve import solve_pit
 
 Array = NDArray[np.float64]
 
-#: Number of cached costs, one per scene and step. It suffices for all scenes of the catalogue at three steps each.
-#: Costs at a run's own phases are rarely reused and have a smaller cache.
+#: Number of cached costs, one per scene and step. This number suffices for all scenes of the catalogue at three steps
+#: each. Costs at a run's own phases are rarely reused and have a smaller cache.
 KEPT = 1024
 OWN_KEPT = 256
 
@@ -41,7 +41,7 @@ class SamplingCost:
     """Errors of PIT at a step: at one phase of the step, or the largest over several phases.
 
     Arrays have shape ``(2, m)``: the errors of velocities, over the scene's speed, and of spins times radii, over its
-    rim speed, after each reliable impact of the reference. The latter are 0 if no disc spins.
+    rim speed, after each reliable impact of the reference. The errors of spins are 0 if no disc spins.
 
     Attributes:
         dt_s: The step, seconds.
@@ -89,7 +89,7 @@ class SamplingCost:
 
     @classmethod
     def worst(cls, costs: Sequence[SamplingCost]) -> SamplingCost:
-        """Return the largest cost over several phases. The first must be the scene's own."""
+        """Return the largest cost over several phases. The first item must be the cost at the scene's own phase."""
         errors, found, off_s = (
             np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
             for name in ("errors", "found", "found_off_s")

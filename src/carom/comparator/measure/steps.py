@@ -152,7 +152,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         truth: The comparison of the steps with PIC.
         scales: The scene's own length and energy.
         float_bits: Width of the floats that the method declares.
-        until_s: The horizon, seconds. Beyond it, sampling explains a miss that PIT shares.
+        until_s: The horizon, seconds. Beyond the horizon, a miss that PIT shares is explained by sampling.
     """
     rounding = 10.0 * THRESHOLDS.rounding_of(float_bits)
     rows = truth.windows

@@ -22,12 +22,12 @@ from carom.model.trace import wall_body
 
 Array = NDArray[np.float64]
 
-#: Rounding of a number in a step, in units in its last place. It covers products, sums, the instant, and a shift of the
-#: origin.
+#: Rounding of a number in a step, in units in its last place. This covers the rounding of products, sums and the
+#: instant, and a shift of the origin.
 ROUNDINGS = 16
 
-#: Rounding of velocities. It is larger than the rounding of floats, because a 64-bit engine may compute in other units
-#: and solve several contacts together. It is far below any error that matters for a grade.
+#: Rounding of velocities. This is larger than the rounding of floats, because a 64-bit engine may compute in other
+#: units and solve several contacts together. But it is far below any error that matters for a grade.
 ROUNDING_OF_VELOCITIES = 1e-11
 
 #: Largest count of numbers in the states of a block: about 40 MB with derived arrays.
@@ -59,7 +59,7 @@ class StepWatch:
     """Collects the states of a run as they arrive, and returns the comparison of all steps at the end.
 
     Args:
-        scene: The scene. It is the first state of the run.
+        scene: The scene, whose start is the first state of the run.
         dt_s: The step, seconds.
         float_bits: Width of the floats that the method declares to compute in.
     """
@@ -177,7 +177,7 @@ class StepWatch:
     def _found_before_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
         """Return whether PIT finds the pairs of a chain from the chain's first state; record it for a cut chain.
 
-        This is decided once, at the beginning of the chain. Later the bodies overlap, and PIT has already found them.
+        This is decided at the beginning of the chain only. Later the bodies overlap, so PIT would find them.
         """
         known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
         if not chain.continues:

@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 #: An engine with a contact margin may turn a disc many fine steps before a meeting (Box2D `default`: 1 cm before a
-#: wall, a tenth of the smallest discs of the catalogue). A turn counts as such if the disc closes on a body within this
-#: fraction of the contact distance, and then separates. Otherwise the disc turned with nothing near.
+#: wall, a tenth of the smallest discs of the catalogue). A turn counts as a response to a body within a margin if the
+#: disc closes on a body within this fraction of the contact distance, and then separates. Otherwise the disc turned
+#: without a cause.
 _AHEAD_GAP = 0.25
 
 #: Rounding of a step's length: each of its two instants is right to half a unit in the last place.

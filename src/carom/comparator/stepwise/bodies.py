@@ -1,7 +1,7 @@
 """States of a few bodies in plain floats, which can be advanced from any state of a run.
 
-The solvers need discs that do not overlap at the start. A window can start in any state of the run. So overlapping
-bodies that close meet at once. Times of impact and impact laws are those of the core.
+The solvers need discs that do not overlap at the start. A window can start in any state of the run. So here, bodies
+that overlap and approach each other meet at once. Times of impact and impact laws are those of the core.
 """
 
 from __future__ import annotations

@@ -196,7 +196,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
         return False  # so slow that it may rest
     if before.closing <= PASSED * speed_before:
-        return False  # part of an impact is left over from a cut chain: that is a velocity error
+        return False  # a rest of an impact, from a cut chain, counts as a velocity error
     closed = before.closing * law.slowing.damping.kept(lasted)
     unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
@@ -287,8 +287,8 @@ def _turn_s(window: Window, pair: Pair) -> float:
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
-    # Counted from the window's end: the distance of the two paths there, over their relative velocity. With damping,
-    # both are straight in undamped time.
+    # The time before the window's end is the distance of the two paths there, over their relative velocity. With
+    # damping, paths are straight in undamped time.
     there, here = apart(window.free), apart(window.now)
     ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
     return lasts + window.law.slowing.damping.damped(-ago_s)

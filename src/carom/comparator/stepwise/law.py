@@ -58,7 +58,7 @@ class Law:
         self.disc_drives = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self.belts = arrays.belts_m_s
         self.fastest_wall = max((drive.fastest for drive in self.wall_drives), default=0.0)
-        #: Whether the scene has driven bodies. They give discs energy, so a gain of energy alone is no fault.
+        #: Whether the scene has driven bodies. Driven bodies give discs energy, so a gain of energy alone is no fault.
         self.driven = arrays.driven
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
@@ -111,8 +111,8 @@ class Law:
     def side_of(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
         """Return the distance of a point from wall number `wall`, and the unit normal from the point to the wall.
 
-        A point on the line of a finite wall has no normal. Then (0, 0) is returned, so nothing closes, as in PIT.
-        `time_s` gives the position of a driven wall.
+        A point on the line of a finite wall has no normal. For such a point, (0, 0) is returned, so that the closing
+        speed is 0, as in PIT. `time_s` gives the position of a driven wall.
         """
         shape = self.walls[wall]
         x, y = self.seen_from(wall, x, y, time_s)
@@ -137,7 +137,7 @@ class Law:
         return self.wall_drives[wall].velocity_at(time_s * TOUCH)
 
     def later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
-        """Return the legs that a driven body of a pair begins later."""
+        """Return the legs of a driven body of a pair that begin after `time_s`."""
         if not self._has_legs:
             return ()
         drives = [self.disc_drives.get(body) for body in pair if body < self.n]

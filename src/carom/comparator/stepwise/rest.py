@@ -16,8 +16,8 @@ from carom.comparator.stepwise.pairs import RESTING_GAP, NearPairs
 Flags = NDArray[np.bool_]
 
 #: A pair that gravity presses together rests while its relative speed is at most the speed gained by falling for this
-#: many steps. That is one step in engines that correct velocities, and at most two and a half in engines that correct
-#: positions (Box2D and MuJoCo `default`, 8 starts each).
+#: many steps. Engines that correct velocities need one step, and engines that correct positions at most two and a half
+#: (Box2D and MuJoCo `default`, 8 starts each).
 RESTING_STEPS = 2.5
 
 
@@ -63,7 +63,7 @@ class Rest:
                 held.append((joined_s, end_s))
             if known is None or known.until_s < begin_s:
                 known = _Rested(min(before_m, 0.0), begin_s, 0.0)
-            # The unexplained depth adds up. It decreases if the pair is held or rises.
+            # The unexplained depth adds up. This sum decreases if the pair is held or rises.
             faster_m = max(known.faster_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
             self._rested[pair] = _Rested(known.top_m, end_s, faster_m)
             self.sunk_radii = max(self.sunk_radii, (known.top_m - gap_m) / block.law.reach(pair))

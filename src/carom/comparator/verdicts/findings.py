@@ -1,4 +1,4 @@
-"""Verdicts derived from measured errors. Each has a reason with numbers."""
+"""Verdicts derived from measured errors. Each verdict gives a reason with numbers."""
 
 from __future__ import annotations
 

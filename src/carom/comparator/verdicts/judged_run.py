@@ -61,7 +61,7 @@ class JudgedRun(MeasuredRun):
     def has_diverged_before_miss(self) -> bool:
         """Whether the trajectory diverged from the reference's before any step missed or invented an impact.
 
-        It is false if wrong reports explain all differences, or if the scene has no unique answer.
+        This is false if wrong reports explain all differences, or if the scene has no unique answer.
         """
         local, reports, parted_s = self.local_truth, self.reports, self.parted_s
         if local is None or reports is None or parted_s is None or self.non_finite or self.convention is not None:

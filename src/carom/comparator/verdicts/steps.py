@@ -40,7 +40,7 @@ def _describe_steps(local: LocalScore) -> str:
 def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
     """Report impacts of a diverged run that only its reports or only its states show.
 
-    Other runs have other verdicts on them.
+    In runs that did not diverge, other verdicts report such impacts.
     """
     reports = judged.reports
     if reports is None or reports.agree or not judged.has_diverged_before_miss:

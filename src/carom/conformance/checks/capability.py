@@ -155,7 +155,7 @@ def fast_as_declared(subject: Subject) -> None:
 def far_as_declared(subject: Subject) -> None:
     """At the greatest declared coordinate, a disc passes its velocity on to an equal one."""
     can = subject.capabilities()
-    # Beyond this, rounding of coordinates exceeds a thousandth of the disc's radius in every engine.
+    # Beyond this coordinate, rounding of coordinates exceeds a thousandth of the disc's radius in every engine.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
     coordinate = min(can.max_coordinate_m, FAR_M, finest)
     _hands_over(subject, approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin")
@@ -176,7 +176,7 @@ def moves_as_declared(subject: Subject) -> None:
 def small_as_declared(subject: Subject) -> None:
     """At the smallest declared radius, a disc passes its velocity on to an equal one."""
     radius = subject.capabilities().min_radius_m or SMALL_M
-    # Lengths are scaled by 2 r, times and speeds by its root, as for a scene under gravity.
+    # Lengths are scaled by 2 r, and times and speeds by the square root of 2 r, as for a scene under gravity.
     root = math.sqrt(2 * radius)
     scene = approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
     _hands_over(subject, scene, f"radius {radius:g} m", DT_S * root)
@@ -245,7 +245,8 @@ def _uncombined(can: Capabilities) -> Scene | None:
     return None if beyond is None or not can.walls else bounce_and_pair(pair, beyond, wall=True)
 
 
-#: For each capability that may be undeclared: its field, and a function that returns a scene that needs it, or None.
+#: For each capability that may be undeclared: its field, and a function. The function returns a scene that needs the
+#: capability, or None.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda can: None if can.walls else walled_box()),
     "segments": ("segments", lambda can: None if can.segments else either_side(can.restitution[1])),

@@ -16,7 +16,7 @@ def declared(subject: Subject, field: str) -> Capabilities:
     """Return an adapter's capabilities, if they include `field`.
 
     Raises:
-        NotApplicable: The capability is declared to be False.
+        NotApplicable: The adapter declares this capability as False.
     """
     can = subject.capabilities()
     if not getattr(can, field):

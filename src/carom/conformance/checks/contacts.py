@@ -20,7 +20,8 @@ from carom.support.formatting import number
 def _setup(subject: Subject, profile: str) -> Setup:
     can = subject.capabilities(profile)
     low, high = can.restitution
-    # If declared, well below 1, so that discs separate while they still overlap. Most ranges include 2/5.
+    # A restitution well below 1, if it is declared, so that discs separate while they still overlap. Most ranges
+    # include 2/5.
     return Setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
 
 

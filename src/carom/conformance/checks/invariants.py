@@ -12,7 +12,7 @@ from carom.engines.api import Observation
 from carom.model.trace import kinetic_energy
 from carom.support.formatting import number
 
-#: Largest relative energy error, as in the comparator. Rounding causes 1e-7 in float32 engines.
+#: Largest allowed error of the energy, relative, as in the comparator. Rounding alone causes 1e-7 in float32 engines.
 ENERGY = 1e-6
 
 

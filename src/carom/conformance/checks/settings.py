@@ -13,8 +13,8 @@ from carom.model.trace import Setting
 
 UNKNOWN = "carom_no_such_setting"
 
-#: Number of roundings by conversion into the engine's units and back: two for a length, and four for a velocity, which
-#: has a length and a time.
+#: Number of roundings when a number is converted into the engine's units and back: two for a length, and four for a
+#: velocity, which consists of a length and a time.
 ROUNDINGS = {"position_m": 2, "velocity_m_s": 4}
 
 _FLOATS = {32: np.float32, 64: np.float64}
