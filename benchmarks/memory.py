@@ -23,7 +23,10 @@ from benchmarks.arguments import count, parser, run
 SAMPLE = Path(__file__).parents[1] / "reports" / "sample" / "results.jsonl"
 #: Every 20th row of the second file has larger errors.
 CHANGED = 20
-_READ = "import sys, pathlib; from carom.report.records import read_records; read_records(pathlib.Path(sys.argv[1]))"
+_READ = (
+    "import sys, pathlib; from carom.report.results_file.file import read_records; "
+    "read_records(pathlib.Path(sys.argv[1]))"
+)
 
 
 def write_copies(path: Path, rows: int, *, changed: bool) -> None:

@@ -18,7 +18,7 @@ PACKAGE = "src/carom/"
 #: Packages that are no part of the harness.
 LEFT_OUT = (
     *("core", "solvers", "model/broad_phase", "model/step_windows.py"),
-    *("comparator/stepwise", "comparator/measure/steps.py", "comparator/measure/reports.py"),
+    *("comparator/stepwise", "comparator/measure/stepwise_score.py", "comparator/measure/reported_impacts.py"),
     *("physics", "broad_phase", "comparator/local_truth", "windows.py"),  # of earlier revisions
 )
 

@@ -57,7 +57,7 @@ def _template() -> ForkServer:
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     its.set_inheritable(True)
     program = (
-        "import os, socket, sys, carom.execution.engines, carom.execution.engine_run, carom.execution.worker, "
+        "import os, socket, sys, carom.execution.describe_engines, carom.execution.engine_run, carom.execution.worker, "
         "carom.execution.fork_server as it\n"
         "it._serve(socket.socket(fileno=int(sys.argv[1])), os.getppid())"
     )
@@ -123,9 +123,9 @@ def heard_interrupts() -> Iterator[None]:
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ask engines in this process: where a test is about what is asked and said, a worker would only cost its start."""
-    from carom.execution import engines, pool, scene_import, settings_code
+    from carom.execution import describe_engines, pool, scene_import, settings_code
 
-    for module in (settings_code, engines, scene_import, pool):
+    for module in (settings_code, describe_engines, scene_import, pool):
         monkeypatch.setattr(module, "LocalPool", lambda *_: pool.InProcessPool())
 
 

@@ -25,7 +25,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.model.trace import profile_shown
 from carom.report.document import Column, Table
 from carom.report.formatting import number, percent
-from carom.report.records import raw_records
+from carom.report.results_file.file import raw_records
 
 ROOT = Path(__file__).resolve().parents[2]
 MEASURED = ROOT / "docs" / "figures" / "measured.json"

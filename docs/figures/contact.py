@@ -20,7 +20,7 @@ from carom.engines.registry import load_adapter
 from carom.execution.job import Method
 from carom.execution.results import Row
 from carom.model.scene import Disc, Scene, Wall
-from carom.report.mark import Mark, mark_of
+from carom.report.outcome_marks import Mark, mark_of
 
 HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE.parent / "results" / "contact.md", HERE / "contact.json"

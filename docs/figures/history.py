@@ -15,10 +15,10 @@ from carom.catalogue import find_scenes
 from carom.execution.job import UnavailableError
 from carom.report.document import Document, Section
 from carom.report.render.markdown import markdown
-from carom.studies.history.cells import history_journal
+from carom.studies.history.compare_cells import history_journal
 from carom.studies.history.document import history_document
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.overlay import kept_releases
+from carom.studies.history.release_cache import kept_releases
 from carom.studies.history.run import History, history
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -21,17 +21,17 @@ from docs.figures import stress_tables
 from carom.catalogue import find_scenes
 from carom.execution.job import Method
 from carom.report.formatting import number
-from carom.report.records import raw_records
+from carom.report.results_file.file import raw_records
 from carom.report.svg import alone
-from carom.studies.bench.answer import scene_answer
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.figure import diagram_svg
+from carom.studies.bench.headline import scene_answer
 from carom.studies.bench.noise import Noise, Spread
 from carom.studies.bench.result import Curve, Point, SceneBench
 from carom.studies.bench.tables import error_text
 from carom.studies.bench.timing_pass import CellTiming
-from carom.studies.stress.failure_points import Line, Spot, SpotEnding
+from carom.studies.stress.result import Line, Spot, SpotEnding
 from carom.studies.stress.run import listing
 
 ROOT = Path(__file__).resolve().parents[2]

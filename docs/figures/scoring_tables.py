@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
-from carom.report.mark import Mark
+from carom.report.outcome_marks import Mark
 
 PAGE = Path(__file__).resolve().parents[1] / "theory" / "scoring.md"
 _BLOCK = re.compile(r"(<!-- made by docs/figures/scoring_tables\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from carom.engines.registry import EngineInfo as EngineInfo
     from carom.errors import CaromError as CaromError
     from carom.errors import SceneError as SceneError
-    from carom.execution.engines import engines as engines
+    from carom.execution.describe_engines import engines as engines
     from carom.execution.results import Results as Results
     from carom.model.disc_arrays import DiscArrays as DiscArrays
     from carom.model.scene import Chain as Chain
@@ -46,12 +46,12 @@ if TYPE_CHECKING:
     from carom.solvers.pic import solve_pic as solve_pic
     from carom.solvers.pit.solve import solve_pit as solve_pit
     from carom.solvers.reference.algorithm_2 import solve_pic_framewise as solve_pic_framewise
-    from carom.studies.advise.ask import advise as advise
+    from carom.studies.advise.api import advise as advise
     from carom.studies.cross_check.demo import demo as demo
     from carom.studies.cross_check.replay import replay as replay
     from carom.studies.cross_check.run import cross_check as cross_check
     from carom.studies.cross_check.run import run as run
-    from carom.studies.tune.ask import tune as tune
+    from carom.studies.tune.api import tune as tune
 
 
 _HOMES = {
@@ -62,12 +62,12 @@ _HOMES = {
     "carom.core.impact_law": ("resolve_impact",),
     "carom.core.time_of_impact": ("time_of_impact",),
     "carom.engines.registry": ("EngineInfo",),
-    "carom.studies.advise.ask": ("advise",),
-    "carom.studies.tune.ask": ("tune",),
+    "carom.studies.advise.api": ("advise",),
+    "carom.studies.tune.api": ("tune",),
     "carom.studies.cross_check.demo": ("demo",),
     "carom.report.notebook": ("plot_beside",),
     "carom.studies.cross_check.replay": ("replay",),
-    "carom.execution.engines": ("engines",),
+    "carom.execution.describe_engines": ("engines",),
     "carom.studies.cross_check.run": ("cross_check", "run"),
     "carom.execution.results": ("Results",),
     "carom.model.scene": ("Chain", "Disc", "Ring", "Scene", "Wall", "load_scene", "save_scene"),
@@ -157,7 +157,7 @@ class _Engines(ModuleType):
     """The package `carom.engines`, which can be called like the public function of that name."""
 
     def __call__(self, *args: Any, **options: Any) -> list[EngineInfo]:
-        from carom.execution.engines import engines
+        from carom.execution.describe_engines import engines
 
         return engines(*args, **options)
 

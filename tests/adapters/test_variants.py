@@ -17,7 +17,7 @@ from carom.engines.api import Adapter
 from carom.execution.engine_run import observe_run
 from carom.execution.job import Method
 from carom.execution.plan import missing_profile_reason
-from carom.report.mark import Mark
+from carom.report.outcome_marks import Mark
 from carom.report.render.markdown import markdown
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid

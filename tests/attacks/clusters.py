@@ -27,7 +27,7 @@ from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Job, Method
 from carom.execution.journal import canonical
 from carom.execution.pool import InProcessPool, Pool
-from carom.execution.scoring import score_journal, sweep
+from carom.execution.sweep import score_journal, sweep
 
 #: Long enough for a process to start on a machine that is busy.
 PATIENT_S = 120.0

@@ -13,7 +13,7 @@ from tests.drawn import drawn
 from carom.execution.job import Job, Method
 from carom.execution.journal import canonical
 from carom.execution.pool import InProcessPool, LocalPool, Pool
-from carom.execution.scoring import score_journal, sweep
+from carom.execution.sweep import score_journal, sweep
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:

@@ -16,7 +16,7 @@ from tests.attacks.guard import tried
 from tests.attacks.reports import kill_at
 
 from carom.studies.history.clients import ClientError
-from carom.studies.history.overlay import kept_releases
+from carom.studies.history.release_cache import kept_releases
 
 #: What a file in the place of a release's list, or of a folder, may hold.
 PIECES = (b"", b"{", b"null", b"\xff", b"[" * 10**5, b'["toy==1.0"]', b"9" * 5000)

@@ -17,9 +17,9 @@ from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JournalEntry
 from carom.execution.options import Options
 from carom.execution.pool import InProcessPool
-from carom.report.records import records
 from carom.report.render.markdown import markdown
-from carom.studies.cross_check.observed import observed_journal
+from carom.report.results_file.file import records
+from carom.studies.cross_check.journal import observed_journal
 from carom.studies.diff.document import diff_document
 from carom.studies.diff.run import diff
 

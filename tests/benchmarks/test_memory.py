@@ -6,7 +6,7 @@ from pathlib import Path
 
 from benchmarks.memory import CHANGED, write_copies
 
-from carom.report.records import read_records
+from carom.report.results_file.file import read_records
 from carom.studies.diff.run import diff
 
 

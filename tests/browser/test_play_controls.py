@@ -88,7 +88,7 @@ _FOUND = """[...document.querySelectorAll("#play *")].find(
 
 def _source(tmp_path: Path) -> Path:
     """Write the page with an engine of eight lines, so that there is a second method to choose."""
-    from carom.web.linked import PageEngine
+    from carom.web.engine_script import PageEngine
 
     world = """caromEngines.toy.done(class {
       constructor(scene) { this.discs = scene.discs; }

@@ -20,7 +20,7 @@ from tests.processes import PATIENT_S
 from carom.catalogue import all_scenes
 from carom.engines.api.checks import unsupported_reason
 from carom.engines.registry import load_adapter
-from carom.web.installed import page_engines
+from carom.web.installed_engines import page_engines
 from carom.web.packages import PACKAGES
 from carom.web.page import GALLERY, page_html
 

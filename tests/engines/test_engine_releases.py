@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from carom import solve_pic
 from carom.catalogue import find_scenes
-from carom.comparator.shift import shift_start
-from carom.studies.history.cells import Moved
+from carom.comparator.shifted_scenes import shift_start
 from carom.studies.history.clients import CLIENTS, ClientError
+from carom.studies.history.compare_cells import Moved
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.overlay import Kept, kept_releases
+from carom.studies.history.release_cache import Kept, kept_releases
 from carom.studies.history.run import history
 
 pytestmark = [pytest.mark.engines, pytest.mark.release]

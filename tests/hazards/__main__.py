@@ -15,7 +15,7 @@ from tests.hazards.page import lines_of, page, with_engines
 from tests.hazards.spread import Spread
 
 from carom.engines.registry import load_adapter, why_unavailable
-from carom.execution.engines import engines
+from carom.execution.describe_engines import engines
 
 
 def main() -> int:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from carom import Scene, solve_pic
 from carom.catalogue.entry import CatalogueScene
-from carom.comparator.shift import even_phases, shifted_scenes
+from carom.comparator.shifted_scenes import even_phases, shifted_scenes
 from carom.engines.api import Adapter, AdapterError, Observation, Setting
 
 #: A start is off where it differs from what mechanics says by more than this part: of the speed, of the energy.

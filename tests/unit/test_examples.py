@@ -10,7 +10,7 @@ import pytest
 from tests.lengths import release_after
 
 import carom
-from carom.execution.engines import engines
+from carom.execution.describe_engines import engines
 
 #: Examples that run engines; the others are first, and short.
 _RUN_ENGINES = ("advise", "demo", "tune")

@@ -15,9 +15,9 @@ from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
 from carom.report.files import FORMATS
-from carom.report.record_json import text_of
-from carom.report.records import read_records
-from carom.studies.cross_check.observed import observed_journal
+from carom.report.results_file.file import read_records
+from carom.report.results_file.lines_as_json import text_of
+from carom.studies.cross_check.journal import observed_journal
 from carom.studies.cross_check.run import execute
 from carom.studies.diff.run import diff
 

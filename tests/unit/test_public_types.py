@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import assert_type
 
 import carom
-from carom.execution.engines import EngineList
+from carom.execution.describe_engines import EngineList
 
 
 def test_the_types_of_the_public_calls_are_those() -> None:

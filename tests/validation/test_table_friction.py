@@ -14,8 +14,8 @@ from tests.stage import disc_at, staged
 
 from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import CatalogueScene, find_scenes
-from carom.comparator.grades import Grade
-from carom.comparator.shift import shift_start
+from carom.comparator.grade import Grade
+from carom.comparator.shifted_scenes import shift_start
 from carom.model.trace import free_flights, kinetic_energy
 from carom.report.tracks import SHARPNESS, reference_tracks
 

@@ -6,10 +6,10 @@ import math
 from fractions import Fraction
 
 from carom.catalogue.bug_report import Symptom, complained, misses
+from carom.catalogue.classics_walled import edges, in_a_room
 from carom.catalogue.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
 from carom.catalogue.driven import before_a_paddle, on_a_lift
 from carom.catalogue.entry import Staged
-from carom.catalogue.walled import edges, in_a_room
 from carom.model.scene import Ring, Wall
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from carom.catalogue.bug_report import complained, gains_energy, loses_energy, never_bounces
+from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of
 from carom.catalogue.entry import Staged
-from carom.catalogue.walled import FLOOR
 
 _OURS = "The thread gives no other sizes; the rest is chosen here."
 

@@ -6,9 +6,9 @@ import math
 from functools import partial
 
 from carom.catalogue.bug_report import Symptom, complained
+from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
-from carom.catalogue.walled import FLOOR
 from carom.model.scene import Disc
 from carom.model.trace import Vector
 

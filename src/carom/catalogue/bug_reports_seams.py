@@ -10,9 +10,9 @@ import cmath
 import math
 
 from carom.catalogue.bug_report import complained
+from carom.catalogue.classics_walled import edges
 from carom.catalogue.closed_forms import after_wall, answered, disc, impact, scene_of
 from carom.catalogue.entry import Staged
-from carom.catalogue.walled import edges
 from carom.model.scene import Chain
 
 _LAW = "Newton's law: the velocity along the normal is reversed; a floor in pieces acts like one floor"

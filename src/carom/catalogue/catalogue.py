@@ -16,17 +16,17 @@ from carom.catalogue import (
     bug_reports_seams,
     bug_reports_thin,
     bug_reports_walled,
-    collinear,
+    classics_collinear,
+    classics_many_discs,
+    classics_two_discs,
+    classics_walled,
     contact,
     driven,
     engines,
     gravity,
-    many_discs,
     paper,
     spin,
     tables,
-    two_discs,
-    walled,
 )
 from carom.catalogue.entry import CatalogueScene, Tag
 from carom.errors import UnknownNameError
@@ -35,7 +35,7 @@ from carom.model.scene import Scene
 _TAG_PREFIX = "tag:"
 
 #: Modules whose scenes run by default, then modules whose scenes run only when named, in the order of reports.
-_SUITE = (paper, two_discs, walled, collinear, many_discs, gravity)
+_SUITE = (paper, classics_two_discs, classics_walled, classics_collinear, classics_many_discs, gravity)
 _ON_REQUEST = (
     *(
         bug_reports_pairs,

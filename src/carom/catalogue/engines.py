@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from carom.catalogue.classics_many_discs import boxed_gas
+from carom.catalogue.classics_walled import box_walls
 from carom.catalogue.closed_forms import after_wall, answered, disc, impact, meeting, scene_of
 from carom.catalogue.entry import Staged, listed
-from carom.catalogue.many_discs import boxed_gas
-from carom.catalogue.walled import box_walls
 
 
 @listed("engines")

@@ -10,22 +10,22 @@ import numpy as np
 
 from carom.comparator.align import align_impacts
 from carom.comparator.comparison_range import find_range
-from carom.comparator.finite import find_non_finite
-from carom.comparator.grade import GradedRun, grade_run
-from carom.comparator.grades import Grade
+from carom.comparator.grade import Grade
+from carom.comparator.grade_run import GradedRun, grade_run
 from carom.comparator.measure.consistency import Consistency
 from carom.comparator.measure.contact import ContactScore
 from carom.comparator.measure.errors import Errors, ImpactError
 from carom.comparator.measure.friction_branch import WrongBranches
-from carom.comparator.measure.local import LocalErrors
+from carom.comparator.measure.local_errors import LocalErrors
 from carom.comparator.measure.measured_run import measure_run
 from carom.comparator.measure.simultaneous_impacts import ConventionMatch
-from carom.comparator.measure.steps import LocalScore
+from carom.comparator.measure.stepwise_score import LocalScore
+from carom.comparator.non_finite import find_non_finite
 from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.validate_trace import require_sound
 from carom.comparator.verdict import Finding, Verdict
-from carom.comparator.verdicts.findings import derive_verdicts
+from carom.comparator.verdicts.derive_verdicts import derive_verdicts
 from carom.errors import InputError
 from carom.model.trace import Trace
 from carom.support.checks import instance

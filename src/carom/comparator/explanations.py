@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.comparator.grades import Grade
+from carom.comparator.grade import Grade
 from carom.comparator.verdict import Verdict
 
 #: Condition of each verdict. A test compares this with the table of `docs/theory/scoring.md`.

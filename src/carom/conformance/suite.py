@@ -19,7 +19,7 @@ from carom.conformance.known_failures import (
 )
 from carom.engines.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, resolve_engine
 from carom.errors import InputError, UnknownNameError
-from carom.execution.engines import describe_engines
+from carom.execution.describe_engines import describe_engines
 from carom.execution.options import LimitOptions
 from carom.execution.plan import DEFAULT_PROFILES
 from carom.execution.pool import Pool

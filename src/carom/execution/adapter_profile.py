@@ -9,7 +9,7 @@ from carom.engines.registry import load_adapter, require_profile, why_unavailabl
 from carom.errors import AdapterError
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Job, Method, SettingOverrides, UnavailableError, UnsupportedError
-from carom.execution.validate import adapter_error, plain_settings
+from carom.execution.validate_adapter import adapter_error, plain_settings
 from carom.model.trace import Setting
 
 

@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 from importlib import metadata
 
 from carom.engines.registry import adapter_points
-from carom.execution.engines import find_engine
+from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
 from carom.model.scene import Scene
 

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 from carom.errors import CaromError, InputError, MissingExtraError
 from carom.execution.cache_key import versions_of
-from carom.execution.engines import engines
+from carom.execution.describe_engines import engines
 from carom.execution.job import Answer, Task
 from carom.execution.pool import Lane, LocalPool, Pool, TaskRunner
 from carom.support.limits import DEFAULT_TIME_LIMIT_S

@@ -19,11 +19,11 @@ from carom.execution.final_state import LastStep
 from carom.execution.free_flight import FreeFlight
 from carom.execution.impact_collector import ImpactCollector
 from carom.execution.job import PIT_METHOD, JobTask, SettingOverrides
-from carom.execution.locate import Cutter
 from carom.execution.open_contact import gravity_of
 from carom.execution.phases import phase_values
 from carom.execution.state_rows import StateRows
-from carom.execution.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
+from carom.execution.step_cutter import Cutter
+from carom.execution.validate_adapter import Validator, adapter_error, plain_counts, plain_settings, plain_text
 from carom.model.scene import Scene
 from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, canonical_profile

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.finite import turned
+from carom.comparator.non_finite import turned
 from carom.comparator.slowing import Slowing
 from carom.engines.api import Contact, Observation
 from carom.execution.open_contact import (

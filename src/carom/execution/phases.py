@@ -1,6 +1,6 @@
 """Phases: a scene is run with many starts within a step, and the scores are a distribution.
 
-With a single phase a step can be lucky or unlucky. `carom.comparator.shift` shifts a scene to another phase.
+With a single phase a step can be lucky or unlucky. `carom.comparator.shifted_scenes` shifts a scene to another phase.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ from carom.engines.api import Capabilities, ContactTimes
 from carom.engines.registry import EngineInfo
 from carom.errors import InputError, UnknownNameError
 from carom.execution.adapter_profile import capabilities_of
+from carom.execution.describe_engines import Methods, describe_engines, list_methods, select_engines
 from carom.execution.engine_run import ObserveTask
-from carom.execution.engines import Methods, describe_engines, list_methods, select_engines
 from carom.execution.job import Answer, Job, SettingOverrides, Status
 from carom.execution.options import Options
 from carom.execution.pool import Pool, TaskRunner

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, replace
 
 from carom.comparator import Horizon, horizon_of
-from carom.comparator.finite import find_non_finite
 from carom.comparator.horizon import estimate_horizon
-from carom.comparator.shift import shift_start
+from carom.comparator.non_finite import find_non_finite
+from carom.comparator.shifted_scenes import shift_start
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Job, UnsupportedError
 from carom.execution.options import CERTIFY_SECONDS

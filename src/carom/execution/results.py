@@ -11,7 +11,7 @@ from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
 from carom.execution.job import Job, Status
 from carom.execution.phases import PhaseSpread
-from carom.execution.skipped import SceneSkips
+from carom.execution.time_saved import SceneSkips
 from carom.execution.timing import Timing
 from carom.model.trace import Trace
 from carom.support.display import Tabular

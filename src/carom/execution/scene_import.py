@@ -11,7 +11,7 @@ from carom.engines.registry import load_adapter, why_unavailable
 from carom.errors import AdapterError, InputError, SceneError
 from carom.execution.job import AdapterTask, Status, UnavailableError
 from carom.execution.pool import LocalPool
-from carom.execution.validate import plain_text
+from carom.execution.validate_adapter import plain_text
 from carom.model.scene import Scene
 from carom.model.walls import with_lengths, with_speeds
 from carom.support.checks import number

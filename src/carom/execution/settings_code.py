@@ -8,12 +8,12 @@ from carom.engines.api import CodedAdapter, unsupported_reason
 from carom.engines.registry import load_adapter, require_profile
 from carom.errors import AdapterError
 from carom.execution.adapter_profile import capabilities_of, profile_settings
-from carom.execution.engines import describe_engines
+from carom.execution.describe_engines import describe_engines
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import AdapterTask, SettingOverrides, Status, UnsupportedError
 from carom.execution.pool import LocalPool, Pool
 from carom.execution.step_code import changed_lines, step_lines
-from carom.execution.validate import plain_text
+from carom.execution.validate_adapter import plain_text
 from carom.model.scene import Disc, Scene, Wall
 
 #: Largest number of characters of a program: a line of 100 for each of 100,000 discs.

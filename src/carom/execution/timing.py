@@ -21,8 +21,8 @@ from carom.engines.api import Adapter, TimedWorld, World
 from carom.engines.registry import load_adapter
 from carom.execution.adapter_profile import profile_settings
 from carom.execution.job import JobTask, SettingOverrides, UnsupportedError
-from carom.execution.locate import Cutter
-from carom.execution.validate import adapter_error
+from carom.execution.step_cutter import Cutter
+from carom.execution.validate_adapter import adapter_error
 from carom.model.scene import Scene
 
 #: Timed runs of a job. The median of three ignores one disturbed run.

@@ -22,10 +22,10 @@ from pydantic import ValidationError
 
 from carom.errors import AdapterError
 from carom.execution.codec import Codec
-from carom.execution.folder import Folder
 from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Status, Task
 from carom.execution.worker import ANSWERS_CLOSED, TASK_END, codec_of
+from carom.execution.working_folder import Folder
 from carom.support.escaping import last_words
 
 #: Longer answers are refused. The answer for half a million impacts is shorter.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.errors import UnknownNameError
-from carom.report.mark import GRADED, Mark
+from carom.report.outcome_marks import GRADED, Mark
 
 #: Common terms for which reports use another word.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}

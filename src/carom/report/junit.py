@@ -10,8 +10,8 @@ from carom.comparator import Grade
 from carom.execution.job import Method
 from carom.execution.results import Results, Row, violates
 from carom.report import formatting
-from carom.report.mark import BROKEN, Mark, mark_of
-from carom.report.row_lines import line_of, reasons_of
+from carom.report.outcome_marks import BROKEN, Mark, mark_of
+from carom.report.results_file.lines_of_rows import line_of, reasons_of
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 

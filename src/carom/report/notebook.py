@@ -10,16 +10,16 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from carom.comparator import Score
-from carom.comparator.finite import find_non_finite
+from carom.comparator.non_finite import find_non_finite
 from carom.errors import InputError, MissingExtraError
-from carom.execution.engines import EngineList
+from carom.execution.describe_engines import EngineList
 from carom.execution.results import Results
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.files import require_report_extra
-from carom.report.inline import axes_of, picture
-from carom.report.mark import Mark, mark_of, mark_of_grade
+from carom.report.notebook_picture import axes_of, picture
+from carom.report.outcome_marks import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_trace, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE
 from carom.solvers.certified.result import CertifiedTrace

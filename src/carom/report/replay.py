@@ -15,7 +15,7 @@ import numpy as np
 import tomli_w
 
 from carom.comparator import ImpactError, Score
-from carom.comparator.measure.local import LocalErrors
+from carom.comparator.measure.local_errors import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import engine_argument
 from carom.execution.job import Job
@@ -23,10 +23,10 @@ from carom.execution.results import Row
 from carom.model.scene import Chain, Need, Ring, Scene, Wall
 from carom.model.trace import Mode, Trace, pair_name, setting_text
 from carom.report import formatting
-from carom.report.mark import mark_of
+from carom.report.outcome_marks import mark_of
 from carom.report.paths import extent_of
 from carom.report.picture import ARC_PARTS
-from carom.report.row_lines import line_of, reasons_of
+from carom.report.results_file.lines_of_rows import line_of, reasons_of
 from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
 from carom.support.escaping import visible
 

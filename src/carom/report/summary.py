@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import Trace, pair_name
 from carom.report import formatting
-from carom.report.lists import engine_lines
-from carom.report.mark import mark_of, mark_of_grade
+from carom.report.engine_and_scene_lists import engine_lines
+from carom.report.outcome_marks import mark_of, mark_of_grade
 from carom.solvers.certified.result import proven_decimal
 
 if TYPE_CHECKING:

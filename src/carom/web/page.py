@@ -14,7 +14,7 @@ from pathlib import Path
 from carom.catalogue import all_scenes
 from carom.errors import InputError
 from carom.model.scene import Scene
-from carom.web.linked import PageEngine
+from carom.web.engine_script import PageEngine
 
 SOURCES = Path(__file__).parent
 #: The solvers, compiled from `carom/core` by `carom.web.build`.

@@ -39,11 +39,12 @@ from carom.cli.command_line import command_line
 from carom.cli.common import resumable
 from carom.engines.api import Profile
 from carom.errors import InputError
+from carom.execution import describe_engines
 from carom.model.scene import scene_schema
-from carom.report.record_json import records_schema
+from carom.report.results_file.lines_as_json import records_schema
 from carom.studies.tune.search import KnobSearch
 from carom.support.options import declared
-from carom.web.linked import PageEngine, linked
+from carom.web.engine_script import PageEngine, linked
 from carom.web.packages import PACKAGES, package_script
 from carom.web.page import page_html, page_script, with_gallery
 
@@ -69,13 +70,11 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(fail_on: str, code
 @pytest.mark.usefixtures("in_process")
 def test_nothing_that_could_be_run_is_exit_code_3(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One that does not support the scene, and one that is not installed, are exit code 3, with the reason."""
-    from carom.execution import engines
-
     result = carom_command("run", scene_file, "-e", "pit", "--dt", "1e-10", "--no-timing")
     assert result.exit_code == 3
     assert "more steps than an engine can count" in told(result)
-    monkeypatch.setattr(engines, "why_unavailable", lambda _adapter: "it is on strike")
-    monkeypatch.setattr(engines, "_KNOWN", {})
+    monkeypatch.setattr(describe_engines, "why_unavailable", lambda _adapter: "it is on strike")
+    monkeypatch.setattr(describe_engines, "_KNOWN", {})
     result = carom_command("run", scene_file, "-e", "pit", "--dt", "0.1", "--no-timing")
     assert result.exit_code == 3
     assert "it is on strike" in result.output
@@ -552,7 +551,7 @@ def test_the_policy_allows_scripts_by_their_hashes_and_webassembly() -> None:
 
 def test_an_engine_that_is_not_installed_is_refused_with_what_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """An engine that was asked for and whose package is not there is bad usage, and the answer says what to run."""
-    monkeypatch.setattr("carom.web.installed.page_engine", lambda *_: None)
+    monkeypatch.setattr("carom.web.installed_engines.page_engine", lambda *_: None)
     code, said = _play("-e", "rapier2d")
     assert code == 2
     assert "rapier2d is not installed: " in " ".join(said.split())

@@ -17,9 +17,9 @@ from tests.stage import disc_at, staged, sure, wall_at
 from carom import Scene, Trace, compare, solve_pic
 from carom.catalogue import find_scenes
 from carom.comparator import Grade, Verdict
-from carom.comparator.measure.steps import score_steps
+from carom.comparator.measure.stepwise_score import score_steps
 from carom.comparator.scales import compute_scales
-from carom.comparator.shift import shift_start
+from carom.comparator.shifted_scenes import shift_start
 from carom.engines.api import Contact, Observation
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run

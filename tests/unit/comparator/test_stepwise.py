@@ -17,12 +17,12 @@ from tests.stage import disc_at, staged, sure, wall_at
 from carom import Scene
 from carom.catalogue.catalogue import all_scenes
 from carom.comparator import Grade, local_truth
-from carom.comparator.measure.steps import score_steps
+from carom.comparator.measure.stepwise_score import score_steps
 from carom.comparator.scales import compute_scales
 from carom.comparator.stepwise import StepWatch, analysis
-from carom.comparator.stepwise.activity import Activity, find_activity
-from carom.comparator.stepwise.block import Block
+from carom.comparator.stepwise.active_pairs import Activity, find_activity
 from carom.comparator.stepwise.rest import Rest
+from carom.comparator.stepwise.step_block import Block
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.model.scene import Need

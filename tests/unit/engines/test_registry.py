@@ -18,7 +18,7 @@ from tests.processes import ran
 from carom.engines.api import Adapter, Engine
 from carom.engines.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason, version_of, why_unavailable
 from carom.errors import UnknownNameError
-from carom.execution.engines import engines
+from carom.execution.describe_engines import engines
 
 GOOD_ADAPTER = """
 from carom.engines.api import Capabilities, Engine, Profile

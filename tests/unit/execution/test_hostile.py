@@ -18,12 +18,12 @@ from tests.unit.execution.conftest import STANDING
 
 from carom import Disc, Scene, save_scene
 from carom.execution.environment import resident_bytes
-from carom.execution.folder import _clear_abandoned
 from carom.execution.job import Status
 from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
 from carom.execution.results import Row
+from carom.execution.working_folder import _clear_abandoned
 from carom.studies.cross_check.run import execute
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
@@ -317,7 +317,8 @@ def test_a_killed_parent_takes_all_with_it(
     with begun(tmp_path, act) as process:
         process.kill()
     assert any((tmp_path / "temp").iterdir())
-    monkeypatch.setattr("carom.execution.folder._clear_abandoned", _clear_abandoned.__wrapped__)  # as in a new process
+    # As in a new process.
+    monkeypatch.setattr("carom.execution.working_folder._clear_abandoned", _clear_abandoned.__wrapped__)
     run()
     assert nothing_is_left(tmp_path, noted=1)
 

@@ -29,8 +29,8 @@ from carom.execution.cache_key import JobKey
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JOURNAL_FORMAT, JournalEntry, canonical
 from carom.execution.pool import LocalPool
-from carom.execution.scoring import Measures, score_journal, sweep
-from carom.studies.stress.failure_points import Spot, SpotEnding
+from carom.execution.sweep import Measures, score_journal, sweep
+from carom.studies.stress.result import Spot, SpotEnding
 from carom.studies.stress.run import stress_journal
 
 KEY = JobKey("mine", "ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))

@@ -12,7 +12,7 @@ from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 import carom
 from carom import Scene, solve_pic
 from carom.catalogue import catalogue
-from carom.comparator.shift import even_phases, shift_start, shifted_references
+from carom.comparator.shifted_scenes import even_phases, shift_start, shifted_references
 from carom.errors import InputError
 from carom.execution.phases import phase_values, pit_miss_probability
 from carom.model.walls import Leg

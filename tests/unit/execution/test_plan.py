@@ -22,7 +22,7 @@ from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool, LocalPool, Pool
 from carom.execution.scheduler import build_batches
-from carom.execution.scoring import Measures, ScoreTask, score_journal, steps_of, sweep
+from carom.execution.sweep import Measures, ScoreTask, score_journal, steps_of, sweep
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3.0)
 

@@ -14,7 +14,7 @@ from carom import Scene
 from carom.engines.api import Knob
 from carom.errors import InputError
 from carom.execution.cache_key import job_key
-from carom.execution.engines import find_engine
+from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
 from carom.execution.options import Options
 from carom.execution.plan import build_plan
@@ -22,10 +22,10 @@ from carom.execution.pool import InProcessPool
 from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
 from carom.report.junit import junit
-from carom.report.records import records
 from carom.report.render.markdown import markdown
+from carom.report.results_file.file import records
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.observed import DRAWN, observed_journal
+from carom.studies.cross_check.journal import DRAWN, observed_journal
 from carom.studies.cross_check.run import execute
 from carom.studies.diff.run import diff
 

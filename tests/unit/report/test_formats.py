@@ -30,12 +30,12 @@ from carom.execution.job import Status
 from carom.execution.results import Results, violates
 from carom.report.document import Column, Document, Headline, Medium, Section, Table
 from carom.report.junit import junit
-from carom.report.mark import Mark
-from carom.report.record_json import text_of
-from carom.report.records import raw_records, read_records, stream_records
+from carom.report.outcome_marks import Mark
 from carom.report.render.html import html as html_of
 from carom.report.render.markdown import markdown as markdown_of
 from carom.report.render.terminal import terminal
+from carom.report.results_file.file import raw_records, read_records, stream_records
+from carom.report.results_file.lines_as_json import text_of
 from carom.studies.cross_check.document import cross_check_document, report_of
 from carom.support.escaping import visible
 from carom.support.folders import MARKER

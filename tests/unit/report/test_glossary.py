@@ -9,10 +9,10 @@ import pytest
 from tests.command import carom_command
 
 from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
-from carom.comparator.grades import Grade
+from carom.comparator.grade import Grade
 from carom.comparator.verdict import Verdict
 from carom.report.glossary import explained, glossary
-from carom.report.mark import Mark
+from carom.report.outcome_marks import Mark
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "theory" / "scoring.md").read_text(encoding="utf-8")
 

@@ -17,7 +17,7 @@ import carom
 from carom import Disc, Scene, Wall
 from carom.catalogue import find_scenes
 from carom.errors import InputError
-from carom.report.mark import mark_of, mark_of_grade
+from carom.report.outcome_marks import mark_of, mark_of_grade
 
 HOSTILE = "<script>alert('x')</script>&$\\frac$"
 

@@ -28,7 +28,7 @@ from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress import run as campaign
-from carom.studies.stress.failure_points import Line, Spot, SpotEnding, StressResults
+from carom.studies.stress.result import Line, Spot, SpotEnding, StressResults
 
 METHODS = (
     Method("pic", "default"),

@@ -24,7 +24,7 @@ from carom.studies.bench.growth_document import growth_document
 from carom.studies.bench.result import Curve
 from carom.studies.bench.tables import method_table, reached, suite_table
 from carom.studies.stress.document import stress_document
-from carom.studies.stress.failure_points import Line, Spot, SpotEnding
+from carom.studies.stress.result import Line, Spot, SpotEnding
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
     "bench": lambda: bench_document(bench()),

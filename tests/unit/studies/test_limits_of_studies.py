@@ -17,12 +17,12 @@ from carom import Scene, studies
 from carom.catalogue import all_scenes
 from carom.conformance.suite import make_suite
 from carom.conformance.violation import Setup
-from carom.execution import cache_key, engines
+from carom.execution import cache_key, describe_engines
 from carom.execution.job import Answer, Task
 from carom.execution.options import LimitOptions, Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
-from carom.execution.scoring import score_journal
+from carom.execution.sweep import score_journal
 from carom.execution.worker import carry_out
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import advise
@@ -30,12 +30,12 @@ from carom.studies.bench.growth import growth, growth_journal
 from carom.studies.bench.options import BenchPlan, GrowthOptions
 from carom.studies.bench.run import work_precision
 from carom.studies.bench.timing_pass import timing_journal
-from carom.studies.cross_check.observed import observed_journal
+from carom.studies.cross_check.journal import observed_journal
 from carom.studies.cross_check.run import execute
 from carom.studies.diff.run import diff
-from carom.studies.history.cells import history_journal
+from carom.studies.history.compare_cells import history_journal
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.overlay import Kept
+from carom.studies.history.release_cache import Kept
 from carom.studies.history.run import history
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.run import stress
@@ -72,7 +72,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
             pass
 
     monkeypatch.setattr("carom.execution.pool.Worker", Worker)
-    monkeypatch.setattr(engines, "_KNOWN", {})
+    monkeypatch.setattr(describe_engines, "_KNOWN", {})
     cache_key.versions_of.cache_clear()
     yield found
     cache_key.versions_of.cache_clear()

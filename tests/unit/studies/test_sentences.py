@@ -23,9 +23,9 @@ from carom.studies.bench.growth_document import growth_document
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.trend import trend_section
+from carom.studies.cross_check.trend_section import trend_section
 from carom.studies.stress.document import stress_document
-from carom.studies.stress.failure_points import SpotEnding
+from carom.studies.stress.result import SpotEnding
 
 #: Nothing happens, PIT and all; and two discs that check for overlap once per step finds late.
 NOTHING = staged("nothing", disc_at(0, 0, 1, 0), disc_at(0, 5, 1, 0), duration_s=1.0)

@@ -42,7 +42,7 @@ def certify(
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,
     `carom certify my-scene.toml --time-budget 10 --json`.
     """
-    from carom.report.small import certified_document
+    from carom.report.certified import certified_document
     from carom.solvers.certified.certify import certify as certified
     from carom.solvers.certified.result import Ending
     from carom.solvers.certified.serialisation import enclosures

@@ -47,8 +47,8 @@ def engines(
 ) -> None:
     """List engines, describe one in full, or print its settings as code."""
     from carom.errors import InputError
-    from carom.execution.engines import engines as known_engines
-    from carom.report.lists import engine_lines, engine_page
+    from carom.execution.describe_engines import engines as known_engines
+    from carom.report.engine_and_scene_lists import engine_lines, engine_page
 
     names = engines_named(names)
     if show is not None:

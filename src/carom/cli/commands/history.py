@@ -13,7 +13,7 @@ from carom.cli.options import asking
 from carom.studies.history.options import HistoryOptions
 
 if TYPE_CHECKING:
-    from carom.studies.history.overlay import Kept
+    from carom.studies.history.release_cache import Kept
 
 #: Default groups of scenes: short scenes of all kinds with known answers.
 SCENES = ("paper", "classics", "engines")
@@ -55,7 +55,7 @@ def history(
     Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
     `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.
     """
-    from carom.studies.history.overlay import kept_releases
+    from carom.studies.history.release_cache import kept_releases
 
     (name,) = common.engines_named([engine]) or [engine]
     with kept_releases(options.kept_mb * 1e6) as kept:
@@ -104,7 +104,7 @@ def _run(
     from carom.errors import InputError
     from carom.report.files import require_report_extra
     from carom.studies.history import run
-    from carom.studies.history.cells import history_journal
+    from carom.studies.history.compare_cells import history_journal
     from carom.studies.history.document import history_document, write_history
 
     named = common.plain_scenes_named(scenes)

@@ -40,8 +40,8 @@ def play(
     Examples: `carom play`, `carom play my-scene.toml`, `carom play paper/late -e rapier2d --out late.html --no-open`.
     """
     from carom.support.folders import temporary, write_file
-    from carom.web.installed import DEFAULT_ENGINES, page_engines
-    from carom.web.opened import open_page
+    from carom.web.installed_engines import DEFAULT_ENGINES, page_engines
+    from carom.web.open_page import open_page
     from carom.web.page import page_html, with_gallery
 
     if out is not None and out.suffix != ".html":

@@ -95,7 +95,7 @@ def _carried_out(
 ) -> Results:
     """Carry out a plan, write its report if requested, and print the table."""
     from carom.studies.cross_check.document import cross_check_document, report_of
-    from carom.studies.cross_check.observed import observed_journal
+    from carom.studies.cross_check.journal import observed_journal
     from carom.studies.cross_check.run import execute
 
     if report is None:

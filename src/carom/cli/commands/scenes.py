@@ -37,8 +37,8 @@ def scenes(
     from carom.catalogue import all_scenes, find_scenes
     from carom.errors import InputError
     from carom.model.scene import save_scene
-    from carom.report.lists import group_lines, scene_lines
-    from carom.report.small import scene_text
+    from carom.report.certified import scene_text
+    from carom.report.engine_and_scene_lists import group_lines, scene_lines
     from carom.support.folders import file_name
 
     out = out or save

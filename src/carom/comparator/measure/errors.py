@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.finite import finite_impacts
 from carom.comparator.impact_matching import Alignment
+from carom.comparator.non_finite import finite_impacts
 from carom.comparator.scales import OwnScales, Scales, compute_own_scales, largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.rough_impact import ContactFrictions, RoughBodies

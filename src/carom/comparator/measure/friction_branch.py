@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carom.comparator.finite import finite_impacts
 from carom.comparator.measure.errors import impact_bodies
+from carom.comparator.non_finite import finite_impacts
 from carom.comparator.scales import Scales
 from carom.core.rough_impact import branches
 from carom.model.trace import Trace, rim_speeds, velocities

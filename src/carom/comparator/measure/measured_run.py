@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import AlignedRun
-from carom.comparator.finite import find_non_finite
 from carom.comparator.measure.consistency import Consistency, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
 from carom.comparator.measure.errors import ImpactError, Measured, measure, unknown_velocities
 from carom.comparator.measure.friction_branch import WrongBranches, find_wrong_branches
-from carom.comparator.measure.local import LocalErrors, measure_local_errors
-from carom.comparator.measure.reports import ReportComparison, compare_reports_with_states
+from carom.comparator.measure.local_errors import LocalErrors, measure_local_errors
+from carom.comparator.measure.reported_impacts import ReportComparison, compare_reports_with_states
 from carom.comparator.measure.sampling_cost import (
     SamplingCost,
     measure_changes,
@@ -23,7 +22,8 @@ from carom.comparator.measure.sampling_cost import (
     measure_sampling_cost,
 )
 from carom.comparator.measure.simultaneous_impacts import ConventionMatch, match_outcome
-from carom.comparator.measure.steps import LocalScore, score_steps
+from carom.comparator.measure.stepwise_score import LocalScore, score_steps
+from carom.comparator.non_finite import find_non_finite
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.trace import Outcome
 

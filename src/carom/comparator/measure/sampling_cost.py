@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import AlignedRun
-from carom.comparator.finite import find_non_finite
 from carom.comparator.impact_matching import ComparisonRange, match_impacts
 from carom.comparator.measure.errors import Measured, larger_error, measure
+from carom.comparator.non_finite import find_non_finite
 from carom.comparator.scales import Scales, compute_scales, largest
-from carom.comparator.shift import even_phases, shifted_scenes
+from carom.comparator.shifted_scenes import even_phases, shifted_scenes
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.model.scene import Scene

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.stepwise.activity import Activity, find_activity
-from carom.comparator.stepwise.block import Block
-from carom.comparator.stepwise.chains import LONGEST, Chains, StepChain
-from carom.comparator.stepwise.judge import PASSED, Comparison, judge, pairs_missed_by_pit
+from carom.comparator.stepwise.active_pairs import Activity, find_activity
+from carom.comparator.stepwise.judge_window import PASSED, Comparison, judge, pairs_missed_by_pit
 from carom.comparator.stepwise.law import Law, Pair
 from carom.comparator.stepwise.rest import Rest
+from carom.comparator.stepwise.step_block import Block
+from carom.comparator.stepwise.step_chains import LONGEST, Chains, StepChain
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.api.checks import MANTISSA_BITS
 from carom.model.scene import Scene

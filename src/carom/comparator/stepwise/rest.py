@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.stepwise.block import Block
 from carom.comparator.stepwise.law import Pair
-from carom.comparator.stepwise.pairs import RESTING_GAP, NearPairs
+from carom.comparator.stepwise.near_pairs import RESTING_GAP, NearPairs
+from carom.comparator.stepwise.step_block import Block
 
 Flags = NDArray[np.bool_]
 

@@ -6,12 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.comparator.stepwise.activity import Activity
-from carom.comparator.stepwise.block import Block
+from carom.comparator.stepwise.active_pairs import Activity
 from carom.comparator.stepwise.bodies import BodyStates
-from carom.comparator.stepwise.chains import StepChain
 from carom.comparator.stepwise.law import Pair
-from carom.comparator.stepwise.pairs import MARGIN_STEPS
+from carom.comparator.stepwise.near_pairs import MARGIN_STEPS
+from carom.comparator.stepwise.step_block import Block
+from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import Met, exact_run
 
 #: In a window, a disc comes to rest in PIC if it closes at no more than the speed gained by falling for this fraction

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from flint import arb
 
 from carom.model.trace import wall_body, wall_index
+from carom.solvers.certified.crushed_row import CRUSH, crush_in_a_row
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.obstacles import Plane
 from carom.solvers.certified.result import Degeneracy, Degenerate
-from carom.solvers.certified.rows import CRUSH, crush_in_a_row
 
 if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies

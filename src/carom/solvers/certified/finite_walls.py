@@ -18,10 +18,10 @@ from flint import arb, ctx
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.floats import SLACK, float_above
+from carom.solvers.certified.half_planes import to_plane
 from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, contacts_ahead, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
-from carom.solvers.certified.planes import to_plane
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.sign_changes import falls_of, squared_gap
 

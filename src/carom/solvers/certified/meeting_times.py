@@ -19,9 +19,9 @@ from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.exact import exactly_grazing
 from carom.solvers.certified.finite_walls import meet_finite
 from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.half_planes import to_plane
 from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, PairApproach, contacts_ahead, undecided
-from carom.solvers.certified.planes import to_plane
 from carom.solvers.certified.sign_changes import squared_gap
 
 if TYPE_CHECKING:

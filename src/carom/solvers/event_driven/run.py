@@ -12,7 +12,7 @@ from carom.core.resolution import too_far_out
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
 from carom.model.trace import Outcome, body_name
-from carom.solvers.endings import crushing_note, gliding_note, standstill_impacts
+from carom.solvers.early_ends import crushing_note, gliding_note, standstill_impacts
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
 from carom.solvers.rows import RecordedImpacts

@@ -6,7 +6,7 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from carom.report.inline import picture
+from carom.report.notebook_picture import picture
 from carom.report.svg import INK, line_style, plain_number
 from carom.studies.advise.run import Advice
 

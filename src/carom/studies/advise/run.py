@@ -18,7 +18,7 @@ from functools import partial
 from carom.comparator.horizon import estimate_horizon
 from carom.engines.registry import EngineInfo
 from carom.errors import InputError
-from carom.execution.engines import describe_engines, list_methods, select_engines
+from carom.execution.describe_engines import describe_engines, list_methods, select_engines
 from carom.execution.environment import Environment, environment
 from carom.execution.job import PIT_METHOD, Job, Method, Progress, no_progress
 from carom.execution.pool import Pool
@@ -26,7 +26,7 @@ from carom.execution.reference import solve_reference
 from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.studies.advise.hardest import Cause, Demand, HardImpact, hardest_impacts
+from carom.studies.advise.hardest_impacts import Cause, Demand, HardImpact, hardest_impacts
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, StepSearch
 from carom.studies.advise.step_trial import StepTrial, starts_of, try_starts

@@ -11,7 +11,7 @@ from carom.comparator.comparison_range import comparison_range
 from carom.comparator.impact_matching import LATEST_STAMP_STEPS, match_impacts
 from carom.comparator.measure.errors import measure
 from carom.comparator.scales import compute_scales
-from carom.comparator.shift import even_phases
+from carom.comparator.shifted_scenes import even_phases
 from carom.execution.adapter_profile import load_supported_adapter
 from carom.execution.cache_key import JobKey, job_key
 from carom.execution.engine_run import observe_run
@@ -20,10 +20,10 @@ from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
 from carom.execution.reference import require_reference, scene_at_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.scoring import sort_by_start, steps_of
+from carom.execution.sweep import sort_by_start, steps_of
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
-from carom.studies.advise.hardest import Demand
+from carom.studies.advise.hardest_impacts import Demand
 
 #: A chosen start has a check this fraction of a step before an impact, so the impact is found late by the rest of a
 #: step.

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from carom.execution.scoring import Measures
+    from carom.execution.sweep import Measures
 
 
 #: Errors whose run time is reported if an engine reaches them.

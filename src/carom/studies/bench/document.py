@@ -26,10 +26,10 @@ from carom.report.files import as_json, fields_of, require_report_extra
 from carom.report.provenance import making, stamp_lines
 from carom.report.render.html import html
 from carom.report.svg import alone
-from carom.studies.bench.answer import answers, scene_answer
 from carom.studies.bench.axes import Diagram
 from carom.studies.bench.baseline import Compared, baseline_answer, baseline_section
 from carom.studies.bench.figure import diagram_png, diagram_svg
+from carom.studies.bench.headline import answers, scene_answer
 from carom.studies.bench.noise import Noise
 from carom.studies.bench.result import Bench, SceneBench
 from carom.studies.bench.tables import TABLE_NOTE, TABLE_SHORT, method_table, point_table, reached, suite_table

@@ -12,7 +12,7 @@ from carom.engines.api import unsupported_reason
 from carom.engines.registry import load_adapter
 from carom.execution.adapter_profile import capabilities_of
 from carom.execution.cache_key import versions_of
-from carom.execution.engines import describe_engines, select_engines
+from carom.execution.describe_engines import describe_engines, select_engines
 from carom.execution.environment import Environment, environment, resident_bytes
 from carom.execution.job import Answer, Method, Progress, Status, UnsupportedError, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal

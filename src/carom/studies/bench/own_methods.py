@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from carom.engines.registry import EngineInfo
-from carom.execution.engines import describe_engines
+from carom.execution.describe_engines import describe_engines
 from carom.execution.job import PIT_METHOD, Method
 from carom.execution.pool import Pool
 

@@ -8,17 +8,17 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from carom.comparator.shift import even_phases
+from carom.comparator.shifted_scenes import even_phases
 from carom.engines.registry import EngineInfo
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engines import Methods, describe_engines, list_methods, select_engines
+from carom.execution.describe_engines import Methods, describe_engines, list_methods, select_engines
 from carom.execution.environment import environment
 from carom.execution.job import Answer, Job, Progress, no_progress
 from carom.execution.journal import MemoryJournal
 from carom.execution.plan import resolve_scenes, select_profiles
 from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.scoring import Measures
+from carom.execution.sweep import Measures
 from carom.model.scene import Scene
 from carom.studies.bench.axes import ErrorKind, error_of
 from carom.studies.bench.convergence import fit_order

@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engines import Methods
+from carom.execution.describe_engines import Methods
 from carom.execution.job import Answer, Job, Method, Progress
 from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.scoring import Measures, steps_of, sweep
+from carom.execution.sweep import Measures, steps_of, sweep
 from carom.report import formatting
 from carom.studies.bench.timing_pass import At
 

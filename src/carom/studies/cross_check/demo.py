@@ -8,14 +8,14 @@ from pathlib import Path
 
 from carom.catalogue import all_scenes
 from carom.errors import AdapterError, CaromError, InputError
-from carom.execution.engines import engines
+from carom.execution.describe_engines import engines
 from carom.execution.job import PIT_METHOD
 from carom.report import formatting
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.replay import Replay, replay
 from carom.support.folders import temporary, write_file
-from carom.web.installed import DEFAULT_ENGINES, page_engines
-from carom.web.opened import open_page
+from carom.web.installed_engines import DEFAULT_ENGINES, page_engines
+from carom.web.open_page import open_page
 from carom.web.page import page_html, with_gallery
 
 _SCENE, _PROFILE = "paper/missed", "default"

@@ -15,17 +15,17 @@ from carom.execution.results import Results, Row
 from carom.report.document import Document
 from carom.report.files import packed
 from carom.report.provenance import making
-from carom.report.record import RowLine, Summary
 from carom.report.replay import replay_data
-from carom.studies.cross_check import cells, methods, reference, scenes
-from carom.studies.cross_check.divergences import picture_sections
+from carom.report.results_file.lines import RowLine, Summary
+from carom.studies.cross_check import method_sections, reference_sections, run_sections, scene_sections
+from carom.studies.cross_check.fault_pictures import picture_sections
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
-from carom.studies.cross_check.sampling_cost import sampling_cost_section
-from carom.studies.cross_check.skipping import skipping_section
-from carom.studies.cross_check.stepwise import steps_section
-from carom.studies.cross_check.trend import trend_section
+from carom.studies.cross_check.sampling_cost_section import sampling_cost_section
+from carom.studies.cross_check.skipping_section import skipping_section
+from carom.studies.cross_check.stepwise_section import steps_section
+from carom.studies.cross_check.trend_section import trend_section
 from carom.support.folders import write_files
 
 ABOUT = (
@@ -53,25 +53,25 @@ def rebuild_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
 def _document(title: str, about: str, grid: Grid) -> Document:
     results = grid.results
     sections = (
-        methods.methods_section(grid),
-        methods.impacts_section(grid),
+        method_sections.methods_section(grid),
+        method_sections.impacts_section(grid),
         sampling_cost_section(grid),
-        scenes.scenes_section(grid),
-        scenes.unscored_section(grid),
+        scene_sections.scenes_section(grid),
+        scene_sections.unscored_section(grid),
         steps_section(grid),
-        reference.reference_section(grid),
-        cells.spread_section(grid),
+        reference_sections.reference_section(grid),
+        run_sections.spread_section(grid),
         trend_section(grid),
         *picture_sections(grid),
-        reference.known_section(grid),
-        cells.run_time_section(grid),
+        reference_sections.known_section(grid),
+        run_sections.run_time_section(grid),
         skipping_section(grid),
         *making(results.environment, results.command or _python_call(grid), results.elapsed_s),
-        cells.settings_section(grid),
-        cells.cells_section(grid),
-        cells.impact_tables_section(grid),
+        run_sections.settings_section(grid),
+        run_sections.cells_section(grid),
+        run_sections.impact_tables_section(grid),
     )
-    return Document(title, build_headline(grid), sections, about=about, watch=methods.first_replay(grid))
+    return Document(title, build_headline(grid), sections, about=about, watch=method_sections.first_replay(grid))
 
 
 @dataclass(frozen=True)
@@ -118,9 +118,9 @@ def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Rep
 
 def _report(results: Results, fail_on: Grade | None) -> Report:
     from carom.report.junit import junit
-    from carom.report.records import records
     from carom.report.render.html import html
     from carom.report.render.markdown import markdown
+    from carom.report.results_file.file import records
 
     document = cross_check_document(results)
     files = {
@@ -136,7 +136,7 @@ def _report(results: Results, fail_on: Grade | None) -> Report:
 
 def _replace_unreportable(results: Results) -> Results:
     """Replace each row that can't be written or replayed by a failure with the reason."""
-    from carom.report.records import record
+    from carom.report.results_file.file import record
 
     def check(row: Row) -> Row:
         try:

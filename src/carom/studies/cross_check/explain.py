@@ -7,14 +7,20 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from carom.comparator.shift import shifted_references
+from carom.comparator.shifted_scenes import shifted_references
 from carom.engines.registry import EngineInfo
-from carom.execution.engines import select_engines
+from carom.execution.describe_engines import select_engines
 from carom.execution.job import Job
 from carom.execution.phases import phase_values
 from carom.execution.plan import Plan
 from carom.execution.reference import solve_reference
-from carom.execution.skipped import SkippedTime, is_closed_form, measure_pic_saving, measure_pit_saving, tests_per_frame
+from carom.execution.time_saved import (
+    SkippedTime,
+    is_closed_form,
+    measure_pic_saving,
+    measure_pit_saving,
+    tests_per_frame,
+)
 from carom.model.scene import Scene
 from carom.model.trace import Trace, canonical_profile
 from carom.solvers.pic import solve_pic

@@ -17,10 +17,10 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method
 from carom.execution.results import Results, Row
 from carom.report import formatting
-from carom.report.mark import BROKEN, Mark, parse_mark
-from carom.report.record import RowLine, SceneLine, Summary
+from carom.report.outcome_marks import BROKEN, Mark, parse_mark
 from carom.report.replay import replay_key
-from carom.report.row_lines import line_of, reasons_of, summary_of
+from carom.report.results_file.lines import RowLine, SceneLine, Summary
+from carom.report.results_file.lines_of_rows import line_of, reasons_of, summary_of
 
 T = TypeVar("T")
 

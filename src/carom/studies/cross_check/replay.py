@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 
 from carom.comparator import Score, compare
-from carom.comparator.finite import find_non_finite
+from carom.comparator.non_finite import find_non_finite
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Job, Method, Status
 from carom.execution.results import Row

@@ -12,12 +12,12 @@ from typing import Any, TypeVar
 
 from carom.catalogue import CatalogueScene, deviation
 from carom.comparator import Score, compare
-from carom.comparator.shift import shifted_references
+from carom.comparator.shifted_scenes import shifted_references
 from carom.engines.registry import require_named, resolve_engine
 from carom.errors import AdapterError
 from carom.execution.cache_key import JobKey, job_key
+from carom.execution.describe_engines import describe_engines
 from carom.execution.engine_run import ObserveTask
-from carom.execution.engines import describe_engines
 from carom.execution.environment import environment
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, no_progress
@@ -29,13 +29,13 @@ from carom.execution.pool import Pool
 from carom.execution.reference import Reference, build_reference, solve_reference, will_certify
 from carom.execution.results import Results, Row
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.scoring import steps_of
 from carom.execution.settings_override import resolve_settings
-from carom.execution.skipped import measure_skips
+from carom.execution.sweep import steps_of
+from carom.execution.time_saved import measure_skips
 from carom.execution.timing import TimeTask, Timing
 from carom.model.scene import Scene, as_scene
 from carom.model.trace import Setting, Trace
-from carom.studies.cross_check.observed import DRAWN
+from carom.studies.cross_check.journal import DRAWN
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.support.options import step, taken
 

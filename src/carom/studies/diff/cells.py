@@ -15,9 +15,9 @@ from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.job import Method
-from carom.report.mark import BROKEN, Mark, parse_mark
-from carom.report.record import RowLine, SceneLine, Summary
-from carom.report.records import stream_records
+from carom.report.outcome_marks import BROKEN, Mark, parse_mark
+from carom.report.results_file.file import stream_records
+from carom.report.results_file.lines import RowLine, SceneLine, Summary
 
 #: Verdicts that are compared without a number: present or not.
 _FLAGS = (

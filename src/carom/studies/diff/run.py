@@ -15,7 +15,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.report import formatting
-from carom.report.mark import BROKEN, GRADED, Mark
+from carom.report.outcome_marks import BROKEN, GRADED, Mark
 from carom.studies.diff.cells import DiffCell, read_cells
 from carom.studies.diff.options import DiffOptions
 

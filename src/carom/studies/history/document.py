@@ -13,12 +13,12 @@ from typing import NamedTuple
 from carom.comparator import Grade
 from carom.report import formatting
 from carom.report.document import ON_PAPER, Column, Document, Headline, Lines, Section, Table, Text
-from carom.report.mark import mark_of_grade
+from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import making
 from carom.report.render.markdown import markdown
 from carom.report.svg import alone, drawing, finish, framed, line_style, render
-from carom.studies.history.cells import CellChange, Moved
-from carom.studies.history.columns import Origin
+from carom.studies.history.compare_cells import CellChange, Moved
+from carom.studies.history.release_engines import Origin
 from carom.studies.history.run import PURPOSE, Bisection, History, Release, RunCell, Transition
 from carom.support.escaping import is_older, release_numbers
 from carom.support.folders import write_files

@@ -14,20 +14,20 @@ from pathlib import Path
 from carom.engines.registry import require_profile
 from carom.errors import AdapterError, CaromError, InputError
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engines import describe_engines, list_methods
+from carom.execution.describe_engines import describe_engines, list_methods
 from carom.execution.environment import Environment, environment
 from carom.execution.job import Answer, Job, Method, Progress, UnavailableError, no_progress
 from carom.execution.journal import MemoryJournal
 from carom.execution.phases import phase_values
 from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.scoring import sort_by_start, steps_of
+from carom.execution.sweep import sort_by_start, steps_of
 from carom.model.scene import Scene
-from carom.studies.history.cells import CellChange, HistoryTask, Moved, Ran, SeenCell, change_of, differs
 from carom.studies.history.clients import CLIENTS, Client, ClientError
-from carom.studies.history.columns import AskOrigin, AskServed, Origin, column_name, known_columns, laid
+from carom.studies.history.compare_cells import CellChange, HistoryTask, Moved, Ran, SeenCell, change_of, differs
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.overlay import Kept
+from carom.studies.history.release_cache import Kept
+from carom.studies.history.release_engines import AskOrigin, AskServed, Origin, column_name, known_columns, laid
 from carom.studies.history.releases import in_order, selected
 from carom.support.escaping import is_older
 

@@ -13,7 +13,7 @@ from carom.catalogue.entry import deepest_overlap
 from carom.execution.job import Status
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, Vector, kinetic_energy
-from carom.studies.stress.truth import TrueMotion
+from carom.studies.stress.true_motion import TrueMotion
 from carom.support.formatting import number
 
 #: Error at which a method fails: a tenth of the change by impacts is too much for any purpose. Every engine's usual

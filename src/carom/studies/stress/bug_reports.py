@@ -15,7 +15,7 @@ from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Chain, Ring, Scene, Wall
 from carom.model.trace import Outcome, Trace, kinetic_energy
-from carom.studies.stress.failure_points import FoundSpot, Spot, SpotEnding
+from carom.studies.stress.result import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
 #: Smallest deviation that is mentioned: a per cent of the scene's speed or energy. People notice it, and it is above

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import disc
-from carom.catalogue.walled import FLOOR
 from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, Trial, attack, closed_form_judge
 from carom.studies.stress.friction import spin_judge

@@ -34,7 +34,7 @@ from carom.report.files import as_json
 from carom.report.provenance import making
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
-from carom.studies.stress.failure_points import Line, Spot, SpotEnding, StressResults
+from carom.studies.stress.result import Line, Spot, SpotEnding, StressResults
 from carom.support.folders import write_files
 
 #: Names of the kinds of lines in documents. Files and the command line use the keys.

@@ -8,13 +8,13 @@ from collections.abc import Callable
 from decimal import Decimal
 from typing import Any
 
+from carom.catalogue.classics_walled import edges
 from carom.catalogue.closed_forms import disc
-from carom.catalogue.walled import edges
 from carom.model.scene import Chain, Scene, Wall
 from carom.model.walls import Leg, drive_of
 from carom.studies.stress.attack import Attack, Trial, attack, closed_form_judge, velocity_judge
 from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_BEFORE, attacked
-from carom.studies.stress.truth import true_motion
+from carom.studies.stress.true_motion import true_motion
 from carom.support.formatting import metres, number
 
 _DT_S = 1.0 / RATE_HZ

@@ -9,7 +9,7 @@ from typing import Any
 from carom.catalogue.closed_forms import disc
 from carom.model.scene import Disc, Scene
 from carom.studies.stress.attack import Attack, Trial, velocity_judge
-from carom.studies.stress.truth import true_motion
+from carom.studies.stress.true_motion import true_motion
 from carom.support.formatting import number
 
 RATE_HZ = 240.0

@@ -21,8 +21,8 @@ from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.breaking import NotRunError, named_scene
-from carom.studies.stress.failure_points import FoundSpot, Spot, SpotEnding
+from carom.studies.stress.failure_search import NotRunError, named_scene
+from carom.studies.stress.result import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
 #: Largest deviation at which a relation holds. Three impacts multiply rounding by a few hundred, and sums over a few

@@ -12,7 +12,7 @@ from typing import Any
 
 from carom.catalogue import Complaint, all_scenes
 from carom.errors import UnknownNameError
-from carom.execution.engines import describe_engines, list_methods, select_engines
+from carom.execution.describe_engines import describe_engines, list_methods, select_engines
 from carom.execution.environment import environment
 from carom.execution.job import Answer, Method, Progress, Status, no_progress
 from carom.execution.journal import Journal, JournalEntry
@@ -20,16 +20,16 @@ from carom.execution.plan import select_profiles
 from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 from carom.studies.stress.attack import Attack
-from carom.studies.stress.breaking import breaking_point
 from carom.studies.stress.bug_reports import complaint_spot
 from carom.studies.stress.contact import contact_attacks
-from carom.studies.stress.crowds import crowd_attacks
-from carom.studies.stress.failure_points import FoundSpot, Line, Spot, SpotEnding, StressResults
+from carom.studies.stress.failure_search import breaking_point
 from carom.studies.stress.finite_walls import wall_attacks
 from carom.studies.stress.friction import rough_attacks
+from carom.studies.stress.many_discs import crowd_attacks
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.pairs import RATE_HZ, pair_attacks
 from carom.studies.stress.relations import HOLDS, relation_spot, relations
+from carom.studies.stress.result import FoundSpot, Line, Spot, SpotEnding, StressResults
 from carom.support.escaping import named_hints
 from carom.support.folders import claimed
 

@@ -17,7 +17,7 @@ from carom.execution.job import Method
 from carom.model.trace import setting_text
 from carom.report import formatting
 from carom.report.document import IN_FULL, Cell, Code, Column, Document, Headline, Lines, Section, Table, Text
-from carom.report.mark import mark_of_grade
+from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import making
 from carom.report.render.markdown import markdown
 from carom.studies.tune.objective import Judged

@@ -12,7 +12,7 @@ from carom.engines.api import unsupported_reason
 from carom.engines.registry import EngineInfo, require_profile
 from carom.errors import AdapterError, InputError
 from carom.execution.cache_key import JobKey
-from carom.execution.engines import SettingsTask, describe_engines
+from carom.execution.describe_engines import SettingsTask, describe_engines
 from carom.execution.environment import Environment, environment
 from carom.execution.job import Job, Method, Progress, SettingOverrides, UnavailableError, no_progress
 from carom.execution.journal import MemoryJournal

@@ -18,8 +18,8 @@ from carom.engines.api import ContactTimes, Stamp
 from carom.engines.protocol.manifest import load_manifest
 from carom.engines.registry import MANIFESTS, adapter_points, engine_argument, load_adapter, resolve_engine
 from carom.errors import AdapterError
+from carom.execution.describe_engines import describe_engines
 from carom.execution.engine_run import ObserveTask
-from carom.execution.engines import describe_engines
 from carom.execution.job import Job, Method, Status
 from carom.execution.pool import InProcessPool, Lane
 from carom.model.scene import Disc, Scene

@@ -15,13 +15,13 @@ from tests.unit.report.test_terminal import printed
 
 import carom
 from carom import Scene, resolve_impact, solve_pic, solve_pit
-from carom.comparator.shift import shift_start
+from carom.comparator.shifted_scenes import shift_start
 from carom.errors import InputError
 from carom.execution.job import PIT_METHOD, Job, Method
 from carom.execution.pool import InProcessPool
 from carom.model.walls import Leg
 from carom.studies.advise import run as adviser
-from carom.studies.advise.ask import ShownAdvice
+from carom.studies.advise.api import ShownAdvice
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import Cause, Demand, ReferenceCut, SearchEnding, advise, hardest_impacts

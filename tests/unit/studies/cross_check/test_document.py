@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from carom.cli import app
 from carom.execution.results import Results
 from carom.report.document import Document, Medium, Table, Text
-from carom.report.records import read_records, records
-from carom.studies.cross_check import cells, scenes
+from carom.report.results_file.file import read_records, records
+from carom.studies.cross_check import run_sections, scene_sections
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
 from carom.studies.cross_check.grid import build_grid
 
@@ -61,8 +61,8 @@ def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> N
 def test_a_large_report_lists_the_worst_and_says_so(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond a limit the tables of scenes and of cells have those with the worst grades, in their order."""
     whole = build_grid(results)
-    monkeypatch.setattr(cells, "MOST_CELLS", 2)
-    monkeypatch.setattr(scenes, "MOST_SCENES", 1)
+    monkeypatch.setattr(run_sections, "MOST_CELLS", 2)
+    monkeypatch.setattr(scene_sections, "MOST_SCENES", 1)
     few = tables(document := cross_check_document(results))
     ranks = [-1 if cell.rank is None else cell.rank for cell in whole.runs]
     second = sorted(ranks)[-2]

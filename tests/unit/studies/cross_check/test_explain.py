@@ -17,13 +17,13 @@ from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
-from carom.execution.skipped import measure_pic_saving, measure_pit_saving
+from carom.execution.time_saved import measure_pic_saving, measure_pit_saving
 from carom.report.document import Figures, Medium, Table
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.run import cross_check, execute
-from carom.studies.cross_check.skipping import skipping_section
+from carom.studies.cross_check.skipping_section import skipping_section
 
 
 def plan(name: str, **options: Any) -> str:

@@ -20,7 +20,7 @@ from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.document import report_of
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page, play_link
-from carom.studies.cross_check.scenes import pack_replays
+from carom.studies.cross_check.scene_sections import pack_replays
 from carom.web.page import with_gallery
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)
@@ -89,7 +89,7 @@ def test_the_demo_opens_a_page_of_an_engine_that_misses(
     monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
 ) -> None:
     """Where there is a display the page to throw discs is opened, on a scene that an engine as shipped misses."""
-    monkeypatch.setattr("carom.web.opened.has_display", lambda: True)
+    monkeypatch.setattr("carom.web.open_page.has_display", lambda: True)
     found = carom.demo(tmp_path / "mine.html")
     assert opened == [(tmp_path / "mine.html").as_uri()]
     assert found.opened

@@ -11,12 +11,12 @@ from carom.execution.phases import PhaseSpread
 from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import Cell, Medium, Section, Table
-from carom.report.record_json import OF_SPINS
-from carom.report.records import records
 from carom.report.render.markdown import markdown
-from carom.studies.cross_check.cells import cells_section, run_time_section, settings_section, spread_section
+from carom.report.results_file.file import records
+from carom.report.results_file.lines_as_json import OF_SPINS
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
+from carom.studies.cross_check.run_sections import cells_section, run_time_section, settings_section, spread_section
 
 
 def rows_of(section: Section) -> list[list[Cell]]:

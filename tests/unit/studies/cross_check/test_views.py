@@ -25,19 +25,19 @@ from carom.model.trace import Outcome, Trace
 from carom.report import formatting
 from carom.report.document import Lines, Medium
 from carom.report.junit import junit
-from carom.report.mark import Mark
+from carom.report.outcome_marks import Mark
 from carom.report.paths import exact_paths, observed_paths
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
 from carom.report.render.terminal import terminal
 from carom.report.replay import impact_rows
-from carom.report.row_lines import line_of, reasons_of
+from carom.report.results_file.lines_of_rows import line_of, reasons_of
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.studies.cross_check.divergences import find_divergences
 from carom.studies.cross_check.document import cross_check_document
+from carom.studies.cross_check.fault_pictures import find_divergences
 from carom.studies.cross_check.grid import GridCell, build_grid
-from carom.studies.cross_check.trend import build_trend
+from carom.studies.cross_check.trend_section import build_trend
 
 
 def said(results: Results) -> str:

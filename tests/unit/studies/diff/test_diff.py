@@ -27,11 +27,11 @@ from carom.execution.environment import Environment
 from carom.execution.job import Job, Method, Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
-from carom.report.mark import Mark
-from carom.report.record_json import records_schema
-from carom.report.records import records
+from carom.report.outcome_marks import Mark
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
+from carom.report.results_file.file import records
+from carom.report.results_file.lines_as_json import records_schema
 from carom.studies.diff.document import MOST_ROWS, diff_document
 from carom.studies.diff.run import Diff, Kind, diff
 

@@ -17,7 +17,7 @@ from tests.processes import ended, noted
 from carom.errors import InputError
 from carom.studies.history import clients
 from carom.studies.history.clients import ClientError, Npm, Pip
-from carom.studies.history.overlay import Kept, kept_releases
+from carom.studies.history.release_cache import Kept, kept_releases
 
 
 def program(folder: Path, name: str, lines: str, patch: pytest.MonkeyPatch) -> None:

@@ -16,10 +16,10 @@ from carom.engines.registry import adapter_points
 from carom.errors import InputError, UnknownNameError
 from carom.execution.job import UnavailableError
 from carom.report.render.markdown import markdown
-from carom.studies.history.cells import Moved, history_journal
+from carom.studies.history.compare_cells import Moved, history_journal
 from carom.studies.history.document import history_document
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.overlay import Kept
+from carom.studies.history.release_cache import Kept
 from carom.studies.history.run import bisected, history
 
 PAIR = staged("pair", disc_at(-1, 0, 1, r=0.25), disc_at(1, 0, -1, 0.125, r=0.25), duration_s=2.0, frame_rate_hz=20.0)

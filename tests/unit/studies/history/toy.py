@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests.distribution import forget, lay
 
-from carom.execution import engines
+from carom.execution import describe_engines
 from carom.studies.history.clients import CLIENTS, ClientError
 
 #: Discs that overlap and approach at the end of a step exchange what the release keeps of their velocities.
@@ -100,7 +100,7 @@ def toys(site: Path, patch: pytest.MonkeyPatch) -> Toys:
     lay(site, "carom-toy", {"toy": "carom_toy:adapter"})
     (site / "carom_toy.py").write_text(ADAPTER)
     patch.syspath_prepend(site)
-    patch.setattr(engines, "_KNOWN", {})
+    patch.setattr(describe_engines, "_KNOWN", {})
     found = Toys()
     patch.setitem(CLIENTS, "pip", found)
     patch.setenv("XDG_CACHE_HOME", str(site / "cache"))

@@ -11,8 +11,8 @@ from carom.errors import InputError
 from carom.execution.pool import InProcessPool
 from carom.studies.stress import run as campaign
 from carom.studies.stress.document import write_stress
-from carom.studies.stress.failure_points import SpotEnding, StressResults
 from carom.studies.stress.options import StressOptions
+from carom.studies.stress.result import SpotEnding, StressResults
 from carom.studies.stress.run import JOURNAL, listing, stress
 
 #: What is asked of Carom's own two methods.

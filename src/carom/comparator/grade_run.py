@@ -1,0 +1,288 @@
+"""Fifth stage of a comparison: the grade of a run, and its errors relative to the cost of sampling."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carom.comparator.grade import Grade, worst_grade
+from carom.comparator.measure.errors import Errors, Measured
+from carom.comparator.measure.sampling_cost import SamplingCost
+from carom.comparator.measure.stepwise_score import LocalScore
+from carom.comparator.scales import largest
+from carom.comparator.thresholds import THRESHOLDS
+from carom.comparator.verdict import Finding, Verdict
+from carom.comparator.verdicts.judged_run import JudgedRun
+from carom.model.trace import Outcome
+
+
+@dataclass(frozen=True)
+class GradedRun(JudgedRun):
+    """A run with its grade.
+
+    Attributes:
+        grade: The grade.
+        trajectory_grade: The grade from the reference's trajectory alone, unless the run has diverged from it.
+        equals_pit: Whether the run has the same impacts and final state as PIT, to rounding.
+        price_paid: The run's largest error over that of sampling; see `carom.comparator.Score`.
+        lucky_phase: Number of phases of the step at which PIT is equally accurate, and of all phases; see `Score`.
+    """
+
+    grade: Grade = Grade.UNGRADED
+    trajectory_grade: Grade = Grade.UNGRADED
+    equals_pit: bool = False
+    price_paid: float = math.nan
+    lucky_phase: tuple[int, int] | None = None
+
+
+def grade_run(judged: JudgedRun) -> GradedRun:
+    """Grade a run."""
+    grade, equals_pit, lucky_phase = _grade_flight_and_contact(judged), _has_pit_results(judged), None
+    findings, cost = judged.findings, judged.sampling_cost
+    if equals_pit and grade in {Grade.EXACT, Grade.CLOSE} and cost is not None and cost.close_phases < cost.phases:
+        lucky_phase = (cost.close_phases, cost.phases)
+        findings = _add_phase_dependence(findings, *lucky_phase)
+    return GradedRun.of(
+        replace(judged, findings=findings),
+        grade=grade,
+        trajectory_grade=Grade.PARTED if judged.has_diverged else _grade_by_trajectory(judged),
+        equals_pit=equals_pit,
+        price_paid=_compute_price_paid(judged),
+        lucky_phase=lucky_phase,
+    )
+
+
+def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
+    """Add a finding to a run with PIT's results: the results are this accurate only at some phases of the step.
+
+    If the run conforms, the note extends the reason instead, because nothing is wrong with the run.
+    """
+    note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
+    if not any(finding.verdict is Verdict.CONFORMS for finding in found):
+        return (*found, Finding(Verdict.LUCKY_PHASE, note))
+    return tuple(
+        Finding(finding.verdict, f"{finding.reason}; {note}") if finding.verdict is Verdict.CONFORMS else finding
+        for finding in found
+    )
+
+
+def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
+    """Grade a run by its impacts and by its contacts, in which discs slide, roll and rest. The worse grade counts.
+
+    If impacts give no grade, contacts alone decide. If the trajectory diverged before the contact, contacts do not
+    count. A single disc on a single wall is an exception, because it ends in contact whatever its bounces were.
+    """
+    flight_grade, contact = _grade_flight(judged), judged.contact
+    if contact is None:
+        return flight_grade
+    if flight_grade in {Grade.PARTED, Grade.PARTED_INACCURATE}:
+        is_alone = len(judged.reference.scene.discs) == len(judged.reference.scene.walls) == 1
+        return contact.grade if is_alone and contact.grade is Grade.WRONG else flight_grade
+    if flight_grade is Grade.UNGRADED or not judged.compared.impacts:
+        return contact.grade if judged.convention is None else flight_grade
+    return worst_grade(flight_grade, contact.grade)
+
+
+def _grade_flight(judged: JudgedRun) -> Grade:
+    """Grade by the reference's trajectory as far as it is reliable, and by stepwise accuracy to the end."""
+    trajectory_grade, local = _grade_by_trajectory(judged), judged.local_truth
+    if local is None:
+        return trajectory_grade
+    if judged.has_exact_steps:
+        return Grade.EXACT if judged.compared.impacts else Grade.UNGRADED  # there is nothing to grade
+    if judged.has_diverged:
+        return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED
+    if trajectory_grade is Grade.UNGRADED:
+        return _grade_undecided(judged, local)
+    agrees_alone = local.agrees_alone and local.grade is not Grade.WRONG
+    if trajectory_grade is Grade.EXACT and judged.compared.is_whole_run and agrees_alone:
+        return trajectory_grade if judged.compared.impacts else Grade.UNGRADED
+    return worst_grade(trajectory_grade, local.grade)
+
+
+def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
+    """Grade a run by its steps if its trajectory gives no grade."""
+    ambiguous = judged.reference.ambiguous
+    tie_s = float(judged.reference.impacts["time_s"][ambiguous[0]]) if ambiguous else math.inf
+    if (local.missed_own and local.first_missed_s < tie_s - judged.observed.dt_s) or (local.invented and not ambiguous):
+        return Grade.WRONG
+    only_rests = judged.reference.contact_s < math.inf and not judged.compared.impacts
+    is_certain = judged.convention is None and local.grade is Grade.INACCURATE
+    return local.grade if is_certain or (only_rests and local.grade is not Grade.EXACT) else Grade.UNGRADED
+
+
+def _grade_by_trajectory(judged: JudgedRun) -> Grade:
+    """Grade by the reference's trajectory. The worst certain fault decides, and undecidable runs are not graded."""
+    if judged.non_finite or judged.observed.outcome is Outcome.NON_FINITE:
+        return Grade.WRONG
+    is_wrong = judged.alignment.missed or judged.alignment.spurious or judged.inverted or judged.has_other_ending
+    if judged.convention is None and is_wrong:
+        return Grade.WRONG
+    if judged.has_nothing_compared:
+        return Grade.UNGRADED
+    if not _is_consistent(judged):
+        return Grade.INACCURATE
+    if judged.convention is not None:
+        is_certain = judged.grade_before_tie in {Grade.WRONG, Grade.INACCURATE}
+        return judged.grade_before_tie if judged.grade_before_tie is not None and is_certain else Grade.UNGRADED
+    undecided = bool(judged.alignment.undecided)
+    to_rounding = _agrees_to_rounding(judged, judged.measured, judged.rounding_s)
+    if to_rounding and not undecided and _is_consistent(judged, allow_sampling=False):
+        return Grade.EXACT
+    if judged.sampling is None or judged.sampling_cost is None:
+        return Grade.UNGRADED
+    close = _has_close_impacts(judged, judged.sampling_cost)
+    sampled = _has_sampled_impacts(judged, judged.sampling, judged.sampling_cost)
+    if not (close or sampled):
+        return Grade.INACCURATE
+    if undecided:
+        return Grade.UNGRADED
+    if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
+        return Grade.CLOSE
+    # If all steps are sampled or better, sampling alone explains the final state. Then PIT's worst phase is the limit.
+    local = judged.local_truth
+    is_only_sampled = local is not None and worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
+    has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
+    return Grade.SAMPLED if sampled and has_good_end else Grade.INACCURATE
+
+
+def _has_pit_results(judged: JudgedRun) -> bool:
+    """Whether a run has the same impacts and final state as PIT, to rounding."""
+    if judged.measured_against_pit is None:
+        return False
+    alignment = judged.measured_against_pit.alignment
+    return (
+        not (alignment.missed or alignment.spurious or alignment.undecided)
+        and _is_consistent(judged)
+        and _agrees_to_rounding(judged, judged.measured_against_pit, judged.rounding * judged.scales.time_s)
+    )
+
+
+def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
+    """Whether a run agrees with itself to rounding.
+
+    With `allow_sampling`, deviations that sampling explains are ignored.
+    """
+    own = judged.consistency
+    if own is None:
+        return False
+    strayed, angular = (own.strayed_excess, own.angular_excess) if allow_sampling else (own.strayed, own.angular)
+    is_rounding = strayed <= judged.place_rounding and angular <= judged.rounding
+    return is_rounding and not judged.contradictions
+
+
+def _agrees_to_rounding(judged: JudgedRun, measured: Measured, rounding_s: float) -> bool:
+    """Whether all measured errors are within rounding.
+
+    NaN marks what is not measured: final states beyond a horizon, and spins if no disc spins.
+    """
+    errors, largest = measured.errors, measured.largest
+    return (
+        all(abs(error.time_s) <= rounding_s and judged.is_rounding(error, measured) for error in errors)
+        and abs(largest.energy) <= min(judged.rounding, THRESHOLDS.energy)
+        and not (measured.ends > judged.end_rounding(measured, exactly=True)).any()
+    )
+
+
+def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
+    """Whether each error is at most a small fraction of a step, or of the cost of sampling up to that impact."""
+    step_s = judged.observed.dt_s or cost.dt_s
+    own, scales = judged.measured.own, judged.scales
+    reliable_impacts = judged.compared.impacts
+    close_velocity, close_spin = THRESHOLDS.close * cost.errors
+    velocity = close_velocity + judged.rounding * own.speed_m_s[:reliable_impacts] / scales.speed_m_s
+    spin = close_spin + judged.rounding * own.rim_m_s[:reliable_impacts] / scales.rim_m_s
+    return all(
+        abs(error.time_s) <= THRESHOLDS.close * step_s
+        and error.velocity <= velocity[error.reference]
+        and not error.spin > spin[error.reference]
+        for error in judged.measured.errors
+    )
+
+
+def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
+    """Whether no impact has a larger error than PIT has at that impact or at an earlier one.
+
+    Errors propagate from impact to impact. So the limit is PIT's largest error so far: at this phase, at another phase,
+    or at the run's own lateness. If PIT misses an impact at this phase, both discs keep their old paths, and the
+    velocity error is the whole change.
+    """
+    own, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
+    known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
+    pit, is_found = np.zeros((3, judged.compared.impacts)), np.zeros(judged.compared.impacts, dtype=np.bool_)
+    pit[1:] = judged.changes[:, : judged.compared.impacts]
+    for error in sampling.errors:
+        is_found[error.reference] = True
+        pit[:, error.reference] = error.time_s, error.velocity, 0.0 if math.isnan(error.spin) else error.spin
+    # The phase of an impact is a matter of chance, so sampling makes an impact up to a whole step late.
+    late_s, early_s = (
+        np.maximum.accumulate(np.maximum(times, most)) for times, most in ((pit[0], dt_s), (-pit[0], 0.0))
+    )
+    at_worst = np.maximum.accumulate(np.maximum(pit[1:], known_ratio * cost.found), axis=1)
+    for error in judged.measured.errors:
+        at, local_s = error.reference, float(judged.local.time_s[error.observed])
+        # If PIT misses the impact, there is no lateness to compare with.
+        latest_s, earliest_s = (late_s[at], early_s[at]) if is_found[at] else (math.inf, math.inf)
+        if local_s <= known_ratio * dt_s:
+            # Relative to the run's own state, the impact is at most a step late. Earlier impacts caused the rest.
+            latest_s = max(latest_s, known_ratio * cost.found_off_s[at])
+        velocity, spin = at_worst[:, at]
+        velocity += judged.rounding * own.speed_m_s[at] / scales.speed_m_s
+        spin += judged.rounding * own.rim_m_s[at] / scales.rim_m_s
+        if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
+            return False
+        if error.time_s < -rounding_s:
+            # Sampling never finds an impact before it happens from the run's own state. If an impact is early only
+            # against the reference, it was moved by earlier impacts that were late, by at most their lateness.
+            forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
+            if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
+                return False
+    return True
+
+
+def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
+    """Whether the final errors are at most a fraction of PIT's, or the final state follows from the run's own impacts.
+
+    An energy error of a millionth is always allowed. If a final error of PIT was not measured, it is NaN, and no error
+    of the run is allowed.
+    """
+    found, own = judged.measured.largest, judged.consistency
+    if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
+        return False
+    falls = any(judged.reference.scene.gravity_m_s2)
+    if own is not None and not (falls or own.unchecked) and own.strayed <= judged.place_rounding:
+        return True
+    position, velocity, spin = (
+        0.0 if math.isnan(x) else part * x for x in (cost.final_position, cost.final_velocity, cost.final_spin)
+    )
+    scales = judged.scales
+    allowed = np.array([position * scales.length_m, velocity * scales.speed_m_s, spin * scales.rim_m_s])[:, None]
+    return not bool(np.any(judged.measured.ends > allowed + judged.end_rounding(judged.measured, exactly=False)))
+
+
+def _compute_price_paid(judged: JudgedRun) -> float:
+    """Return the run's largest error over that of sampling."""
+    cost, errors = judged.sampling_cost, judged.measured.errors
+    if cost is None or judged.convention is not None:
+        return math.nan
+    if judged.non_finite:
+        return math.inf
+    if not judged.compared.impacts:
+        return math.nan
+    if judged.has_other_ending and judged.alignment.undecided:
+        return math.inf
+    ratios, largest_costs = [], cost.errors[:, -1].tolist()
+    for largest_error, largest_cost in zip(np.max(judged.impact_errors, axis=1).tolist(), largest_costs, strict=True):
+        if largest_error <= judged.rounding:
+            ratios.append(0.0)  # 0 even if sampling costs nothing
+        else:  # infinite if sampling costs nothing
+            ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
+    step_s = judged.observed.dt_s or cost.dt_s
+    if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
+        # Here late detection changes times only, not velocities. PIT is late by up to a step per impact, and lateness
+        # adds up.
+        late_s = abs(largest((error.time_s for error in errors), default=0.0))
+        return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
+    return max(ratios)

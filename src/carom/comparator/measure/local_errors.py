@@ -1,0 +1,295 @@
+"""Local errors: each impact compared with the analytic answer from the method's own state before it.
+
+Chaos limits any comparison with the reference's trajectory. But the method's own state just before an impact is an
+exact input. From this state, the instant, the normal and the velocities after the impact follow in closed form. So each
+impact of a run can be scored separately, however long the run is.
+
+PIT from the same state also has a closed form: PIT collides the pair at the first step boundary at or after contact,
+along the line of centres at that boundary. So the local error can be separated into sampling error and solver error.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.measure.errors import compute_restitutions, impact_bodies, larger_error
+from carom.comparator.non_finite import finite_impacts
+from carom.comparator.scales import Scales, median
+from carom.comparator.slowing import Slowing
+from carom.comparator.stepwise.law import NO_FEATURE, FiniteWall, Law
+from carom.core.features import Mover
+from carom.core.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
+from carom.core.time_of_impact import time_of_impact
+from carom.model.disc_arrays import HalfPlane
+from carom.model.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
+
+Array = NDArray[np.float64]
+Vector = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class LocalErrors:
+    """Local errors of all observed impacts, one entry each; NaN if the state before the impact is not known.
+
+    Attributes:
+        time_s: Effective time (the reported time if that is unknown) minus the analytic time, seconds.
+        velocity: Length of the velocity error after, for the worse of the two bodies, over the scene's speed.
+        restitution: Effective coefficient of restitution along the analytic normal, minus the scene's.
+        spin: Error of the spin after times the radius, for the worse of the two bodies, over the scene's rim speed; all
+            NaN if no disc spins.
+        energy: Kinetic energy minus that of the analytic answer, over the energy at the start of the scene.
+        sampling_velocity: Velocity error of PIT from the same state at the same step; NaN if PIT finds no impact, or
+            the run has no steps.
+        solver_velocity: Velocity error against that PIT, over the scene's speed.
+        sampling_spin: Spin error of that PIT.
+        solver_spin: Spin error against that PIT.
+        spurious: Indices of impacts that PIC does not have from the method's own state.
+    """
+
+    time_s: Array
+    velocity: Array
+    spin: Array
+    restitution: Array
+    energy: Array
+    sampling_velocity: Array
+    solver_velocity: Array
+    sampling_spin: Array
+    solver_spin: Array
+    spurious: tuple[int, ...]
+
+    @cached_property
+    def scored(self) -> int:
+        """Number of impacts that could be scored."""
+        return int(np.isfinite(self.velocity).sum())
+
+    def median(self, name: str) -> float:
+        """Return the median magnitude of the error with this field name; NaN if there is none."""
+        known = self._known(name)
+        return median(known) if len(known) else math.nan
+
+    def worst(self, name: str) -> float:
+        """Return the largest magnitude of the error with this field name; NaN if there is none."""
+        known = self._known(name)
+        return float(np.max(known)) if len(known) else math.nan
+
+    def _known(self, name: str) -> Array:
+        values: Array = np.abs(getattr(self, name))
+        return values[~np.isnan(values)]
+
+
+def find_own_states(trace: Trace) -> NDArray[np.void]:
+    """Return the state before each impact: as recorded, or from free flight after earlier impacts."""
+    if trace.state_before is not None:
+        return trace.state_before
+    states = np.zeros(len(trace.impacts), STATE_DTYPE)
+    for k, ended in groupby(free_flights(trace), key=lambda flight: flight.impact):
+        flights = list({flight.disc: flight for flight in ended}.values())
+        if k < len(states):
+            begun = states["time_s"][k] = float(np.max([flight.begin_s for flight in flights]))
+            for side, flight in zip(("first", "second"), flights, strict=False):  # a wall has no flight
+                states[f"position_{side}"][k] = flight.at(begun)
+    return states
+
+
+class _Bodies:
+    """The two bodies of each impact in their own state before it. A wall has no position."""
+
+    def __init__(self, trace: Trace, state: NDArray[np.void]) -> None:
+        start, second = trace.scene.arrays, trace.impacts["second"]
+        self.wall = second < 0
+        self.position = np.stack([state["position_first"], state["position_second"]])
+        self.velocity = velocities(trace.impacts, "before")
+        self.radius = start.radius_m[np.stack([trace.impacts["first"], np.maximum(second, 0)])]
+        self.restitution = start.restitution_of(second)
+        self.bodies, self.contacts = impact_bodies(trace, rim_speeds(trace, "before") + _belt_speeds(trace))
+
+    def after(self, at: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
+        """Return the velocities and rims after the impacts at some indices, shapes ``(2, k, 2)`` and ``(2, k)``."""
+        if not len(at):
+            return np.zeros((2, 0, 2)), np.zeros((2, 0))
+        one, two = (RoughBodies(*(numbers[at] for numbers in body)) for body in self.bodies)
+        contacts = ContactFrictions(*(numbers[at] for numbers in self.contacts))
+        after = resolve_rough_impact(one, two, normal, self.restitution[at], contacts)
+        return np.stack([body.velocity for body in after]), np.stack([body.rim for body in after])
+
+    def energy(self, velocity: Array, rim: Array) -> Array:
+        """Return the kinetic energies of the bodies at given velocities and rim speeds, joules, shape ``(m,)``."""
+        numbers = np.array([(body.mass, body.inertia) for body in self.bodies])
+        mass, inertia = np.where(np.isinf(numbers), 0.0, numbers).swapaxes(0, 1)
+        total: Array = np.sum(0.5 * mass * (np.sum(velocity**2, axis=-1) + inertia * rim**2), axis=0)
+        return total
+
+
+def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
+    """Measure the error of each impact of a trace from the trace's own state before it.
+
+    Only straight paths are measured, so scenes with gravity, damping or a table are not.
+    """
+    impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
+    start, bodies = state["time_s"], _Bodies(trace, state)
+    (p1, p2), (v1, v2) = bodies.position, bodies.velocity
+    # An impact with non-finite numbers has no local error; a verdict reports it.
+    known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)
+    known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
+    turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
+    for disc in turns:  # a driven path is not straight
+        known &= (impacts["first"] != disc) & (impacts["second"] != disc)
+    wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
+    pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
+    wait[pairs] = _time_to_contact(bodies, pairs)
+    wait[walls], normal[walls] = _meetings_with_walls(trace, bodies, start, walls)
+    # Overlapping bodies met in the past, but not before the impact that put them on these paths.
+    wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_last_turn_times(trace) - start, 0.0)), wait)
+    happens = known & np.isfinite(wait)
+    at = np.flatnonzero(happens & ~bodies.wall)
+    normal[at] = (p2[at] + v2[at] * wait[at, None]) - (p1[at] + v1[at] * wait[at, None])
+    normal[at] /= np.hypot(*normal[at].T)[:, None]
+    after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
+    rim, expected_rim = rim_speeds(trace, "after") + _belt_speeds(trace), np.full((2, len(impacts)), math.nan)
+    ok = np.flatnonzero(happens)
+    expected[:, ok], expected_rim[:, ok] = bodies.after(ok, normal[ok])
+    sampled, sampled_rim = _predict_pit(trace, bodies, start, wait, expected, expected_rim)
+    instant = np.where(happens, start + wait, math.nan)
+    restitution = compute_restitutions(bodies.velocity, after, normal) - bodies.restitution
+
+    def spin_error(difference: Array) -> Array:
+        error: Array = np.max(np.abs(difference), axis=0) / scales.rim_m_s  # keeps NaN
+        return error if scene.turns else np.full_like(error, math.nan)
+
+    return LocalErrors(
+        time_s=_turn_times(trace) - instant,
+        velocity=larger_error(after - expected) / scales.speed_m_s,
+        spin=spin_error(rim - expected_rim),
+        restitution=np.where(happens, restitution, math.nan),
+        energy=(bodies.energy(after, rim) - bodies.energy(expected, expected_rim)) / (scales.energy_j or 1.0),
+        sampling_velocity=larger_error(sampled - expected) / scales.speed_m_s,
+        solver_velocity=larger_error(after - sampled) / scales.speed_m_s,
+        sampling_spin=spin_error(sampled_rim - expected_rim),
+        solver_spin=spin_error(rim - sampled_rim),
+        spurious=tuple(np.flatnonzero(known & ~np.isfinite(wait)).tolist()),
+    )
+
+
+def _belt_speeds(trace: Trace) -> Array:
+    """Return the surface speed that a conveyor wall adds, for both bodies of each impact."""
+    start, second = trace.scene.arrays, trace.impacts["second"]
+    speeds = np.zeros((2, len(second)))
+    if start.belts_m_s is not None:
+        speeds[1] = np.where(second < 0, np.array(start.belts_m_s)[np.maximum(-1 - second, 0)], 0.0)
+    return speeds
+
+
+def _turn_times(trace: Trace) -> Array:
+    """Return the effective time of each impact if it is known, otherwise the reported one, seconds."""
+    times: Array = trace.impacts["time_s"]
+    effective = times if trace.effective_time_s is None else trace.effective_time_s
+    return np.where(np.isfinite(effective), effective, times)
+
+
+def _last_turn_times(trace: Trace) -> Array:
+    """Return the time of either body's last impact before each impact, seconds; 0 if there is none."""
+    latest = np.zeros(len(trace.scene.discs))
+    result = np.zeros(len(trace.impacts))
+    for k, (time, *pair) in enumerate(
+        zip(_turn_times(trace), trace.impacts["first"], trace.impacts["second"], strict=True)
+    ):
+        bodies = [body for body in pair if body >= 0]
+        result[k] = np.max(latest[bodies])
+        latest[bodies] = time
+    return result
+
+
+def _time_to_contact(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
+    """Return the seconds to contact on free paths: negative for overlapping bodies, infinite if bodies never meet."""
+    if not len(at):
+        return np.zeros(0)
+    (p1, p2), (v1, v2), (r1, r2) = bodies.position[:, at], bodies.velocity[:, at], bodies.radius[:, at]
+    ahead = np.asarray(time_of_impact(p1, v1, r1, p2, v2, r2), dtype=np.float64)
+    d, u, reach = p2 - p1, v2 - v1, r1 + r2
+    a, b, c = np.sum(u * u, axis=1), np.sum(d * u, axis=1), np.sum(d * d, axis=1) - reach**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ago = c / (np.sqrt(np.maximum(b * b - a * c, 0.0)) - b)
+    return np.where((ahead == 0.0) & (c < 0.0), ago, ahead)
+
+
+def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Return the seconds until discs meet walls on free paths, as `_time_to_contact` does, and the normals there."""
+    law, wait, normal = Law(trace.scene), np.full(len(at), math.inf), np.zeros((len(at), 2))
+    for row, k in enumerate(at.tolist()):
+        number, radius, begin_s = (
+            wall_index(int(trace.impacts["second"][k])),
+            float(bodies.radius[0, k]),
+            float(begun_s[k]),
+        )
+        for leg in law.wall_drives[number].legs_from(begin_s):
+            from_s = max(leg.begin_s, begin_s)
+            velocity = bodies.velocity[0, k] - leg.velocity
+            place = bodies.position[0, k] + bodies.velocity[0, k] * (from_s - begin_s) - leg.moved_at(from_s)
+            ahead, towards = _meeting_with_wall(law.walls[number], place, velocity, radius)
+            if from_s + ahead < leg.end_s:
+                wait[row], normal[row] = from_s + ahead - begin_s, towards
+                break
+    return wait, normal
+
+
+def _meeting_with_wall(
+    wall: HalfPlane | FiniteWall, place: Array, velocity: Array, radius: float
+) -> tuple[float, Vector]:
+    """Return the seconds until a disc meets a wall at rest, as `_time_to_contact` does, and the normal to the wall."""
+    if isinstance(wall, tuple):
+        into = np.array(wall[2:])
+        speed, gap = float(velocity @ into), float((place - wall[:2]) @ into) - radius
+        return -gap / speed if speed < 0.0 else math.inf, (-wall[2], -wall[3])
+    (x, y), (vx, vy) = place.tolist(), velocity.tolist()
+    mover = Mover.at((x, y), (vx, vy), radius)
+    features = wall.features
+    ahead, feature, _ = features.first_touch(mover, NO_FEATURE)
+    if feature == NO_FEATURE:
+        return math.inf, (0.0, 0.0)
+    if ahead == 0.0:
+        ahead = features.overlap_start(feature, mover)
+    met = mover._replace(x=(x + vx * ahead, 0.0), y=(y + vy * ahead, 0.0))
+    nx, ny = features.normal(feature, met)
+    return ahead, (-nx, -ny)
+
+
+def _predict_pit(
+    trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, expected: Array, rim: Array
+) -> tuple[Array, Array]:
+    """Return velocities and rim speeds after PIT's impact from the same states, with steps counted from them."""
+    dt_s = trace.dt_s
+    result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
+    if not dt_s:
+        return result, rims
+    # On a half-plane, normal and lever arm do not depend on the position of the disc.
+    result[:, bodies.wall], rims[:, bodies.wall] = expected[:, bodies.wall], rim[:, bodies.wall]
+    d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # A contact within rounding of a step boundary is found at that boundary.
+        steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
+    for k in np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
+        number, arrays = wall_index(int(trace.impacts["second"][k])), trace.scene.arrays
+        wall, time_s = arrays.walls[number], float(begun_s[k] + steps[k] * dt_s)
+        if isinstance(wall, tuple):
+            continue
+        leg = arrays.drive_of_wall(number).leg_at(time_s)
+        velocity = bodies.velocity[0, k] - leg.velocity
+        x, y = (bodies.position[0, k] + bodies.velocity[0, k] * steps[k] * dt_s - leg.moved_at(time_s)).tolist()
+        foot = wall.nearest(x, y)
+        towards, reach = np.array([foot.x - x, foot.y - y]), wall.half_width + float(bodies.radius[0, k])
+        result[:, k], rims[:, k] = math.nan, math.nan
+        if float(velocity @ towards) > 0.0 and 0.0 < math.hypot(*towards) <= reach * (1.0 + 2.0**-40):
+            one = np.array([k])
+            result[:, one], rims[:, one] = bodies.after(one, towards[None] / math.hypot(*towards))
+    at = np.flatnonzero(np.isfinite(steps) & ~bodies.wall)
+    line = d[at] + u[at] * (steps[at] * dt_s)[:, None]
+    reach = np.sum(bodies.radius[:, at], axis=0)
+    found = (np.sum(line * u[at], axis=1) < 0.0) & (np.hypot(*line.T) <= reach * (1.0 + 2.0**-40))
+    result[:, at[found]], rims[:, at[found]] = bodies.after(at[found], line[found])
+    return result, rims

@@ -1,0 +1,277 @@
+"""Score of stepwise accuracy: errors of the windows of a run in numbers, and a grade."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.grade import Grade
+from carom.comparator.scales import Scales, median
+from carom.comparator.stepwise.judge_window import PASSED
+from carom.comparator.thresholds import THRESHOLDS
+from carom.model.step_windows import LocalTruth
+from carom.model.trace import pair_name
+from carom.support.formatting import instant
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class LocalScore:
+    """Score of the steps of a run, each compared with PIC from the run's own state at its start.
+
+    Lateness, velocity, ratio and restitution refer to windows of one impact, because several impacts at once have no
+    unique result.
+
+    Attributes:
+        until_s: Time of the last state.
+        windows: Number of windows with a due impact.
+        due: Number of PIC's impacts in these windows.
+        missed: Number of pairs that passed through each other.
+        missed_by_pit: Number of these pairs that PIT also misses from the same state.
+        missed_within: Number of the missed pairs within the horizon.
+        first_missed: Description of the first missed pair; empty if there is none.
+        first_missed_s: Time of the first missed pair; NaN if there is none.
+        invented: Number of steps in which bodies turned by more than a hundredth of their speed with nothing near.
+        first_invented: Description of the first invented turn; empty if there is none.
+        early: Number of windows in which the paths turned earlier than PIC's.
+        ahead: Number of turns more than two steps before the meeting that caused them, because of an engine's contact
+            margin.
+        entangled: Number of windows with several pairs or impacts.
+        late_steps: Median and worst lateness, steps; NaN if there is none.
+        early_steps: Worst earliness, steps, as a positive number; 0 if no impact is early.
+        too_late: Number of windows that are later than checking once per step explains.
+        velocity: Median and worst error of velocities after, over the greatest speed of the window's own bodies.
+        spin: Worst error of rim speeds, over the greatest speed or rim speed of the window's own bodies; 0 if no disc
+            spins.
+        ratio: Median and worst of the velocity or spin error over PIT's largest error from the same state, at the
+            phases of the step and at the run's own lateness; infinite if PIT has no error.
+        worse_than_pit: Number of windows whose ratio is above 1.
+        judged: Number of windows of one impact that were compared.
+        restitution: Median and worst absolute error of the effective restitution; NaN if there is none.
+        energy: Energy gained or lost that PIT does not gain or lose from the same states, over the scene's energy.
+        slipped: Largest change of a velocity or rim speed with nothing near that is too small for an invented turn,
+            over the disc's own speed.
+        drifts: Number of steps of discs in which a position changed other than by the disc's velocity.
+        drift: The largest of these changes, over the scene's length.
+        resting_steps: Number of steps of discs that rested on something.
+        sunk_radii: The largest depth to which a resting pair sank, over its contact distance.
+        sinks: Whether a pair sank faster than by falling from rest in each step.
+        polygon: Whether falling discs move along polygons.
+        agrees: Whether all windows, including entangled ones, agree with PIC to rounding.
+        agrees_alone: Whether all windows of one impact agree with PIC to rounding, and nothing slips, drifts or sinks.
+        float_bits: Width of the floats that the method declares.
+        first_invented_s: Time of the first invented turn; None if there is none.
+    """
+
+    until_s: float
+    windows: int
+    due: int
+    missed: int
+    missed_by_pit: int
+    missed_within: int
+    first_missed: str
+    first_missed_s: float
+    invented: int
+    first_invented: str
+    early: int
+    ahead: int
+    entangled: int
+    late_steps: tuple[float, float]
+    early_steps: float
+    too_late: int
+    velocity: tuple[float, float]
+    spin: float
+    ratio: tuple[float, float]
+    worse_than_pit: int
+    judged: int
+    restitution: tuple[float, float]
+    energy: float
+    slipped: float
+    drifts: int
+    drift: float
+    resting_steps: int
+    sunk_radii: float
+    sinks: bool
+    polygon: bool
+    agrees: bool
+    agrees_alone: bool
+    float_bits: int
+    first_invented_s: float | None = None
+
+    @property
+    def missed_own(self) -> int:
+        """Number of missed impacts that sampling does not explain: beyond the horizon only those that PIT finds."""
+        return max(self.missed_within, self.missed - self.missed_by_pit)
+
+    @property
+    def rounding(self) -> float:
+        """Rounding error of a velocity, over its own size, and of a position at rest."""
+        return 10.0 * THRESHOLDS.rounding_of(self.float_bits)
+
+    @property
+    def energy_rounding(self) -> float:
+        """Rounding error of energy, over the scene's energy. In narrow floats it adds up over the impacts of a run."""
+        return THRESHOLDS.energy + (_ENERGY_32 * self.due if self.float_bits < 64 else 0.0)
+
+    @property
+    def grade(self) -> Grade:
+        """Grade from these numbers: EXACT, CLOSE, SAMPLED, INACCURATE or WRONG."""
+        if self.missed_own or self.invented:
+            return Grade.WRONG
+        off_alone = self.drifts or self.slipped > self.rounding or self.sinks
+        if (
+            off_alone
+            or self.early
+            or self.ahead
+            or self.too_late
+            or self.worse_than_pit
+            or self.energy > self.energy_rounding
+        ):
+            return Grade.INACCURATE
+        sampled = self.polygon or self.sunk_radii > self.rounding or self.missed
+        if self.agrees and not sampled:
+            return Grade.EXACT
+        # Without windows of one impact, closeness to PIC is unknown.
+        far = self.ratio[1] > THRESHOLDS.close or self.late_steps[1] > THRESHOLDS.close
+        near = self.judged > 0 and not far  # either may be NaN
+        return Grade.CLOSE if near and not sampled else Grade.SAMPLED
+
+
+#: Rounding error of energy at an impact in 32-bit floats, over the scene's energy.
+_ENERGY_32 = 1e-7
+
+
+def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: float = math.inf) -> LocalScore:
+    """Compute the score of the steps of a run.
+
+    Args:
+        truth: The comparison of the steps with PIC.
+        scales: The scene's own length and energy.
+        float_bits: Width of the floats that the method declares.
+        until_s: The horizon, seconds. Beyond the horizon, a miss that PIT shares is explained by sampling.
+    """
+    rounding = 10.0 * THRESHOLDS.rounding_of(float_bits)
+    rows = truth.windows
+    scored = rows[~rows["turned"] & ~rows["open"] & ~np.isnan(rows["price_velocity"])]
+    single = ~scored["entangled"] & (scored["missed"] == 0)
+    speed, rim = (np.where(scored[name] > 0.0, scored[name], 1.0) for name in ("speed", "rim"))
+    velocity, spin = scored["velocity"] / speed, scored["spin"] / rim
+    ratio = np.maximum(
+        _ratio(velocity, scored["price_velocity"] / speed, rounding), _ratio(spin, scored["price_spin"] / rim, rounding)
+    )
+    alone = scored[single & ~np.isnan(scored["late_steps"])]
+    late = alone["late_steps"]
+    known = alone["late_known"] + _LATE_KNOWN[float_bits >= 64]
+    early = late < -known
+    missed = _drop_continuations(truth.meetings[truth.meetings["missed"]])
+    due_s = np.where(np.isnan(missed["due_s"]), missed["begin_s"], missed["due_s"])
+    first_missed = "".join(f"at {instant(float(one['begin_s']))} between {pair_name(one)}" for one in missed[:1])
+    invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
+    restitution = scored["restitution"][single]
+    # Positions are rounded at the start and at the end. The rounding of a velocity adds up over the length of the
+    # window.
+    lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
+    within = (
+        (velocity <= rounding) & (spin <= rounding) & (scored["place_m"] <= 10.0 * scored["place_known_m"] + lasts_m)
+    )
+    in_time = bool(np.all(np.abs(late) <= known))
+    quiet = slipped <= rounding and not truth.slip_counts[1] and truth.sunk_radii <= rounding and not truth.polygon
+    return LocalScore(
+        until_s=truth.until_s,
+        windows=int(np.sum(rows["due"] > 0)),
+        due=int(rows["due"].sum()),
+        missed=len(missed),
+        missed_by_pit=int(missed["pit_missed"].sum()),
+        # An impact at the horizon, to rounding, is beyond it.
+        missed_within=int(np.sum(due_s < until_s * (1.0 - THRESHOLDS.rounding))),
+        first_missed=first_missed,
+        first_missed_s=float(due_s[0]) if len(missed) else math.nan,
+        invented=invented,
+        first_invented=first_invented,
+        first_invented_s=first_invented_s,
+        early=int(early.sum()),
+        ahead=truth.ahead,
+        entangled=int(scored["entangled"].sum()),
+        late_steps=_median_and_worst(late),
+        early_steps=float(np.max(-late[early], initial=0.0)),
+        too_late=int(np.sum(late > alone["late_allowed"] + known)),
+        velocity=_median_and_worst(velocity[single]),
+        spin=float(np.max(spin[single], initial=0.0)),
+        ratio=_median_and_worst(ratio[single]),
+        worse_than_pit=int(np.sum(ratio[single] > 1.0 + THRESHOLDS.ratio_known_of(float_bits))),
+        judged=int(single.sum()),
+        restitution=_median_and_worst(np.abs(restitution[~np.isnan(restitution)])),
+        energy=_unexplained_energy_j(scored) / scales.energy_j if scales.energy_j else 0.0,
+        slipped=slipped,
+        drifts=truth.slip_counts[1],
+        drift=float(np.max(truth.slips["moved_m"], initial=0.0)) / scales.length_m,
+        resting_steps=truth.resting_steps,
+        sunk_radii=truth.sunk_radii,
+        sinks=not math.isnan(truth.sinks_s),
+        polygon=truth.polygon,
+        agrees=bool(np.all(within)) and in_time,
+        agrees_alone=bool(np.all(within[single])) and in_time and quiet,
+        float_bits=float_bits,
+    )
+
+
+#: Accuracy of lateness in steps, by whether floats have 64 bits. A hundredth of a step counts as close.
+_LATE_KNOWN = {True: 1e-8, False: 0.01}
+
+
+def _ratio(error: Array, price: Array, rounding: float) -> Array:
+    """Return errors over costs of sampling: 0 for rounding errors, infinite if sampling costs nothing."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(error <= rounding, 0.0, np.where(price <= rounding, math.inf, error / price))
+
+
+def _median_and_worst(values: Array) -> tuple[float, float]:
+    if not len(values):
+        return (math.nan, math.nan)
+    return (median(values), float(np.max(values)))
+
+
+def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
+    """Return meetings in order of time, without those that continue an earlier meeting of the same pair."""
+    ended: dict[tuple[int, int], float] = {}
+    kept = []
+    order = np.argsort(meetings["begin_s"], kind="stable")
+    for row in order.tolist():
+        pair = (int(meetings["first"][row]), int(meetings["second"][row]))
+        if not meetings["begin_s"][row] <= ended.get(pair, -math.inf):
+            kept.append(row)
+        ended[pair] = float(meetings["end_s"][row])
+    return meetings[kept]
+
+
+def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
+    """Return the number of invented turns, the first of them, and the largest turn that is too small to count."""
+    found: list[tuple[float, str]] = []
+    slipped = 0.0
+    turned = truth.windows[truth.windows["turned"]]
+    for row in turned:
+        size = max(float(row["velocity"]), float(row["spin"])) / (float(row["rim"]) or 1.0)
+        if size > PASSED:
+            found.append((float(row["begin_s"]), f"at {instant(float(row['begin_s']))}"))
+        else:
+            slipped = max(slipped, size)
+    for row in truth.slips:
+        size = max(float(row["velocity"]), float(row["rim"])) / (float(row["speed"]) or 1.0)
+        if size > PASSED:
+            found.append((float(row["time_s"]), f"at {instant(float(row['time_s']))}, of disc {int(row['disc'])}"))
+        else:
+            slipped = max(slipped, size)
+    first_s, first = min(found, default=(None, ""))
+    return len(found), (first, first_s), slipped
+
+
+def _unexplained_energy_j(scored: NDArray[np.void]) -> float:
+    """Return the energy gained or lost beyond PIT's from the same states, joules."""
+    gained = np.abs(scored["energy_j"])
+    passed = scored["missed"] > 0
+    alone = np.maximum(gained - scored["energy_price_j"], 0.0)
+    return float(np.sum(np.where(passed, 0.0, np.where(scored["entangled"], gained, alone))))

@@ -1,0 +1,206 @@
+"""Activity of pairs: the steps of a block in which each pair meets, pushes or rests."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from heapq import heapify, heappop, heappush
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.stepwise.bodies import BodyStates
+from carom.comparator.stepwise.law import Pair
+from carom.comparator.stepwise.near_pairs import MARGIN_STEPS, NearPairs, disc_pairs, near_in, wall_pairs
+from carom.comparator.stepwise.rest import RESTING_STEPS, Rest, find_resting_pairs
+from carom.comparator.stepwise.step_block import Block
+from carom.comparator.stepwise.window_runs import MOST_IMPACTS
+
+Flags = NDArray[np.bool_]
+
+#: Number of impacts at one instant after which the code checks whether further ones matter. A check costs as much as a
+#: few impacts.
+_AT_ONCE = 64
+
+#: Number of steps whose near pairs are found together. A box around the path in these steps is little larger than a
+#: disc.
+_TOGETHER = 16
+
+#: Largest number of distances that are computed together if there are too few pairs for boxes.
+_DISTANCES = 2**12
+
+
+@dataclass
+class Activity:
+    """Activity of the pairs of a block by step.
+
+    Attributes:
+        due: The active pairs of each step, with the seconds from the step's start to the meeting; NaN for a pair that
+            only pushes.
+        follows: Steps and pairs whose meeting is a consequence of another meeting in the same step.
+        resting: Whether a body on which the disc rests holds it, for each step and disc, shape ``(k, n)``.
+        overlapping: Whether the disc begins the step in overlap, for each step and disc, shape ``(k, n)``.
+    """
+
+    resting: Flags
+    overlapping: Flags
+    due: dict[int, dict[Pair, float]] = field(default_factory=lambda: defaultdict(dict))
+    follows: set[tuple[int, Pair]] = field(default_factory=set)
+
+
+def find_activity(block: Block, rest: Rest) -> Activity:
+    """Find the pairs that meet, push or rest in each step of a block, and record how deep resting pairs sink."""
+    shape = block.turned.shape
+    found = Activity(resting=np.zeros(shape, np.bool_), overlapping=np.zeros(shape, np.bool_))
+    steps = _steps_together(block)
+    for begin in range(0, len(block), steps):
+        end = min(begin + steps, len(block))
+        together = [*disc_pairs(block, begin, end), *wall_pairs(block, begin, end)]
+        for relative in together:
+            resting = find_resting_pairs(block, relative)
+            _enter_active_pairs(block, relative, resting, found)
+            rest.add(block, relative, resting)
+        for step in range(begin, end):
+            if step in found.due:
+                _enter_consequences(block, found, step, together)
+    for step in list(found.due):
+        _drop_bystanders(block, found, step)
+    return found
+
+
+def _steps_together(block: Block) -> int:
+    """Return the number of steps that are handled together. The number is smaller if pairs are solved one by one."""
+    law = block.law
+    bends = law.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in law.wall_drives)
+    if bends or not all(isinstance(wall, tuple) for wall in law.walls):
+        return _TOGETHER
+    return max(_TOGETHER, _DISTANCES // (law.n * (law.n + len(law.walls))))
+
+
+def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found: Activity) -> None:
+    """Add the steps in which pairs are active to `found`, except for steps in which they rest."""
+    begin, steps = relative.begin, len(relative.wait)
+    h = block.step_s[begin : begin + steps, None]
+    gap, wait = relative.gap, relative.wait
+    first, second = relative.discs(block.law.n)
+    meets = (wait <= h) & ~resting
+    turned = block.turned[begin : begin + steps]
+    pushed = turned[:, first] | turned[:, second]
+    near = (wait <= (1.0 + MARGIN_STEPS) * h) | (gap[:-1] <= relative.touching) | (gap[1:] <= relative.touching)
+    for row, column in np.argwhere((meets | (pushed & near)) & ~resting).tolist():
+        due_s = float(wait[row, column]) if meets[row, column] else np.nan
+        found.due[begin + row][relative.pairs[column]] = due_s
+    for begins, flags in ((gap[:-1] < -relative.touching, found.overlapping), (resting, found.resting)):
+        rows, columns = np.nonzero(begins)
+        flags[begin + rows, first[columns]] = flags[begin + rows, second[columns]] = True
+
+
+def _enter_consequences(block: Block, found: Activity, step: int, together: Sequence[NearPairs]) -> None:
+    """Add pairs whose meeting is a consequence of another meeting in the same step."""
+    law, active = block.law, found.due[step]
+    due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
+    if not due or all(pair in active for near_pairs in together for pair in near_pairs.pairs):
+        return
+    if _all_active(active, due, near := near_in(block, together, step)):
+        return
+    struck = (body for _, pair in due for body in pair if body in near)
+    if not block.is_possible(step, {pair for body in struck for pair in near[body]}):
+        return
+    slow = (RESTING_STEPS + 0.5) * law.pull * float(block.step_s[step])
+    for time_s, pair, closing in _find_impacts(block, step, due, near, slow):
+        if pair not in active and closing > slow:
+            active[pair] = time_s
+            found.follows.add((step, pair))
+            if _all_active(active, due, near):
+                break  # further impacts between the same pairs add nothing
+
+
+def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]) -> bool:
+    """Whether all pairs that the due pairs can strike, directly or through other pairs, are already active."""
+    bodies = [body for _, pair in due for body in pair if body in near]
+    reached = set(bodies)
+    while bodies:
+        for pair in near[bodies.pop()]:
+            if pair not in active:
+                return False
+            new = [body for body in pair if body in near and body not in reached]
+            reached.update(new)
+            bodies += new
+    return True
+
+
+def _find_impacts(
+    block: Block, step: int, due: list[tuple[float, Pair]], near: dict[int, list[Pair]], slow: float
+) -> Iterator[tuple[float, Pair, float]]:
+    """Yield PIC's impacts in a step, beginning with due pairs: seconds from the step's start, pair and closing speed.
+
+    After an impact, only the meetings of the struck discs are predicted again, because other pairs meet only if they
+    are due. In a collapse, infinitely many impacts are due at one instant. Its impacts end when all further ones must
+    be slower than `slow`.
+    """
+    law, seconds, begun_s = block.law, float(block.step_s[step]), float(block.states.time_s[step])
+    flown: dict[int, tuple[float, BodyStates]] = {}
+    struck = defaultdict[int, int](int)
+
+    def at(time_s: float, pair: Pair) -> BodyStates:
+        both = BodyStates(law, {}, {}, {}, begun_s + time_s)
+        for body in pair:
+            if body < law.n:
+                since_s, alone = flown.get(body) or (0.0, block.state(step, (body,)))
+                alone.fly(time_s - since_s)
+                flown[body] = (time_s, alone)
+                both.take(alone)
+        return both
+
+    events = [(time_s, pair, (0, 0)) for time_s, pair in due]
+    heapify(events)
+    found = at_once = 0
+    last_s = 0.0
+    while events and found < MOST_IMPACTS:
+        time_s, pair, counts = heappop(events)
+        if counts != (struck[pair[0]], struck[pair[1]]):
+            continue  # outdated, because one of the bodies has turned since
+        state = at(time_s, pair)
+        contact, falls_back = state.contact(pair), law.falls(pair[0]) != law.falls(pair[1])
+        if falls_back and contact.closing <= 0.0:
+            continue
+        state.strike(pair)
+        found, at_once, last_s = found + 1, at_once + 1 if time_s == last_s else 1, time_s
+        yield time_s, pair, contact.closing
+        turned = [body for body in pair if law.movable(body)]
+        for body in turned:
+            struck[body] += 1
+            flown[body] = (time_s, state.only((body,)))
+        if at_once > _AT_ONCE and not law.driven and _fastest_closing(block, flown) <= slow:
+            return
+        for other in {other for body in turned for other in near[body]}:
+            if other != pair or falls_back:
+                meets_s = time_s + at(time_s, other).wait(other)
+                if meets_s <= seconds:
+                    heappush(events, (meets_s, other, (struck[other[0]], struck[other[1]])))
+
+
+def _fastest_closing(block: Block, flown: Mapping[int, tuple[float, BodyStates]]) -> float:
+    """Return an upper bound on the closing speed of some discs at one instant. No impact adds energy."""
+    law, twice, lightest = block.law, 0.0, math.inf
+    for body, (_, state) in flown.items():
+        if law.movable(body):
+            inverse, rim = law.inverse_inertia_ratio[body], law.radius[body] * state.spin[body]
+            twice += law.mass[body] * (
+                math.hypot(*state.velocity[body]) ** 2 + (rim * rim / inverse if inverse else 0.0)
+            )
+            lightest = min(lightest, law.mass[body])
+    return 2.0 * math.sqrt(twice / lightest)
+
+
+def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
+    """Remove pairs that only overlap and separate, if another meeting explains the change of velocity."""
+    active, n = found.due[step], block.law.n
+    met = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
+    unexplained = set(np.flatnonzero(block.turned[step]).tolist()) - met
+    for pair in [pair for pair, due_s in active.items() if np.isnan(due_s) and not unexplained.intersection(pair)]:
+        del active[pair]
+    if not active:
+        del found.due[step]

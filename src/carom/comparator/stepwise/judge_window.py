@@ -1,0 +1,357 @@
+"""Comparison of one window with PIC and with the cost of sampling, from the run's own state at the window's start.
+
+At the end of a window, a late run may not have had all of PIC's impacts. So PIC's run is also stopped after j impacts
+and continued in free flight, for each j after which the other impacts are still ahead in the run's own state. The run
+is compared with the nearest of these.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.slowing import nearest_s
+from carom.comparator.stepwise.active_pairs import Activity
+from carom.comparator.stepwise.bodies import BodyStates
+from carom.comparator.stepwise.law import Pair
+from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.comparator.stepwise.step_block import Block
+from carom.comparator.stepwise.step_chains import StepChain
+from carom.comparator.stepwise.window import Difference, Window, relative
+from carom.comparator.stepwise.window_runs import sampled_run
+from carom.comparator.thresholds import THRESHOLDS
+
+Array = NDArray[np.float64]
+
+#: Two bodies passed through each other if their relative velocity changed by at most this fraction of the closing
+#: speed. After a larger change, they had an impact with a velocity error.
+PASSED = 0.01
+
+
+@dataclass
+class Comparison:
+    """Result of the comparison of a window; see `carom.model.step_windows.WINDOW_DTYPE` for its numbers.
+
+    Attributes:
+        due_s: Time at which each pair was first due, seconds. Pairs that only push are not included.
+        passed: Pairs that passed through each other.
+        pit_passed: The passed pairs that PIT also misses from the same state.
+    """
+
+    due: int = 0
+    missed: int = 0
+    pit_missed: int = 0
+    entangled: bool = False
+    turned: bool = False
+    open: bool = False
+    late_steps: float = math.nan
+    late_known: float = 0.0
+    late_allowed: float = 1.0
+    velocity: float = 0.0
+    speed: float = 0.0
+    spin: float = 0.0
+    rim: float = 0.0
+    place_m: float = 0.0
+    place_known_m: float = 0.0
+    price_velocity: float = math.nan
+    price_spin: float = math.nan
+    restitution: float = math.nan
+    energy_j: float = 0.0
+    energy_price_j: float = 0.0
+    due_s: dict[Pair, float] = field(default_factory=dict)
+    passed: Collection[Pair] = ()
+    pit_passed: Collection[Pair] = ()
+
+
+def judge(
+    block: Block,
+    chain: StepChain,
+    activity: Activity,
+    found_by_pit: Mapping[Pair, bool],
+    *,
+    ends: bool,
+    speed_before: float = 0.0,
+) -> Comparison:
+    """Compare a window with PIC and PIT from the run's own state at the window's start.
+
+    Args:
+        block: The steps.
+        chain: The steps and bodies of the window.
+        activity: The activity of the pairs in the steps.
+        found_by_pit: Whether PIT found the pairs of a cut chain from the state at the chain's beginning.
+        ends: Whether the run ends with the block.
+        speed_before: Greatest earlier speed of the discs of a continuing chain, metres a second.
+    """
+    if not block.is_possible(chain.begin, block.law.pairs_of(chain.discs)):
+        return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
+    window = Window(block, chain, activity)
+    judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
+    if not window.truth:
+        return _judge_nothing_due(window, judged)
+    found = window.nearest(window.now, window.truth, window.lasts, window.resting)
+    judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
+    # Pairs that overlap where a chain was cut were due earlier.
+    known = sum(met.time_s == 0.0 for met in window.truth[: found.impacts]) if chain.continues else 0
+    judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
+    judged.entangled = _is_entangled(window, found)
+    judged.energy_j = _energy_gained(window, found, entangled=judged.entangled)
+    rounding = block.agreement
+    agrees = (
+        found.velocity <= rounding * window.speed
+        and found.spin <= rounding * window.rim
+        and found.place <= 10.0 * window.touching
+        and found.impacts == len(window.truth)
+    )
+    missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair, speed_before)]
+    is_last = ends and chain.end == len(block)
+    if is_last:
+        missed = [pair for pair in missed if not _awaits_next_frame(window, pair)]
+    judged.missed, judged.passed = len(missed), missed
+    if is_last and not missed and _ends_in_contact(window):
+        judged.open = True
+    if not judged.open:
+        _measure_lateness(window, judged, found, agrees=agrees)
+        judged.price_velocity = judged.price_spin = 0.0
+        if not (agrees or judged.entangled or judged.missed):  # otherwise the cost of sampling is not needed
+            _measure_sampling_cost(window, judged, found)
+    also = {pair for pair in missed if not found_by_pit.get(pair, True)}
+    also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
+    judged.pit_missed, judged.pit_passed = len(also), also
+    for pair, steps in chain.pairs.items():
+        for step in steps[::-1]:
+            if activity.due[step][pair] >= 0.0:
+                judged.due_s[pair] = float(block.states.time_s[step]) + activity.due[step][pair]
+    return judged
+
+
+def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
+    """Judge a window in which PIC has no impact: bodies may turn without a cause, or a resting body may be held."""
+    velocity, spin, place = window.difference(window.now, window.free)
+    law, chain = window.law, window.chain
+    # A resting body is held if its velocity changed by at most the speed gained by falling in the window's steps.
+    steps = chain.end - chain.begin + 0.5
+    held = law.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * law.pull * window.block.dt_s
+    if chain.continues:
+        # In a lasting contact that was cut, velocities also changed before the cut, so only the energy counts.
+        judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
+        judged.velocity, judged.spin, judged.place_m = velocity, spin, place
+        kept = law.pull == 0.0 and not law.driven and not law.slowing.table_m_s2
+        judged.energy_j = window.now.energy() - window.free.energy() if kept else 0.0
+    elif not held and window.meets_at_rest:
+        judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
+    elif not held:
+        judged.turned = True
+        judged.velocity, judged.spin, judged.place_m = velocity, spin, place
+    return judged
+
+
+def _is_entangled(window: Window, found: Difference) -> bool:
+    if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1) or window.meets_at_rest:
+        return True
+    # A pair that begins in overlap was found late, or a third body pushed it.
+    starts = [window.start.contact(pair) for pair in window.chain.pairs]
+    return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
+
+
+def _energy_gained(window: Window, found: Difference, *, entangled: bool) -> float:
+    """Return the energy gained against PIC; for an entangled window, against free flight.
+
+    In an entangled window, a loss of energy counts only if all impacts are elastic.
+    """
+    if window.law.pull > 0.0:
+        return 0.0
+    now = window.now.energy()
+    if not entangled:
+        return now - found.truth.energy()
+    if window.law.driven or window.law.slowing.table_m_s2:  # on a table, another path loses another energy
+        return 0.0
+    gained = now - window.free.energy()
+    law = window.law
+    lossless = all(law.restitution(pair) == 1.0 and law.contact_of(pair).friction == 0.0 for pair in window.chain.pairs)
+    return gained if lossless else max(gained, 0.0)
+
+
+def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
+    """Whether the bodies of a pair passed through each other: they were due to meet, and then moved on as before."""
+    block, law, activity = window.block, window.law, window.activity
+    steps = window.chain.pairs[pair]
+    own = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
+    if not own:
+        return False
+    last = own[-1]
+    while last + 1 in steps:  # pairs still push while they separate: late, but not missed
+        last += 1
+    i, j = pair
+    discs = (i, j) if j < law.n else (i,)
+    one, other = block.state(own[0], discs), block.state(last + 1, discs)
+    before, after = one.contact(pair), other.contact(pair)
+    times = block.states.time_s
+    lasted = float(times[last + 1] - times[own[0]])
+    was, now = relative(one.later(lasted), pair), relative(other, pair)
+    size = math.hypot(*was)
+    if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
+        return False  # so slow that it may rest
+    if before.closing <= PASSED * speed_before:
+        return False  # a rest of an impact, from a cut chain, counts as a velocity error
+    closed = before.closing * law.slowing.damping.kept(lasted)
+    unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
+    past = after.gap > window.touching or after.closing <= 0.0
+    repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * closed
+    if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
+        unchanged = _is_idle(window, pair, size)
+    # A disc that is still being pushed is not yet through a wall.
+    pushed = bool(block.turned[last, i])
+    deep = j >= law.n and not pushed and after.gap < -min(law.radius[i], 1.5 * before.closing * block.dt_s)
+    through = before.normal[0] * after.normal[0] + before.normal[1] * after.normal[1] < 0.0
+    return unchanged and (past or deep or through)
+
+
+def _is_idle(window: Window, pair: Pair, size: float) -> bool:
+    """Whether a body of a pair kept its velocity in the window, although PIC has an impact that changes it."""
+    block, chain, law = window.block, window.chain, window.law
+    idle = [body for body in pair if law.movable(body) and not block.turned[chain.begin : chain.end, body].any()]
+    meets = any(
+        met.pair == pair and met.contact.closing > 1e-3 * size and met.time_s < window.lasts for met in window.truth
+    )
+    if not idle or not meets:
+        return False
+    end = window.truth[-1].after.later(max(window.lasts - window.truth[-1].time_s, 0.0))
+    return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
+
+
+def _awaits_next_frame(window: Window, pair: Pair) -> bool:
+    """Whether a pair was due in the run's last step, so that one more frame would find it."""
+    own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
+    return own == [window.chain.end - 1] and _closes(window, pair)
+
+
+def _ends_in_contact(window: Window) -> bool:
+    """Whether the run ended in the middle of a contact."""
+    if window.chain.end - window.chain.begin > 3:
+        return False
+    return any(_closes(window, met.pair) for met in window.truth)
+
+
+def _closes(window: Window, pair: Pair) -> bool:
+    """Whether the bodies of a pair overlap at the window's end and are still closing."""
+    contact = window.now.contact(pair)
+    return contact.gap <= 0.0 and contact.closing > window.still
+
+
+def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
+    """Measure the lateness in steps and the restitution, for a window of one impact."""
+    first, law, dt_s = window.truth[0], window.law, window.block.dt_s
+    closing = max(first.contact.closing, 1e-300)
+    judged.late_known = window.touching / closing / dt_s
+    # A run checks for contact at the end of a step. A polygon reaches the contact later than a bent path, by half of
+    # the bend in a step.
+    bends = law.pull + law.slowing.bends(window.speed)
+    judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
+    if agrees:
+        judged.late_steps = 0.0
+    elif not judged.entangled and found.impacts <= 1 and judged.missed == 0:
+        judged.late_steps = (_turn_s(window, first.pair) - first.time_s) / dt_s
+    if judged.entangled or judged.missed or len(window.truth) != 1 or law.pull > 0.0:
+        return
+    contact = law.contact_of(first.pair)
+    was, now = relative(window.free, first.pair), relative(window.now, first.pair)
+    if law.slowing.table_m_s2:  # a table has no common factor of velocities, so compare at the turn
+        turned_s = first.time_s + judged.late_steps * dt_s
+        was = relative(window.start.later(turned_s), first.pair)
+        now = relative(window.now.later(turned_s - window.lasts), first.pair)
+    change = (now[0] - was[0], now[1] - was[1])
+    size = math.hypot(*change)
+    if contact.friction == 0.0 and size > window.still:
+        normal = (change[0] / size, change[1] / size)  # the run's own normal
+        closed = was[0] * normal[0] + was[1] * normal[1]
+        if closed != 0.0:  # 0 for a disc that turned before a driven wall met it
+            judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - law.restitution(first.pair)
+
+
+def _turn_s(window: Window, pair: Pair) -> float:
+    """Return the seconds from the window's start until the free paths before and after are nearest."""
+    lasts = window.lasts
+
+    def apart(state: BodyStates) -> tuple[float, float]:
+        (x, y), (ox, oy) = (state.of_body(body)[0] for body in pair)
+        return (ox - x, oy - y)
+
+    was, now = relative(window.free, pair), relative(window.now, pair)
+    if window.law.slowing.table_m_s2:
+        return _turn_on_table_s(window, pair)
+    slope = (was[0] - now[0], was[1] - now[1])
+    squared = slope[0] ** 2 + slope[1] ** 2
+    if squared == 0.0:
+        return math.nan
+    # The time before the window's end is the distance of the two paths there, over their relative velocity. With
+    # damping, paths are straight in undamped time.
+    there, here = apart(window.free), apart(window.now)
+    ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
+    return lasts + window.law.slowing.damping.damped(-ago_s)
+
+
+def _turn_on_table_s(window: Window, pair: Pair) -> float:
+    """Compute `_turn_s` on a table, where both paths bend."""
+
+    def apart(time_s: float) -> tuple[Array, Array]:
+        (p, u), (q, v) = (
+            _between(state.only(pair).later(seconds), pair)
+            for state, seconds in ((window.start, time_s), (window.now, time_s - window.lasts))
+        )
+        return p - q, u - v
+
+    return nearest_s(apart, window.lasts)
+
+
+def _between(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
+    """Return position and velocity of the second body relative to the first."""
+    (p, u), (q, v) = (state.of_body(body) for body in pair)
+    return np.subtract(q, p), np.subtract(v, u)
+
+
+def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference) -> None:
+    """Measure PIT's largest errors from the same state over the phases of the step and the run's own lateness."""
+    dt_s, truth = window.block.dt_s, window.truth
+    need = max(found.impacts, 1)
+    looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
+    if 0.0 < judged.late_steps <= judged.late_allowed:
+        looks.append(truth[0].time_s + judged.late_steps * dt_s)
+    until_s = truth[need - 1].time_s + 2.0 * dt_s
+    until_there = [met for met in truth if met.time_s <= until_s]
+    # Errors refer to the window's end, like the run's errors. Damping multiplies all velocities by the same factor; a
+    # table does not.
+    slowing, measured_s = window.law.slowing, until_s
+    kept = slowing.damping.kept(window.lasts - until_s)
+    if slowing.table_m_s2:
+        measured_s = window.lasts
+    flown: dict[int, BodyStates] = {}
+    costs: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
+    for first_s in looks:
+        met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
+        begun, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
+        end = begun.later(measured_s - since_s)
+        off = window.nearest(end, until_there, measured_s, None, flown)
+        cost = (off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2)
+        costs[len(met) >= min(need, len(until_there))].append(cost)
+    columns = zip(*(costs[True] or costs[False]), strict=True)  # only phases that find the impacts, if there are any
+    judged.price_velocity, judged.price_spin, judged.energy_price_j = map(max, columns)
+
+
+def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
+    """Return the pairs that PIT misses from the state at a window's start, with frames at the run's step boundaries."""
+    if not pairs:
+        return set()
+    dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])
+    steps = round(begin_s / dt_s)
+    # PIT checks at once at a boundary. A piece of a located run begins within a step; then PIT checks at that step's
+    # end.
+    at_boundary = abs(begin_s - steps * dt_s) <= 2.0**-50 * begin_s
+    first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
+    seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s
+    start = block.state(chain.begin, chain.discs)
+    met = sampled_run(start, block.law.pairs_of(chain.discs), seconds, dt_s, first_s)
+    return set(pairs) - {one.pair for one in met}

@@ -1,0 +1,225 @@
+"""Near pairs: pairs of bodies that may meet, push or rest in some steps, with their gaps and speeds."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.stepwise.law import Pair
+from carom.comparator.stepwise.step_block import Block
+from carom.model.broad_phase import near_pairs, near_walls
+from carom.model.disc_arrays import STANDS, wall_lengths
+from carom.model.prescribed_motion import Drive
+
+Array = NDArray[np.float64]
+Bodies = NDArray[np.intp]
+
+#: An engine may react to a meeting this many steps ahead (speculative margins), or still push after it (soft contacts).
+MARGIN_STEPS = 2.0
+
+#: A pair may rest at a gap of up to this fraction of the contact distance. Margins of engines are below a hundredth.
+RESTING_GAP = 0.02
+
+
+@dataclass(frozen=True)
+class NearPairs:
+    """Pairs of one kind over some steps. Arrays have one row per state, or one per step, and one column per pair.
+
+    Attributes:
+        begin: Number of the first step.
+        first: Lower body of each pair, a disc.
+        second: Higher body of each pair, a disc or a wall.
+        gap: Distance between the rims at each state.
+        closing: Closing speed at each state.
+        wait: Seconds from each step's start to the meeting; infinity for none.
+        pulled: Relative acceleration by gravity, metres a second squared, shape ``(pairs,)``.
+        touching: Rounding error of a gap, metres.
+        still: Rounding error of a speed, metres a second.
+    """
+
+    begin: int
+    first: Bodies
+    second: Bodies
+    gap: Array
+    closing: Array
+    wait: Array
+    pulled: Array
+    touching: Array
+    still: Array
+
+    @cached_property
+    def pairs(self) -> list[Pair]:
+        """The pairs."""
+        return list(zip(self.first.tolist(), self.second.tolist(), strict=True))
+
+    def discs(self, count: int) -> tuple[Bodies, Bodies]:
+        """Return the discs of each pair in a scene of `count` discs. For a pair with a wall, both are the same disc."""
+        return self.first, np.where(self.second < count, self.second, self.first)
+
+
+def near_in(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
+    """Return for each movable body the pairs that are near enough at the start of a step to meet in it.
+
+    A third body may strike one of them and pass on its speed within the step.
+    """
+    law, h = block.law, float(block.step_s[step])
+    own = block.own_speed[step] + law.fastest_wall
+    ahead = h * (own + np.maximum((1.0 + MARGIN_STEPS) * own, np.max(own) + law.pull * h))
+    ahead += RESTING_GAP * block.scene.arrays.radius_m
+    near: dict[int, list[Pair]] = defaultdict(list)
+    for relative in together:
+        one, other = relative.discs(law.n)
+        reach = ahead[one] + np.where(one != other, ahead[other], 0.0)
+        for column in np.flatnonzero(relative.gap[step - relative.begin] <= reach).tolist():
+            pair = relative.pairs[column]
+            for body in filter(law.movable, pair):
+                near[body].append(pair)
+    return near
+
+
+def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
+    """Yield the pairs of discs that are near in some steps."""
+    arrays, law = block.scene.arrays, block.law
+    centre, reach = _reach(block, begin, end)
+    p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
+    for first, second in near_pairs(centre, reach, arrays.movable):
+        if not len(first):
+            continue
+        d, u = p[:, second] - p[:, first], v[:, second] - v[:, first]
+        contact = arrays.radius_m[first] + arrays.radius_m[second]
+        distance, b = np.hypot(d[..., 0], d[..., 1]), np.sum(d * u, axis=2)
+        gap = distance - contact
+        with np.errstate(divide="ignore", invalid="ignore"):
+            closing = np.where(distance > 0.0, -b / distance, 0.0)
+        pulled = np.where(arrays.movable[first] != arrays.movable[second], law.pull, 0.0)
+        some = block.place_rounding[begin:end]
+        touching = some[:, first] + some[:, second]
+        speeds = block.own_speed[begin:end]
+        still = block.unit * np.maximum(speeds[:, first], speeds[:, second])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            a, c = np.sum(u * u, axis=2)[:-1], (gap * (distance + contact))[:-1]
+            root = b[:-1] ** 2 - a * c
+            wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
+            wait = law.slowing.damping.all_damped(wait)
+        wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
+        wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= still), np.inf, np.maximum(wait, 0.0))
+        bent = np.flatnonzero((pulled > 0.0) | (law.slowing.table_m_s2 > 0.0))
+        near = NearPairs(begin, first, second, gap, closing, wait, pulled, touching, still)
+        _meet_on_bent_paths(block, near, bent.tolist())
+        yield near
+
+
+def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
+    """Yield the discs and walls that are near in some steps."""
+    moving = defaultdict[Drive, list[int]](list)
+    for k, drive in enumerate(block.law.wall_drives):
+        moving[drive].append(k)
+    for drive, numbers in moving.items():
+        yield from _pairs_with_walls(block, begin, end, drive, numbers)
+
+
+def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of_it: list[int]) -> Iterator[NearPairs]:
+    """Yield the near pairs of discs and walls in some steps, for walls that move on the same path."""
+    arrays, law = block.scene.arrays, block.law
+    centre, reach = _reach(block, begin, end, drive)
+    p, v = _seen(block, begin, end, drive)
+    speeds = block.own_speed[begin:end] + drive.fastest
+    bends = len(drive.legs) > 1 or law.slowing.table_m_s2 > 0.0
+    one_by_one = [k for k in walls_of_it if bends or not isinstance(arrays.walls[k], tuple)]
+    yield from _found_one_by_one(block, begin, end, centre, reach, one_by_one)
+    numbers = np.array([k for k in walls_of_it if k not in one_by_one], dtype=np.intp)
+    walls = np.array([arrays.walls[k] for k in numbers], dtype=np.float64).reshape(-1, 4)
+    for disc, wall in near_walls(centre, reach, arrays.movable, walls):
+        if not len(disc):
+            continue
+        plane = walls[wall]
+        normal = plane[:, 2:]
+        gap = np.sum((p[:, disc] - plane[:, :2]) * normal, axis=2) - arrays.radius_m[disc]
+        speed = np.sum(v[:, disc] * normal, axis=2)
+        pull = normal @ np.array(law.gravity)
+        far = block.place_unit * np.max(np.abs(plane[:, :2]), axis=1)
+        touching, still = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
+        g, s = gap[:-1], speed[:-1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            straight = law.slowing.damping.all_damped(np.where(s < 0.0, g / -s, np.inf))
+            root = s * s - 2.0 * pull * g
+            high = np.sqrt(np.maximum(root, 0.0))
+            # The root at which the gap closes, computed without cancellation.
+            bent = np.where(s < 0.0, 2.0 * g / (-s + high), (s + high) / -pull)
+            bent = np.where((root < 0.0) | ((pull > 0.0) & (s >= 0.0)), np.inf, bent)
+            wait = np.where(pull == 0.0, straight, bent)
+        wait = np.where((g <= touching) & (s < -still), 0.0, wait)
+        wait = np.where((g <= touching) & (s >= -still) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
+        pulled = np.full(len(disc), law.pull)
+        yield NearPairs(begin, disc, law.n + numbers[wall], gap, -speed, wait, pulled, touching, still)
+
+
+def _found_one_by_one(
+    block: Block, begin: int, end: int, centre: Array, reach: Array, numbers: list[int]
+) -> Iterator[NearPairs]:
+    """Yield the near pairs of discs and of the given walls in some steps, one by one."""
+    arrays, law = block.scene.arrays, block.law
+    for k in numbers:
+        wall = arrays.walls[k]
+        speeds = block.own_speed[begin:end] + law.wall_drives[k].fastest
+        far = block.place_unit * max(map(abs, wall_lengths(wall)))
+        for i in np.flatnonzero(arrays.movable).tolist():
+            x, y = centre[i].tolist()
+            away = (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3] if isinstance(wall, tuple) else wall.gap(x, y, 0.0)
+            if away > float(reach[i]):
+                continue
+            pair = (i, law.n + k)
+            met = [block.state(step, (i,)).contact(pair) for step in range(begin, end + 1)]
+            gap, closing = (np.array([[getattr(one, name)] for one in met]) for name in ("gap", "closing"))
+            touching, still = block.place_rounding[begin:end, [i]] + far, block.unit * speeds[:, [i]]
+            wait = np.full((end - begin, 1), np.inf)
+            near = gap[:-1, 0] < (1.0 + MARGIN_STEPS) * 2.0 * speeds[:, i] * block.step_s[begin:end]
+            for row in np.flatnonzero(near).tolist():
+                wait[row, 0] = block.state(begin + row, (i,)).wait(pair)
+            touches = gap[:-1] <= touching
+            wait = np.where(touches & (closing[:-1] > still), 0.0, wait)
+            wait = np.where(touches & (closing[:-1] <= still) & (wait == 0.0), np.inf, wait)
+            pulled = np.full(1, law.pull)
+            yield NearPairs(begin, np.array([i]), np.array([law.n + k]), gap, closing, wait, pulled, touching, still)
+
+
+def _seen(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
+    """Return positions and velocities of discs in some steps, relative to a wall that moves on a path."""
+    p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
+    if drive.stands:
+        return p, v
+    times_s = block.states.time_s[begin : end + 1].tolist()
+    moved, speed = ([of(time_s) for time_s in times_s] for of in (drive.moved_at, drive.velocity_at))
+    return p - np.array(moved)[:, None], v - np.array(speed)[:, None]
+
+
+def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
+    """Return a circle around each disc's relative path. Circles of pairs that may meet or push overlap."""
+    p, _ = _seen(block, begin, end, drive)
+    own_speed = block.own_speed[begin:end] + drive.fastest
+    low, high = np.min(p, axis=0), np.max(p, axis=0)
+    longest = float(np.max(block.step_s[begin:end]))
+    # A third body may pass on its speed within the step.
+    fastest = float(np.max(own_speed)) + block.law.pull * longest
+    ahead = 2.0 * fastest * longest
+    own = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)
+    radius = block.scene.arrays.radius_m
+    reach = radius * (1.0 + RESTING_GAP) + 0.5 * np.hypot(*(high - low).T) + np.maximum(own, 0.5 * ahead)
+    return 0.5 * (low + high), reach
+
+
+def _meet_on_bent_paths(block: Block, near: NearPairs, columns: Sequence[int]) -> None:
+    """Compute the waits of near pairs with bent paths: discs falling onto immovable ones, and all on a table."""
+    steps = slice(near.begin, near.begin + len(near.wait))
+    for column in columns:
+        i, j = near.pairs[column]
+        fast = block.own_speed[steps, [i, j]].max(axis=1)
+        near.wait[:, column] = np.inf
+        close = near.gap[:-1, column] < (1.0 + MARGIN_STEPS) * 2.0 * fast * block.step_s[steps]
+        for row in np.flatnonzero(close).tolist():
+            near.wait[row, column] = block.state(near.begin + row, (i, j)).wait((i, j))

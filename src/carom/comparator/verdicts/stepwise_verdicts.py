@@ -1,0 +1,139 @@
+"""Verdicts on the steps of a run. Each step is compared with PIC from the run's own state; see `stepwise`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from carom.comparator.grade import Grade
+from carom.comparator.measure.stepwise_score import LocalScore
+from carom.comparator.slowing import Slowing
+from carom.comparator.verdict import Finding, Verdict
+from carom.comparator.verdicts.judged_run import JudgedRun
+from carom.support.formatting import instant, metres, number
+
+
+def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
+    """Report when the run and PIT diverged from the reference."""
+    local = judged.local_truth
+    if local is None or judged.parted_s is None:
+        return
+    pit = ""
+    if judged.sampling is not None:
+        pit = " (PIT's not)" if judged.pit_parted_s is None else f" (PIT's at {instant(judged.pit_parted_s)})"
+    alignment = judged.alignment
+    yield Finding(
+        Verdict.PARTED,
+        f"at {instant(judged.parted_s)}{pit}; it lacks {len(alignment.missed)} of {judged.compared.impacts} "
+        f"impacts and has {len(alignment.spurious)} others; {_describe_steps(local)}",
+    )
+
+
+def _describe_steps(local: LocalScore) -> str:
+    """Describe the grade of the steps of a run."""
+    if local.grade in {Grade.INACCURATE, Grade.WRONG}:
+        return f"some steps are {local.grade.value} from the run's own state"
+    how = "no worse than PIT's from the same state" if local.grade is Grade.SAMPLED else local.grade.name.lower()
+    return f"each step from the run's own state is {how}"
+
+
+def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
+    """Report impacts of a diverged run that only its reports or only its states show.
+
+    In runs that did not diverge, other verdicts report such impacts.
+    """
+    reports = judged.reports
+    if reports is None or reports.agree or not judged.has_diverged_before_miss:
+        return
+    parts = []
+    if reports.unshown:
+        parts.append(f"{reports.unshown} reported but not shown, the first {reports.first_unshown}")
+    if reports.unreported:
+        parts.append(f"{reports.unreported} shown but not reported, the first {reports.first_unreported}")
+    yield Finding(Verdict.MISREPORTED, "; ".join(parts))
+
+
+def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
+    """Report how deep discs sink into what they rest on."""
+    local = judged.local_truth
+    if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
+        held = f"{'faster than' if local.sinks else 'as'} a fall from rest in each step explains"
+        yield Finding(Verdict.SINKS, f"by up to {number(local.sunk_radii, 3)} of the contact distance, {held}")
+
+
+def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
+    """Report straight steps of constant speed on paths that bend or slow: an effect of the integrator."""
+    local, dt_s, scene = judged.local_truth, judged.observed.dt_s, judged.reference.scene
+    if local is None or not local.polygon:
+        return
+    slowing = Slowing.of(scene)
+    bends = slowing.bends(judged.scales.speed_m_s) if slowing else math.hypot(*scene.gravity_m_s2)
+    off = metres(0.5 * bends * dt_s * dt_s)
+    if slowing:
+        bend = "c |v|" if scene.damping_per_s else "a"
+        reason = f"each step ends up to half of {bend} dt^2 off its path, {off} at the scene's speed; it adds up"
+        yield Finding(Verdict.DAMPED_POLYGON, reason)
+    else:
+        reason = f"each step ends up to half of |g| dt^2 off its parabola, {off}; it adds up"
+        yield Finding(Verdict.POLYGON, reason)
+
+
+def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Finding]:
+    """Report faults of steps beyond the horizon and after rest, which the trajectory does not show."""
+    local, alignment = judged.local_truth, judged.alignment
+    if local is None or judged.non_finite:
+        return
+    if local.missed and (local.missed != len(alignment.missed) or judged.has_diverged_before_miss):
+        pit = f"PIT also misses {local.missed_by_pit} of these from the same states"
+        yield Finding(
+            Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} due impacts, the first {local.first_missed}; {pit}"
+        )
+    if local.invented and (local.invented != len(alignment.spurious) or judged.has_diverged_before_miss):
+        yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
+    is_shown = judged.compared.is_whole_run and has_findings and not judged.has_diverged_before_miss
+    if local.grade is Grade.INACCURATE and not is_shown:
+        yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
+    agrees = judged.compared.is_whole_run and local.agrees_alone
+    if local.grade in (Grade.CLOSE, Grade.SAMPLED) and not (has_findings or agrees):
+        yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_costs(local)))
+
+
+def _costs(local: LocalScore) -> Iterator[str]:
+    """Yield errors of steps that sampling explains, each with its numbers."""
+    if local.judged:
+        yield (
+            f"velocities after {local.judged} separate impacts are off by up to {number(local.velocity[1], 3)} of "
+            f"their bodies' speed, {number(local.ratio[1], 3)} of PIT's error"
+        )
+    if local.late_steps[1] > 0.0:
+        yield f"impacts are late by up to {number(local.late_steps[1], 3)} steps"
+    if local.entangled:
+        yield f"{local.entangled} windows hold several impacts"
+    if local.missed:
+        yield f"{local.missed} impacts are missed that PIT misses from the same states"
+
+
+def _faults(local: LocalScore) -> Iterator[str]:
+    """Yield faults that make the steps of a run inaccurate, each with its numbers."""
+    judged = f"of {local.judged} separate impacts"
+    if local.worse_than_pit:
+        free = math.isinf(local.ratio[1])
+        worst = "some although PIT has no error" if free else f"up to {number(local.ratio[1], 4)} times as large"
+        typical = local.restitution[0]
+        off = f", restitution off by {number(typical, 3)} at the median" if typical > 0.0 else ""
+        yield f"{local.worse_than_pit} {judged} have larger errors than PIT, {worst}{off}"
+    if local.early:
+        yield f"{local.early} {judged} are early by up to {number(local.early_steps, 3)} steps"
+    if local.ahead:
+        yield f"{local.ahead} times a disc turns more than two steps before the impact, by an engine's contact margin"
+    if local.too_late:
+        yield f"{local.too_late} {judged} are later than a step, by up to {number(local.late_steps[1], 3)} steps"
+    if local.drifts:
+        drift = number(local.drift, 3)
+        yield f"positions do not follow from velocities in {local.drifts} steps, by up to {drift} radii"
+    if local.slipped > local.rounding:
+        yield f"velocities change with nothing near, by a fraction of up to {number(local.slipped, 3)}"
+    if local.energy > local.energy_rounding:
+        yield f"{number(local.energy, 3)} of the energy is gained or lost that PIT's steps do not gain or lose"
+    if local.sinks:
+        yield "a disc sinks into what it rests on"

@@ -1,0 +1,281 @@
+"""Declarations and settings of adapters, queried in worker processes, since an adapter is third-party code.
+
+Only the adapters that a command needs are queried. Adapters of one distribution share a process, since starting one
+takes longer than the query. An adapter that hangs, ends its process or declares something invalid is unavailable for
+that reason; others are not affected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from types import MappingProxyType
+from typing import Any
+
+from carom.engines.api import CodedAdapter, unsupported_reason
+from carom.engines.registry import (
+    EngineInfo,
+    adapter_points,
+    distribution_of,
+    load_adapter,
+    require_named,
+    version_of,
+    why_unavailable,
+)
+from carom.errors import AdapterError, InputError
+from carom.execution.adapter_profile import profile_settings
+from carom.execution.exception_text import describe_exception
+from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, SettingOverrides, Status
+from carom.execution.pool import LocalPool, Pool, TaskRunner
+from carom.execution.validate_adapter import plain_text, validate_adapter
+from carom.model.trace import Setting
+from carom.support.checks import shown
+from carom.support.display import Shown
+
+
+@dataclass(frozen=True)
+class DescribeTask(AdapterTask):
+    """Query the declarations of an adapter, in the process of `engine`. The adapter's own engine is not imported."""
+
+    name: str
+
+    def carry_out(self) -> EngineInfo:
+        """Return the description of the adapter.
+
+        Raises:
+            AdapterError: The adapter can't be loaded, or a declaration is invalid.
+        """
+        adapter, distribution = load_adapter(self.name), distribution_of(self.name)
+        try:
+            declared = validate_adapter(adapter)
+            reason = plain_text(why_unavailable(adapter), "unavailable()")
+            version = plain_text(version_of(adapter, distribution), "version()")
+        except AdapterError:
+            raise
+        except Exception as error:
+            message = f"the adapter {self.name!r} can't describe itself: {describe_exception(error)}"
+            raise AdapterError(message) from error
+        return EngineInfo(
+            name=self.name,
+            engine=declared.engine.name,
+            version="" if reason else version,
+            unavailable=reason,
+            capabilities=declared.capabilities,
+            profiles={name: plain_text(one.description, "a description") for name, one in declared.profiles.items()},
+            distribution=distribution,
+            located=frozenset(name for name, one in declared.profiles.items() if one.located),
+            own={name: one.capabilities for name, one in declared.profiles.items() if one.capabilities is not None},
+            knobs=declared.knobs,
+            install=plain_text(declared.engine.install, "engine.install"),
+            code=isinstance(adapter, CodedAdapter) and callable(adapter.code),
+        )
+
+
+#: Description of each entry point that this process has queried. Failed queries are repeated.
+_KNOWN: dict[tuple[str, str], EngineInfo] = {}
+
+
+class EngineList(Shown, list[EngineInfo]):
+    """List of engine descriptions that prints as one line each."""
+
+
+def engines(names: Sequence[str] | None = None) -> EngineList:
+    """Return the descriptions of engines, queried in worker processes that are then ended.
+
+    Args:
+        names: Names of adapters; by default all that are installed.
+
+    Raises:
+        InputError: `names` is not a list.
+        UnknownNameError: There is no such engine.
+
+    Examples:
+        >>> [info.name for info in carom.engines(["pic", "pit"])]
+        ['pic', 'pit']
+    """
+    if isinstance(names, str) or not (names is None or isinstance(names, Iterable)):
+        raise InputError(f"names must be a list, even of one item, got {shown(names)}")
+    with LocalPool() as pool:
+        return describe_engines(names, pool)
+
+
+def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
+    """Return the descriptions of engines, Carom's own two first, with a reason for each that is unavailable.
+
+    Args:
+        names: Names of adapters; None for all that are installed.
+        pool: Pool for the queries; it stays open.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
+    for name in names or ():
+        require_named(name)
+    there_are = adapter_points()
+    points = {name: point for name, point in there_are.items() if names is None or name in names}
+    # Every study compares with PIT, so it is queried here too. Otherwise another pool would be started for it later.
+    also = {PIT_METHOD.engine} & there_are.keys()
+    todo = [
+        name
+        for name in (*points, *sorted(also - points.keys()))
+        if (one := _KNOWN.get((name, there_are[name].value))) is None or not one.profiles
+    ]
+    # A manifest without a distribution has a process of its own.
+    groups = [list(names) for _, names in groupby(sorted(todo, key=_process_key), _process_key)]
+    for found in pool.each(((names[0], names) for names in groups), _describe):
+        _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
+    infos = [_KNOWN[name, point.value] for name, point in points.items()]
+    # Carom's own methods come first, then the others in alphabetical order. All tables use this order.
+    return EngineList(sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name)))
+
+
+def select_engines(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:
+    """Return the engines to run: the requested ones, or all that are installed if none is requested."""
+    return [info for info in infos if asked is not None or not info.missing]
+
+
+def find_engine(name: str) -> EngineInfo:
+    """Return the description of an engine, queried only if this process has not queried it yet."""
+    known = _KNOWN.get((name, adapter_points()[name].value))
+    return known or engines([name])[0]
+
+
+def _process_key(name: str) -> tuple[str, str]:
+    """Return a key that is equal for adapters that share a process."""
+    distribution = distribution_of(name)
+    return distribution, "" if distribution else name
+
+
+def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
+    answers = list(runner.run_each([DescribeTask(names[0], name) for name in names]))
+    for name, first_answer in zip(names, answers, strict=True):
+        # A failure after the first query may be caused by an earlier one in the same process, so it is repeated alone.
+        failed = first_answer.status in (Status.FAILED, Status.CRASHED) and name != names[0]
+        answer = runner.run(DescribeTask(name, name)) if failed else first_answer
+        if answer.value is not None and answer.value.name == name:
+            yield answer.value
+            continue
+        reason = answer.reason
+        if answer.status is not Status.FAILED:
+            reason = f"query of its declarations: {answer.status.value}: {answer.reason}"
+        yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))
+
+
+#: The settings at each step, or the reason why there are none.
+_Settings = tuple[Mapping[str, Setting] | str, ...]
+
+
+@dataclass(frozen=True)
+class SettingsTask(AdapterTask):
+    """Query the settings of a profile at several steps, with replaced settings."""
+
+    profile: str
+    dts: tuple[float, ...]
+    tried: SettingOverrides = ()
+
+    def carry_out(self) -> _Settings:
+        """Return the settings in the order of the steps."""
+        adapter = load_adapter(self.engine)
+        found: list[Mapping[str, Setting] | str] = []
+        for dt_s in self.dts:
+            try:
+                found.append(profile_settings(adapter, self.profile, dt_s, self.tried))
+            except AdapterError as error:
+                found.append(str(error))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class Methods:
+    """The methods to run at each step, and the reasons why some can't be run.
+
+    Attributes:
+        at: Methods by engine and step. If profiles have the same settings, only the last is included.
+        refused: Why a method of an available engine can't be run at a step with any scene.
+        infos: Descriptions of the engines, by name.
+    """
+
+    at: Mapping[tuple[str, float], tuple[Method, ...]]
+    refused: Mapping[tuple[Method, float], Answer[Any]]
+    infos: Mapping[str, EngineInfo]
+
+    def find_refusal(self, method: Method, dt_s: float) -> Answer[Any] | None:
+        """Return why a method can't be run at a step with any scene; None if no reason is known."""
+        info = self.infos.get(method.engine)
+        if info is not None and info.unavailable:
+            return Answer(Status.UNAVAILABLE, info.unavailable)
+        return self.refused.get((method, dt_s))
+
+    def find_job_refusal(self, job: Job) -> Answer[Any] | None:
+        """Return why a job can't be run, without querying its adapter; None if no reason is known."""
+        info = self.infos.get(job.engine)
+        if (known := self.find_refusal(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
+            return known
+        # The capabilities of a profile apply only to its own settings.
+        capabilities = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
+        reason = unsupported_reason(job.scene, capabilities, job.dt_s, located=job.profile in info.located)
+        return Answer(Status.UNSUPPORTED, reason) if reason else None
+
+
+def list_methods(
+    infos: Sequence[EngineInfo],
+    profiles: Sequence[str],
+    dts: Sequence[float],
+    pool: Pool,
+    tried: Mapping[str, SettingOverrides] = MappingProxyType({}),
+) -> Methods:
+    """Return the methods to run at each step.
+
+    Args:
+        infos: Descriptions of the engines.
+        profiles: Names of the profiles to run.
+        dts: Steps, seconds.
+        pool: Pool for the queries of adapters; it stays open.
+        tried: Settings that replace those of the profiles, by the engine's name.
+    """
+    steps = tuple(dict.fromkeys(dts))
+    tasks = {
+        info.name: [
+            SettingsTask(info.name, profile, steps, tried.get(info.name, ())) for profile in info.own_profiles(profiles)
+        ]
+        for info in infos
+    }
+    found: dict[str, dict[str, Answer[_Settings]]] = {info.name: {} for info in infos}
+    for several in pool.each(((name, of) for name, of in tasks.items() if of), _query_all):
+        for task, answer in several:
+            found[task.engine][task.profile] = answer
+    at: dict[tuple[str, float], tuple[Method, ...]] = {}
+    refused: dict[tuple[Method, float], Answer[Any]] = {}
+    for info in infos:
+        own_tried = tried.get(info.name, ())
+        # An adapter without declarations gets one row, with the reason.
+        own_profiles = info.own_profiles(profiles) if info.profiles else profiles[-1:]
+        for k, dt_s in enumerate(steps):
+            last_of: dict[object, str] = {}
+            for profile in own_profiles:
+                settings = _settings(info, found[info.name].get(profile), k)
+                if isinstance(settings, Answer):
+                    refused[Method(info.name, profile, own_tried), dt_s] = settings
+                    last_of[profile] = profile
+                else:
+                    last_of[profile in info.located, *sorted(settings.items())] = profile
+            names = sorted(last_of.values(), key=own_profiles.index)
+            at[info.name, dt_s] = tuple(Method(info.name, profile, own_tried) for profile in names)
+    return Methods(at, refused, {info.name: info for info in infos})
+
+
+def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> Mapping[str, Setting] | Answer[Any]:
+    """Return the settings of a profile at a step, or why a method with it can't be run."""
+    if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
+        # The settings of an engine that is not installed still show which profiles are the same method.
+        return settings
+    if info.unavailable or answer is None:
+        return Answer(Status.UNAVAILABLE, info.unavailable)
+    if answer.value is None:
+        return Answer(answer.status, f"query of its settings: {answer.reason}")
+    return Answer(Status.FAILED, str(answer.value[step]))
+
+
+def _query_all(tasks: Sequence[SettingsTask], runner: TaskRunner) -> Iterator[tuple[SettingsTask, Answer[_Settings]]]:
+    yield from zip(tasks, runner.run_each(tasks), strict=True)

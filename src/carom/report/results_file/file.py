@@ -1,0 +1,154 @@
+"""The file results.jsonl: every number of a cross-check as JSON lines, written and read.
+
+The first line describes the machine, versions and command of all rows.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from carom.comparator import Score
+from carom.errors import InputError
+from carom.execution.results import Results, Row
+from carom.report.files import FORMATS
+from carom.report.results_file.lines import RowLine, Summary
+from carom.report.results_file.lines_as_json import read_row, read_summary, text_of
+from carom.report.results_file.lines_of_rows import line_of, summary_of
+from carom.support.escaping import shortened, visible
+from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
+
+
+def records(results: Results) -> str:
+    """Return one line of strict JSON for the whole run and one per row. A number that is not finite becomes null."""
+    return "".join(f"{line}\n" for line in (text_of(summary_of(results)), *map(record, results.rows)))
+
+
+def record(row: Row) -> str:
+    """Return the line of a row, without line break."""
+    line = dataclasses.replace(line_of(row), local=_local(row.score) if row.score else None)
+    return text_of(line, spins=row.job.scene.arrays.turns)
+
+
+def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
+    """Read a file written by `records`: the summary, and the lines of the rows.
+
+    Raises:
+        InputError: The file can't be read, has another format, is incomplete, or has an invalid field.
+    """
+    summary, rows = stream_records(path)
+    return summary, list(rows)
+
+
+def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
+    """Read a file written by `records` row by row, so that it need not fit into memory.
+
+    The iterator checks the number of rows.
+
+    Raises:
+        InputError: The same errors as `read_records`. The iterator raises them too.
+    """
+    texts = _lines(path)
+    head = _head(path, next(texts, b"{}"))
+
+    def rows() -> Iterator[RowLine]:
+        count = 0
+        for count, text in enumerate(texts, start=1):
+            try:
+                row = read_row(text, path, count + 1)
+            except InputError:
+                _require_whole(path, head, count + sum(1 for _ in texts))
+                raise
+            yield row
+        _require_whole(path, head, count)
+
+    return read_summary(head, path), rows()
+
+
+def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Read a file of results as plain JSON objects, without validation of their fields.
+
+    Raises:
+        InputError: The file can't be read, has another format, or is incomplete.
+    """
+    texts = _lines(path)
+    head = _head(path, next(texts, b"{}"))
+    rows = [_object(path, number, text) for number, text in enumerate(texts, start=2)]
+    _require_whole(path, head, len(rows))
+    return head, rows
+
+
+_WANTED = FORMATS["results"]
+_READS = (
+    f"; this Carom reads complete files of format {_WANTED}: run the cross-check again, or use the version that wrote "
+    "the file"
+)
+_ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (format {_WANTED})"
+
+
+def _head(path: Path, text: bytes) -> dict[str, Any]:
+    head = _object(path, 1, text)
+    if (found := head.get("format")) is None:
+        raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])
+    if found != _WANTED:
+        raise InputError(f"{path} is of format {visible(shortened(str(found)))}{_READS}")
+    return head
+
+
+def _require_whole(path: Path, head: Mapping[str, Any], rows: int) -> None:
+    if (said := head.get("rows")) != rows:
+        raise InputError(f"{path} has {rows} of {visible(shortened(str(said)))} rows{_READS}")
+
+
+def _object(path: Path, number: int, text: bytes) -> dict[str, Any]:
+    try:
+        line = json.loads(text)
+    except UnicodeError as error:
+        raise InputError(f"{path} can't be read: {error}", hints=[_ASK]) from None
+    except (ValueError, RecursionError) as error:
+        what = f"{path}, line {number}: invalid JSON ({shortened(str(error), 200)})"
+        raise InputError(what, hints=[_ASK]) from None
+    if not isinstance(line, dict):
+        raise InputError(f"{path}, line {number}: not a JSON object", hints=[_ASK])
+    return line
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    """Yield the lines of a file, within the limits of a line and of the file."""
+    size = values = 0
+    try:
+        with path.open("rb") as file:
+            number = 0
+            while line := file.readline(MOST_BYTES[".json"] + 1):  # a name may contain other line separators
+                number, size, found = number + 1, size + len(line), values_in(line)
+                values += found
+                for what, kind, bytes_, count in (
+                    (str(path), ".jsonl", size, values),
+                    (f"{path}, line {number}", ".json", len(line), found),
+                ):
+                    if bytes_ > MOST_BYTES[kind] or count > MOST_VALUES[kind]:
+                        most = f"{MOST_BYTES[kind] >> 20} MiB, or {MOST_VALUES[kind]:,} values"
+                        raise InputError(f"{what} is larger than {most}, the limit for results", hints=[_ASK])
+                yield line.removesuffix(b"\n")
+    except OSError as error:
+        raise InputError(f"{path} can't be read: {error.strerror or error}", hints=[_ASK]) from None
+
+
+def _local(score: Score) -> dict[str, int | float]:
+    """Return the median and the largest of each local error. All impacts would make lines too long.
+
+    Kinds that no impact has are omitted, such as spin errors if no disc spins.
+    """
+    local = score.local
+    sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")
+    kinds = ("velocity", "spin", "time_s", "restitution", "energy", *sampled)
+    found = {
+        **{f"{kind}_median": local.median(kind) for kind in kinds},
+        **{f"{kind}_worst": local.worst(kind) for kind in kinds},
+    }
+    said = {name: value for name, value in found.items() if not math.isnan(value)}
+    return {"scored": local.scored, "spurious": len(local.spurious), **said}

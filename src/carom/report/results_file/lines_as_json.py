@@ -1,0 +1,232 @@
+"""Lines of results.jsonl as JSON: writing, reading, and their JSON Schema.
+
+JSON has null for a number that is NaN or infinite. Null is read as NaN if the field must be a number. An enum is its
+name in lower case.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, Union, cast, get_args, get_origin, get_type_hints
+
+from pydantic import (
+    AllowInfNan,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+    PlainValidator,
+    Strict,
+    TypeAdapter,
+    ValidationError,
+    WithJsonSchema,
+    WrapValidator,
+)
+from pydantic.json_schema import GenerateJsonSchema
+from pydantic_core import CoreSchema, core_schema
+
+from carom.comparator import Grade, LocalScore
+from carom.errors import InputError
+from carom.report.files import FORMATS
+from carom.report.results_file.lines import RowLine, Summary
+from carom.support.escaping import shortened, shown
+
+#: Fields of a score for spins. They are written only if a disc of the scene spins.
+OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
+
+#: Fields of a timing that files of earlier versions lack. They are not written if absent.
+_LATER = frozenset({"ends"})
+
+
+def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
+    """Return a line as strict JSON without line break. With `spins`, it includes the fields of spins."""
+    parts = ("total", "against_pit", "consistency")
+    leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
+    if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
+        leave_out["timing"] = set(_LATER)
+    kind: Any = type(line)  # for mypy, a class whose objects have no hash has none itself
+    return _JSON(_form(kind).dump_python(line, mode="json", exclude=leave_out or None))
+
+
+_JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
+
+
+def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
+    """Parse the first line of a file.
+
+    Raises:
+        InputError: A field is missing or has a wrong type. The message names file, line and field.
+    """
+    try:
+        return cast("Summary", _form(Summary).validate_python(fields))
+    except ValidationError as error:
+        raise _refusal(error, path, 1) from None
+
+
+def read_row(text: bytes, path: Path, number: int) -> RowLine:
+    """Parse another line of a file. A field that may be null may also be missing.
+
+    Raises:
+        InputError: It is not JSON, or a field is missing or has a wrong type. The message names file, line and field.
+    """
+    try:
+        return cast("RowLine", _form(cast("Any", RowLine)).validate_json(text))
+    except ValidationError as error:
+        raise _refusal(error, path, number) from None
+
+
+def _refusal(error: ValidationError, path: Path, number: int) -> InputError:
+    first = error.errors()[0]
+    # Names of union members are not fields of the file.
+    where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
+    said = (
+        f"{shortened(where) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got {shown(first['input'])}"
+    )
+    if first["type"] == "json_invalid":
+        said = f"invalid JSON ({first['ctx']['error']})"
+    return InputError(
+        f"{path}, line {number}: {said}",
+        hints=["`carom diff --schema` prints the schema of a line", "run the cross-check again"],
+    )
+
+
+def records_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a line (the one published as ``carom/results.schema.json``)."""
+    schema = TypeAdapter(_written(Summary | RowLine)).json_schema(mode="serialization", schema_generator=_Described)
+    parts: dict[str, Any] = {"Number": {**_NULLABLE, "description": "null: NaN, infinite or absent."}}
+    either = _named(schema, parts)
+    parts["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"A line of Carom's results, format {FORMATS['results']}",
+        **either,
+        "$defs": parts,
+    }
+
+
+def _named(schema: Any, parts: dict[str, Any]) -> Any:
+    """Return a schema in which references replace named parts, and add these to `parts`."""
+    if isinstance(schema, list):
+        return [_named(item, parts) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if schema == _NULLABLE:
+        return {"$ref": "#/$defs/Number"}
+    if schema.get("anyOf") == [_NULLABLE, {"type": "null"}]:
+        return {"$ref": "#/$defs/Number"}
+    found = {name: _named(item, parts) for name, item in schema.items()}
+    if not isinstance(name := found.pop("title", None), str):
+        return found if name is None else {**found, "title": name}
+    parts[name] = found
+    return {"$ref": f"#/$defs/{name}"}
+
+
+class _Described(GenerateJsonSchema):
+    """JSON Schema without titles that repeat a name. Fields with a default are required: they are always written."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
+        return False
+
+    def default_schema(self, schema: Any) -> dict[str, Any]:
+        return self.generate_inner(schema["schema"])
+
+    def field_is_required(self, field: Any, total: bool) -> bool:  # noqa: ARG002 - pydantic's signature
+        return field["name"] not in OF_SPINS | _LATER
+
+
+#: Properties of a class that are written with its fields, but not read.
+_DERIVED: Mapping[type[Any], Mapping[str, Any]] = {LocalScore: {"grade": Grade}}
+
+
+@cache
+def _form(kind: type[Any]) -> TypeAdapter[Any]:
+    return TypeAdapter(_written(kind))
+
+
+def _written(hint: Any) -> Any:
+    """Return the type of a value in the file."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if hint is float:
+        return _NUMBER
+    if hint in (int, str, bool):
+        return Annotated[hint, Strict()]
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return _by_name(hint)
+    if dataclasses.is_dataclass(hint):
+        return Annotated[hint, _Fields()]
+    if origin in (Union, UnionType):
+        if type(None) in parts:  # null has its own meaning here and is not NaN
+            parts = tuple(_FINITE if part is float else part for part in parts if part is not type(None))
+            return Union[tuple(map(_written, parts))] | None  # noqa: UP007 - the number of types varies
+        return Union[tuple(map(_written, parts))]  # noqa: UP007 - the number of types varies
+    if origin is tuple:
+        return tuple[tuple(part if part is ... else _written(part) for part in parts)]  # type: ignore[misc] # made here
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return dict[str, _written(parts[1])]  # type: ignore[misc] # a type made here
+    return hint
+
+
+_NULLABLE = {"type": ["number", "null"]}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+_FINITE = Annotated[
+    float,
+    Strict(),
+    AllowInfNan(allow_inf_nan=False),
+    PlainSerializer(_finite),
+    WithJsonSchema(_NULLABLE),
+]
+_NUMBER = Annotated[_FINITE, WrapValidator(lambda value, read: math.nan if value is None else read(value))]
+
+
+def _by_name(kind: type[Enum]) -> Any:
+    names = {member.name.lower(): member for member in kind}
+
+    def read(name: object) -> Enum:
+        if not isinstance(name, str) or name not in names:
+            raise ValueError(f"must be one of {', '.join(names)}")
+        return names[name]
+
+    return Annotated[
+        kind,
+        PlainValidator(read),
+        PlainSerializer(lambda member: member.name.lower()),
+        WithJsonSchema({"enum": list(names)}),
+    ]
+
+
+@dataclass(frozen=True)
+class _Fields:
+    """Schema of a dataclass, with each field in its written form."""
+
+    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        hints = get_type_hints(kind, include_extras=True)
+        own = {field.name: field for field in dataclasses.fields(kind)}
+        fields = [
+            core_schema.dataclass_field(name, _missing(field, hints[name], handler(_written(hints[name]))))
+            for name, field in own.items()
+        ]
+        derived = [
+            core_schema.computed_field(name, handler(_written(hint))) for name, hint in _DERIVED.get(kind, {}).items()
+        ]
+        arguments = core_schema.dataclass_args_schema(kind.__name__, fields, computed_fields=derived)
+        return core_schema.dataclass_schema(kind, arguments, list(own), frozen=True, slots="__slots__" in vars(kind))
+
+
+def _missing(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:
+    """Return a schema with a default for a field that files of earlier versions lack."""
+    if field.default_factory is not dataclasses.MISSING:
+        return core_schema.with_default_schema(schema, default_factory=field.default_factory)
+    if type(None) in get_args(hint):
+        return core_schema.with_default_schema(schema, default=None)
+    return core_schema.with_default_schema(schema, default=math.nan) if field.name in OF_SPINS else schema

@@ -1,0 +1,114 @@
+"""Lines of results.jsonl from the rows of a cross-check, and their verdicts as sentences."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any, Literal, cast
+
+from carom.comparator import Score, Verdict
+from carom.execution.job import Status
+from carom.execution.results import Results, Row
+from carom.model.trace import Outcome
+from carom.report.files import FORMATS
+from carom.report.results_file.lines import RowLine, SceneLine, Summary, Taken, VerdictLine
+
+NO_REFERENCE = "PIC does not solve this scene, so there is no reference to compare the run with"
+
+_VERDICTS = {verdict.name.lower(): verdict.value for verdict in Verdict}
+
+
+def summary_of(results: Results) -> Summary:
+    """Return the first line: values that are the same for all rows."""
+    scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
+    return Summary(
+        format=FORMATS["results"],
+        rows=len(results.rows),
+        environment=results.environment,
+        command=results.command,
+        elapsed_s=results.elapsed_s,
+        verdicts=_VERDICTS,
+        scenes={
+            name: SceneLine(score.expected, score.horizon_s, score.beyond_horizon, score.scales)
+            for name, _, score in scored
+        },
+        sampling=tuple({(name, dt_s): _of_pit(name, dt_s, score) for name, dt_s, score in scored}.values()),
+    )
+
+
+def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
+    """Return PIT's errors for a scene and step. All rows with that scene and step are compared with them."""
+    errors = dataclasses.asdict(score.sampling) if score.sampling else {}
+    return {
+        "scene": scene,
+        "dt_s": dt_s,
+        "missed": None if score.pit_missed is None else len(score.pit_missed),
+        **errors,
+    }
+
+
+#: Fields of a score that a line contains under the same names.
+_OF_SCORE = (
+    *("missed", "spurious", "undecided", "total", "against_pit", "own_velocity", "equals_pit", "edits"),
+    *("local_truth", "parted_s", "pit_parted_s", "consistency"),
+)
+
+
+def line_of(row: Row) -> RowLine:
+    """Return the line of a row without its local errors, which take longest to compute."""
+    job, score, trace = row.job, row.score, row.trace
+    told: dict[str, Any] = {name: getattr(score, name) if score else None for name in _OF_SCORE}
+    return RowLine(
+        scene=job.scene.name,
+        engine=job.engine,
+        profile=job.profile,
+        tried=dict(job.method.tried),
+        dt_s=job.dt_s,
+        refinement=job.refinement,
+        status=row.status,
+        reason=row.reason or (NO_REFERENCE if row.status is Status.RAN and score is None else ""),
+        grade=row.grade,
+        verdicts=tuple(VerdictLine(one.verdict.name.lower(), one.reason) for one in score.findings) if score else (),
+        matched=len(score.errors) if score else None,
+        **told,
+        price_paid=_paid(score.price_paid) if score else None,
+        float_bits=cast("Literal[32, 64]", score.float_bits) if score else None,
+        local=None,
+        outcome_taken=_outcome(score) if score else None,
+        spread=row.spread,
+        counts=trace.counts if trace else None,
+        outcome=trace.outcome if trace else None,
+        notes=tuple(trace.notes) if trace else (),
+        settings=trace.settings if trace else None,
+        timing=row.timing,
+        untimed=row.untimed,
+        time_ratio=row.time_ratio,
+    )
+
+
+def reasons_of(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[str, ...]:
+    """Return every verdict with its numbers, or why the row has no verdict, as sentences without a full stop.
+
+    Args:
+        line: The line of a row.
+        verdicts: Meaning of each verdict by name, from the file's summary.
+    """
+    if line.reason:
+        return (line.reason,)
+    # If a warning of the engine ended the run, it comes first.
+    warnings = line.notes if line.outcome is Outcome.WARNED else ()
+    untimed = (f"not timed: {line.untimed}",) if line.untimed else ()
+    return (*warnings, *(f"{verdicts[one.verdict]} ({one.reason})" for one in line.verdicts), *untimed)
+
+
+def _paid(price: float) -> float | Literal["inf"]:
+    """Return a ratio, or the text ``inf`` for an infinite ratio, which JSON can't express as a number."""
+    return "inf" if math.isinf(price) else price
+
+
+def _outcome(score: Score) -> Taken | None:
+    match = score.convention
+    if match is None:
+        return None
+    return Taken(tuple(outcome.how for outcome in match.outcomes), match.nearest, match.distance, match.matches)

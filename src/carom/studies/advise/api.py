@@ -1,0 +1,84 @@
+"""`carom.advise`: the advice study from Python."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from carom.engines.registry import resolve_engine
+from carom.execution.job import Progress, no_progress
+from carom.execution.pool import Pool
+from carom.model.scene import Scene, as_scene
+from carom.report.notebook_picture import axes_of, with_picture
+from carom.report.render.terminal import plain_text
+from carom.studies.advise.document import advice_document
+from carom.studies.advise.figure import draw_advice, title_of
+from carom.studies.advise.options import AdviceOptions
+from carom.studies.advise.run import Advice
+from carom.studies.advise.run import advise as found_by
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, repr=False)
+class ShownAdvice(Advice):
+    """Advice that can be printed, shown in a notebook and plotted."""
+
+    def __repr__(self) -> str:
+        return plain_text(advice_document(self))
+
+    def _repr_html_(self) -> str | None:
+        """Return the advice as HTML, with a picture; None if the extra `report` is missing."""
+        return with_picture(partial(draw_advice, self), title_of(self), repr(self))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw direction error against step, one line per method and one for the target, and return the axes.
+
+        Raises:
+            MissingExtraError: The extra `report` is not installed.
+        """
+        axes = axes_of(ax)
+        draw_advice(self, axes)
+        return axes
+
+
+def advise(
+    scene: Scene | str,
+    engine_names: Sequence[str] | None = None,
+    *,
+    progress: Progress | None = None,
+    pool: Pool | None = None,
+    **options: Any,
+) -> ShownAdvice:
+    """Find the largest steps at which each engine misses no impact of a scene and meets an accuracy target.
+
+    The result prints like `carom advise`, is displayed in a notebook, and has `plot()` for the error against the step.
+
+    Args:
+        scene: The scene, or its name in the catalogue.
+        engine_names: Names of adapters (default: all installed ones).
+        progress: Called with (done, all, what).
+        pool: Worker pool, which stays open. By default, a new pool is used and closed.
+        options: ``direction_error_rad``, ``profiles``, ``scheduler`` and the other fields of
+            `carom.studies.advise.options.AdviceOptions`.
+
+    Raises:
+        InputError: The scene has no reference or no impact, or an option is invalid.
+        UnknownNameError: The scene or an engine does not exist.
+
+    Examples:
+        >>> advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1)
+        >>> advice.scene.name
+        'paper/late'
+    """
+    scene = as_scene(scene)
+    asked = AdviceOptions.passed("advise", options, engines=engine_names)
+    asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
+    own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
+    with own as opened:
+        found = found_by(scene, asked, opened, progress=progress or no_progress)
+    return ShownAdvice(**{field.name: getattr(found, field.name) for field in fields(found)})

@@ -1,0 +1,157 @@
+"""Sections with every scene on every engine, with replays, and with runs that were not scored."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from carom.comparator import Score
+from carom.execution.plan import missing_profile_reason
+from carom.model.trace import Trace
+from carom.report import formatting
+from carom.report.document import (
+    DETAIL,
+    IN_FULL,
+    ON_PAPER,
+    PAGE,
+    TERMINAL,
+    Cell,
+    Column,
+    Legend,
+    Lines,
+    Replays,
+    Section,
+    Table,
+    Text,
+)
+from carom.report.files import packed
+from carom.report.outcome_marks import Mark
+from carom.report.replay import describe_run, replay_data, replay_key, run_command
+from carom.studies.cross_check.grid import Grid, GridCell, GridRow, NotRun, keep_worst
+from carom.studies.cross_check.play_page import play_link
+from carom.support.escaping import visible
+
+#: Largest number of scenes in the table.
+MOST_SCENES = 500
+
+#: Marks that a user can act on: install an engine, report a crash, or raise a limit.
+_ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
+
+FIGURE_NOTE = (
+    "0.5 of PIT: the run's largest error is half of PIT's at the same step. 0.4 steps late: velocities are "
+    "right, but an impact is found 0.4 steps late."
+)
+FIGURE_DETAIL = (
+    "A cell shows the number of missed or invented impacts. Without such impacts, it shows the largest velocity "
+    "or spin error, divided by PIT's largest over the phases of the step; or divided by the greatest speed if "
+    "PIT has no such error. If all velocities and spins are right to rounding, it shows the largest time error "
+    "in steps. PIC is compared with itself here. The known answers show its accuracy."
+)
+SHORT_NOTE = (
+    "0.5\N{MULTIPLICATION SIGN}: largest velocity or spin error over PIT's\n"
+    "-1 +2: impacts missed and invented\n"
+    "0.4 steps: velocities are right, but an impact is this late or early"
+)
+
+
+def scenes_section(grid: Grid) -> Section:
+    """Return the table of all scenes and engines."""
+    columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
+    columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
+    legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), IN_FULL - PAGE)
+    rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
+    more = f"The {MOST_SCENES:,} scenes with the worst grades of {len(grid.rows):,}: results.jsonl has all."
+    return Section(
+        f"Every scene on every engine, against PIC at {grid.step_phrase}",
+        (
+            legend,
+            Table(columns, rows, css="grid", only=IN_FULL),
+            *((Text(more, IN_FULL),) if len(rows) < len(grid.rows) else ()),
+            Text(FIGURE_NOTE, ON_PAPER),
+            Text(FIGURE_DETAIL, ON_PAPER, folded=True),
+            Text(SHORT_NOTE, DETAIL),
+            Replays(partial(pack_replays, grid)),
+        ),
+        short="Every scene",
+    )
+
+
+def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
+    """Yield number and heading of each column. Equal profiles of Carom's own methods are merged."""
+    columns = list(grid.columns.values())
+
+    def content(k: int) -> list[tuple[Mark, str]]:
+        return [(row.cells[k].mark, row.cells[k].figure) for row in grid.rows]
+
+    for k, column in enumerate(columns):
+        same = [j for j, other in enumerate(columns) if column.own and other.engine == column.engine]
+        if len(same) < 2 or any(content(j) != content(k) for j in same):
+            yield k, column.label, column.profile
+        elif k == same[-1]:
+            yield k, column.label, ""
+
+
+def _cell(k: int, row: GridRow) -> Cell:
+    """Return the cell of a scene in the k-th column."""
+    cell = row.cells[k]
+    return replace(
+        cell.mark.cell,
+        note=cell.figure,
+        link=cell.link,
+        short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
+        title=cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}",
+    )
+
+
+def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
+    """Yield the name and the packed replays of each scene that has a reference."""
+    for row in grid.rows:
+        reference = grid.results.references.get(row.name)
+        runs = [found for cell in row.cells if (found := _replay(cell))]
+        if reference is not None and runs:
+            yield visible(row.name), packed(replay_data(reference, runs) | {"drag": play_link(reference.scene)})
+
+
+def _replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | None:
+    """Return a run, its score and its description; None if there is no replay."""
+    if cell.row is None or cell.row.trace is None or cell.row.score is None:
+        return None
+    job = cell.row.job
+    said = describe_run(cell.row, cell.column.label, replay_key(job), run_command(visible(job.scene.name), job))
+    return cell.row.trace, cell.row.score, said
+
+
+def unscored_section(grid: Grid) -> Section:
+    """Return a section with cells that were not run or scored. A terminal shows only those that a user can act on."""
+    every = tuple(map(_describe_not_run, grid.unrun))
+    important = tuple(_describe_not_run(one) for one in grid.unrun if one.everywhere or one.mark in _ACTIONABLE)
+    run = {column.engine for column in grid.columns.values()}
+    missing = [info for info in grid.results.engines if info.missing and info.name not in run]
+    here = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
+    names = formatting.listed([info.name for info in missing])
+    lines = (
+        Lines(every, IN_FULL, folded=formatting.count(len(every), "reason")),
+        Lines(important, TERMINAL),
+        Lines(tuple(f"{one.name} is not run: {one.unavailable.replace(here, '')}" for one in missing), IN_FULL),
+        Lines((f"Not installed: {names}; 'carom engines' shows how to install them.",) if missing else (), TERMINAL),
+        Lines(tuple(_missing_profiles(grid)), ON_PAPER),
+    )
+    return Section("Runs without a score", tuple(block for block in lines if block.items), level=3)
+
+
+def _describe_not_run(entry: NotRun) -> str:
+    where = "every scene" if entry.everywhere else formatting.listed(entry.scenes)
+    return f"{formatting.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
+
+
+def _missing_profiles(grid: Grid) -> Iterator[str]:
+    """Describe why an engine lacks a profile that other engines were run with."""
+    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.own)
+    for info in grid.results.engines:
+        for profile in profiles:
+            if info.available and info.capabilities is not None and not info.own_profiles([profile]):
+                yield f"{info.name} has no profile {profile}: {missing_profile_reason(profile, info.capabilities)}"

@@ -1,0 +1,158 @@
+"""Section on stepwise accuracy: methods ranked by their steps, for runs whose steps show more than the trajectory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from carom.comparator import LocalScore, Verdict
+from carom.report import formatting
+from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Column, Media, Section, Table, Text
+from carom.report.outcome_marks import Mark, mark_of_grade
+from carom.studies.cross_check.grid import Grid, GridCell, keep_worst
+
+#: Largest number of listed runs.
+MOST_RUNS = 1000
+NOTE = (
+    "Each step is compared with PIC from the run's own state at its start, so errors do not add up. The table "
+    "lists runs whose steps show more than their trajectory, best first."
+)
+DETAIL_NOTE = (
+    "Steps in which several bodies meet are compared together as a window. Missed: two bodies passed through "
+    "each other; in brackets, the number of these that PIT also misses from the same state. Invented: a body "
+    "turned with nothing near. Late: lateness in steps. Error: velocity or spin error, divided by PIT's largest "
+    "from the same state; checking once per step explains an error of up to 1. Energy: energy gained or lost "
+    "beyond PIT's steps, divided by the scene's energy. Late and error count only impacts that are alone in "
+    "their window. Entangled: share of windows with several impacts, which have no unique answer. Methods are "
+    "ranked by misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs "
+    "that ended early are last. A run is listed if it continues beyond the horizon or after a disc comes to "
+    "rest, if its trajectory diverged, or if a verdict is about its steps."
+)
+SHORT_NOTE = (
+    "impacts: - missed (of these, PIT also misses), + invented\nerror: largest over PIT's from the same state; "
+    "energy: beyond PIT's\n"
+    "best first; runs that ended early last"
+)
+#: Verdicts that only steps show.
+_OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
+_OFF_PAPER: Media = EVERYWHERE - ON_PAPER
+
+
+class _Steps(NamedTuple):
+    """A run with the score of its steps."""
+
+    cell: GridCell
+    local: LocalScore
+
+
+def steps_section(grid: Grid) -> Section:
+    """Return a section with one row per method and scene, best first. A terminal shows single scenes only."""
+    found = list(_find_listed_runs(grid))
+    if not found:
+        return Section("", ())
+    alone, media = len(grid.rows) == 1, EVERYWHERE if len(grid.rows) == 1 else IN_FULL
+
+    def column(head: str, say: Callable[[LocalScore], str], under: str = "", only: Media = ON_PAPER) -> Column:
+        return Column(head, lambda run: say(run.local), under, number=True, only=only)
+
+    columns = (
+        *(() if alone else (Column("scene", lambda run: run.cell.scene),)),
+        Column("method", lambda run: run.cell.column.name),
+        Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=ON_PAPER),
+        Column("steps", lambda run: mark_of_grade(run.local.grade, run.local.float_bits).cell),
+        *((Column("parted at", _parted_at, only=ON_PAPER),) if any(map(_parted_at, found)) else ()),
+        column("due", lambda local: str(local.due)),
+        column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
+        column("missed", _format_missed, "(PIT's)"),
+        column("invented", lambda local: str(local.invented)),
+        column("early", lambda local: str(local.early + local.ahead), only=EVERYWHERE),
+        column("late, median", lambda local: formatting.number(local.late_steps[0])),
+        column("late, worst", lambda local: formatting.number(local.late_steps[1], 3)),
+        column("error, median", lambda local: formatting.number(local.ratio[0])),
+        column("error", lambda local: formatting.number(local.ratio[1], 4), "worst", only=EVERYWHERE),
+        column("above 1", lambda local: f"{local.worse_than_pit} of {local.judged}"),
+        column("energy", lambda local: formatting.number(local.energy), only=ON_PAPER),
+        column("energy", lambda local: formatting.number(local.energy, 1), only=_OFF_PAPER),
+        column("entangled", lambda local: formatting.percent(_entangled(local))),
+        column("until", lambda local: formatting.seconds(local.until_s)),
+    )
+    listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
+    more = f"The {MOST_RUNS:,} runs with the worst grades of {len(found):,}: results.jsonl has all."
+    folded = "" if alone else formatting.count(len(listed), "run")
+    return Section(
+        "Accuracy of single steps",
+        (
+            Table(columns, listed, folded=folded, css="cells", only=media),
+            *((Text(more, media),) if len(listed) < len(found) else ()),
+            *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),
+            Text(NOTE, ON_PAPER),
+            Text(DETAIL_NOTE, ON_PAPER, folded=True),
+            Text(SHORT_NOTE, media - ON_PAPER),
+        ),
+        level=3,
+    )
+
+
+def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
+    """Yield the runs to list, by scene and best first. PIC is only listed if no other method ran."""
+    for row in grid.rows:
+        reference = grid.results.references.get(row.name)
+        rests = reference is not None and reference.contact_s < math.inf
+        ran = [cell for cell in row.cells if cell.scored]
+        listed = [
+            _Steps(cell, cell.line.local_truth)
+            for cell in [cell for cell in ran if cell.column.engine != "pic"] or ran
+            if cell.line.local_truth is not None
+            and (
+                rests
+                or cell.of_scene.beyond_horizon
+                or cell.mark in (Mark.PARTED, Mark.PARTED_INACCURATE)
+                or any(map(cell.has_verdict, _OF_STEPS))
+            )
+        ]
+        yield from sorted(listed, key=_rank)
+
+
+def _rank(run: _Steps) -> tuple[bool, int, int, int, float, float]:
+    """Return the sort key of a run, which is smallest for the best. Differences within rounding do not count."""
+    local = run.local
+    ratio = math.inf if math.isnan(local.ratio[1]) else float(f"{local.ratio[1]:.3e}")
+    energy = local.energy if local.energy > local.energy_rounding else 0.0
+    cut_short = run.cell.has_verdict(Verdict.CUT_SHORT)
+    return (cut_short, local.missed_own, local.invented, local.early + local.ahead, ratio, energy)
+
+
+def _format_missed(local: LocalScore) -> str:
+    return f"{local.missed} ({local.missed_by_pit})" if local.missed else "0"
+
+
+def _format_impacts(local: LocalScore) -> str:
+    """Format the numbers of missed and invented impacts; empty if there are none."""
+    lost = formatting.lost(local.missed, local.invented)
+    return lost.replace(f"-{local.missed}", f"-{_format_missed(local)}", 1) if local.missed else lost
+
+
+def _entangled(local: LocalScore) -> float:
+    """Return the fraction of compared windows that are entangled; NaN if there is none."""
+    compared = local.entangled + local.judged
+    return local.entangled / compared if compared else math.nan
+
+
+def _parted_at(run: _Steps) -> str:
+    time_s = run.cell.line.parted_s
+    return "" if time_s is None else formatting.seconds(time_s)
+
+
+def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
+    """Describe when the trajectories of methods and of PIT diverged from the reference's."""
+    lines = [run.cell.line for run in found if run.cell.line.parted_s is not None]
+    times = sorted(line.parted_s for line in lines if line.parted_s is not None)
+    if times:
+        first, last = formatting.seconds(times[0]), formatting.seconds(times[-1])
+        when = f"at {first}" if first == last else f"between {first} and {last}"
+        asked = {line.pit_parted_s for line in lines}
+        pit = [formatting.seconds(time_s) for time_s in sorted(time_s for time_s in asked if time_s is not None)]
+        also_pit = f"; PIT diverged at {formatting.listed(pit)}" if pit else ""
+        yield f"Diverged from the reference's trajectory: {formatting.count(len(times), 'method')} {when}{also_pit}."

@@ -1,0 +1,256 @@
+"""Section on the decrease of errors with the step: medians over one set of scenes for all steps."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+from carom.comparator.thresholds import THRESHOLDS
+from carom.report import formatting
+from carom.report.document import ON_PAPER, Cell, Column, Figure, Figures, Lines, Section, Table, Text
+from carom.report.outcome_marks import Mark
+from carom.report.svg import INK, drawing, error_scale, finish, framed, line_style, render
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawn
+
+_WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
+
+DETAIL_NOTE = (
+    "Medians at different steps are only comparable over the same scenes. So only scenes are used in which PIT "
+    "finds an impact at every step with a velocity error above rounding. A method that finds no impact in a "
+    "scene has fewer scenes."
+)
+
+
+class TrendPoint(NamedTuple):
+    """One engine and profile at one step.
+
+    Attributes:
+        median: Median over scenes of the largest velocity error; None if no scene has one.
+        low: Smallest of these errors.
+        high: Largest of these errors.
+        scenes: Number of scenes in the median.
+        wrong: Number of scenes with grade *wrong*.
+        graded: Number of graded scenes.
+    """
+
+    median: float | None
+    low: float
+    high: float
+    scenes: int
+    wrong: int
+    graded: int
+
+
+class Series(NamedTuple):
+    """The points of an engine and profile, one per step, and the name in legend and table."""
+
+    column: GridColumn
+    points: tuple[TrendPoint, ...]
+    name: str
+
+
+@dataclass(frozen=True)
+class Trend:
+    """Error against step.
+
+    Attributes:
+        parts: Steps as fractions of each scene's coarsest step, beginning with 1.
+        coarsest_s: Smallest and largest of the scenes' coarsest steps, seconds.
+        series: One per column of the grid. Equal profiles of Carom's own methods share one.
+        scenes: Names of the scenes in the velocity medians.
+        left_out: Names of the other scenes, by reason.
+    """
+
+    parts: tuple[float, ...]
+    coarsest_s: tuple[float, float]
+    series: tuple[Series, ...]
+    scenes: tuple[str, ...]
+    left_out: Mapping[str, Sequence[str]]
+
+
+#: Reasons to omit a scene from the medians, in the order of the report.
+_EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
+    "PIT's velocities are right at every step",
+    "PIT finds no impact at one of the steps, so it has no velocity error",
+    "there is no impact",
+    "the scene is not graded",
+)
+
+
+def build_trend(grid: Grid) -> Trend:
+    """Compute the series over the scenes in which PIT has a velocity error at every step."""
+    by_place = formatting.together(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
+    coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
+    ratios = formatting.together(
+        (cell.line.refinement, cell.line.dt_s / coarsest[cell.scene]) for cell in grid.runs if cell.scene in coarsest
+    )
+    by_scene = formatting.together((cell.scene, cell) for cell in grid.runs)
+    why = formatting.together((_left_out(cells), name) for name, cells in by_scene.items())
+    chosen = why.pop("", [])
+    points = {
+        column: tuple(_point(by_place.get((column, k), ()), chosen) for k in sorted(ratios))
+        for column in grid.columns.values()
+    }
+    return Trend(
+        parts=tuple(statistics.median(ratios[k]) for k in sorted(ratios)),
+        coarsest_s=(min(coarsest.values(), default=0.0), max(coarsest.values(), default=0.0)),
+        series=tuple(_merged(points)),
+        scenes=tuple(chosen),
+        left_out={reason: why[reason] for reason in _LEFT_OUT if reason in why},
+    )
+
+
+def _merged(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Series]:
+    """Yield the series of each column. Equal profiles of one of Carom's own methods are merged.
+
+    Profiles of other engines stay separate, because they differ in settings.
+    """
+    seen = set[tuple[str, tuple[TrendPoint, ...]]]()
+    for column, own in points.items():
+        same = [other for other, found in points.items() if other.engine == column.engine and found == own]
+        alike = column.own and len(same) > 1
+        if not alike or (column.engine, own) not in seen:
+            seen.add((column.engine, own))
+            yield Series(column, own, column.label if alike else column.name)
+
+
+def _left_out(cells: Sequence[GridCell]) -> str:
+    """Return the reason to omit the scene of these cells; an empty text if it is used."""
+    scored = [cell for cell in cells if cell.scored]
+    if not scored or any(cell.mark is Mark.UNGRADED for cell in cells):
+        return _OTHER
+    if not scored[0].expected:
+        return _WITHOUT
+    sampling = [math.nan if (error := cell.pit.get("velocity")) is None else float(error) for cell in scored]
+    if any(map(math.isnan, sampling)):
+        return _MISSED
+    return _EXACT if max(sampling) <= THRESHOLDS.rounding else ""
+
+
+def _point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint:
+    marks = [cell.mark for cell in cells]
+    velocities = [cell.errors.velocity for cell in cells if cell.scene in chosen]
+    errors = [error for error in velocities if not math.isnan(error)]
+    median = statistics.median(errors) if errors else None
+    low, high = min(errors, default=0.0), max(errors, default=0.0)
+    return TrendPoint(
+        median, low, high, len(errors), marks.count(Mark.WRONG), sum(mark.rank is not None for mark in marks)
+    )
+
+
+def trend_section(grid: Grid) -> Section:
+    """Return a section with charts of error and of wrong scenes against the step, and their numbers."""
+    trend = build_trend(grid)
+    if not any(point.graded for series in trend.series for point in series.points):
+        return Section("", ())
+    charts = Figures(
+        (
+            Figure(partial(_velocity_chart, trend), "Velocity error. Shaded: PIT's range from smallest to largest."),
+            Figure(
+                partial(_wrong_chart, trend),
+                "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently.",
+            ),
+        )
+    )
+    steps = [(k, f"step {formatting.part(part)}") for k, part in enumerate(trend.parts)]
+    columns = [Column("engine", lambda series: series.name)]
+    columns += [Column("velocity error", _at(k, _error), step) for k, step in steps]
+    columns += [
+        Column("scenes wrong", _at(k, lambda point: f"{point.wrong} of {point.graded}"), step) for k, step in steps
+    ]
+    note = "Velocity error: median over scenes (smallest to largest; number of scenes)."
+    table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=ON_PAPER)
+    said = (
+        f"Velocity errors are medians over {formatting.count(len(trend.scenes), 'scene')} at every step"
+        if trend.scenes
+        else "There are no medians, because PIT has no scene with a velocity error at every step"
+    )
+    scenes = Lines(tuple(_describe_scenes(trend)), ON_PAPER, folded="Scenes in the medians")
+    return Section(
+        "Error against step",
+        (
+            charts,
+            Text(f"{said}. Wrong scenes are counted among all graded scenes.", ON_PAPER),
+            Text(DETAIL_NOTE, ON_PAPER, folded=True),
+            table,
+            scenes,
+        ),
+    )
+
+
+def _at(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], Cell | str]:
+    """Return a function that formats the k-th point of a series."""
+    return lambda series: say(series.points[k])
+
+
+def _error(point: TrendPoint) -> Cell | str:
+    if point.median is None:
+        return formatting.ABSENT
+    span = f"{formatting.number(point.low)} to {formatting.number(point.high)}"
+    return Cell(formatting.number(point.median), f"({span}; {point.scenes})")
+
+
+def _describe_scenes(trend: Trend) -> Iterator[str]:
+    """Describe the scenes in the medians, and why others are omitted."""
+    if trend.scenes:
+        yield f"Velocity errors are medians over {formatting.listed(trend.scenes)}."
+    for why, names in trend.left_out.items():
+        yield f"Omitted because {why}: {formatting.listed(names)}."
+
+
+def _velocity_chart(trend: Trend, narrow: bool = False) -> str:
+    with drawing():
+        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
+        medians = [p.median for series in trend.series for p in series.points if p.median is not None]
+        place = error_scale(axes, "y", medians)
+        for series in trend.series:
+            _line(axes, trend, series, [math.nan if p.median is None else place(p.median) for p in series.points])
+            if series.column.engine == "pit":
+                low, high = (
+                    [place(value) for value in ends]
+                    for ends in zip(*((p.low, p.high) for p in series.points), strict=True)
+                )
+                axes.fill_between(trend.parts, low, high, color=INK, alpha=0.08, linewidth=0)
+        axes.set_ylabel("velocity error, median over scenes", labelpad=2)
+        _x_axis(axes, trend, figure if narrow else None)
+        return render(figure, "Median velocity error against the step", narrow=narrow)
+
+
+def _wrong_chart(trend: Trend, narrow: bool = False) -> str:
+    with drawing():
+        from matplotlib.ticker import MaxNLocator
+
+        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
+        most = max(1, *(p.wrong for series in trend.series for p in series.points))
+        axes.set_ylim(-0.05 * most, 1.08 * most)
+        for series in trend.series:
+            _line(axes, trend, series, [float(p.wrong) if p.graded else math.nan for p in series.points])
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_ylabel("scenes graded wrong")
+        _x_axis(axes, trend, figure if narrow else None)
+        return render(figure, "Scenes graded wrong, against the step", narrow=narrow)
+
+
+def _x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
+    axes.set_xscale("log")
+    # From coarse to fine, left to right.
+    axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
+    axes.set_xticks(trend.parts, [formatting.part(part) for part in trend.parts])
+    axes.minorticks_off()
+    low, high = (formatting.step(dt_s) for dt_s in trend.coarsest_s)
+    between = high if low == high else f"{high} to {low}"
+    axes.set_xlabel(f"step, as a fraction of the coarsest ({between})")
+    finish(axes, below)
+
+
+def _line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) -> None:
+    style = line_style(series.column.engine, profile=series.column.method.profile)
+    axes.plot(trend.parts, heights, label=series.name, clip_on=False, **style)

@@ -1,0 +1,118 @@
+"""Search for the value at which a method fails under an attack: values up to the first failure, then bisection."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from carom.errors import InputError
+from carom.execution.job import Answer, Job, Method, Status
+from carom.execution.plan import observe_job
+from carom.execution.pool import TaskRunner
+from carom.model.scene import Scene
+from carom.studies.stress.attack import Attack, Judgement, Trial
+from carom.studies.stress.result import STRESS, FoundSpot, Spot, SpotEnding
+
+#: Ratio of failing to passing value at which the bisection ends.
+RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
+
+
+class NotRunError(Exception):
+    """The method can't be tested: it is unavailable, or does not support the scene.
+
+    Attributes:
+        status: The status that shows which of these is the case.
+    """
+
+    def __init__(self, answer: Answer[Any]) -> None:
+        super().__init__(answer.said)
+        self.status = answer.status
+
+
+class _Tried(NamedTuple):
+    """Result of one value: the worst judgement of its trials, and its scene."""
+
+    value: float
+    trial: Trial
+    judgement: Judgement
+
+    @property
+    def stands(self) -> bool:
+        return not self.judgement.broken
+
+
+def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> FoundSpot:
+    """Return the result of an attack on a method, with the scene that shows its number."""
+    runs = 0
+    stood: _Tried | None = None
+    fell: _Tried | None = None
+
+    def tries(value: float) -> None:
+        nonlocal runs, stood, fell
+        tried, spent = _try(attack, value, method, runner, quick=quick)
+        runs += spent
+        stood, fell = (tried, fell) if tried.stands else (stood, tried)
+
+    try:
+        for value in attack.ladder(quick):
+            tries(value)
+            if fell:
+                break
+        resolution = QUICK_RESOLUTION if quick else RESOLUTION
+        while stood and fell and (middle := attack.between(stood.value, fell.value, resolution)) is not None:
+            tries(middle)
+    except NotRunError as error:
+        ended = SpotEnding.NOT_RUN
+        spot = Spot("attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status)
+        return FoundSpot(spot)
+    shown = fell or stood
+    assert shown is not None  # noqa: S101 - a ladder has a first rung
+    shows = f"{shown.trial.scene.description} Here {method.name} {'fails' if fell else 'passes'}."
+    scene = named_scene(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows)
+    broke = SpotEnding.GIVES_WAY if stood else SpotEnding.NEVER_STOOD
+    spot = Spot(
+        "attack",
+        attack.name,
+        method.name,
+        broke if fell else SpotEnding.STANDS,
+        value=shown.value,
+        stands_at=stood.value if stood else None,
+        error=stood.judgement.error if stood and math.isfinite(stood.judgement.error) else None,
+        reason=shown.judgement.broken or shown.judgement.note,
+        runs=runs,
+        status=shown.judgement.status,
+    )
+    return FoundSpot(spot, (scene,))
+
+
+def named_scene(name: str, scene: Scene, shows: str) -> Scene:
+    """Return the scene of a result under a unique name, so that all such scenes can run together."""
+    return scene.model_copy(update={"name": f"{STRESS}{name}", "description": shows})
+
+
+def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:
+    """Run a trial and judge it. A failure of the engine becomes the reason of the judgement.
+
+    Raises:
+        NotRunError: The engine is unavailable, or declares that it does not even support the harmless end.
+    """
+    answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)
+    if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
+        raise NotRunError(answer)
+    return Judgement(math.nan, answer.said, status=answer.status) if answer.value is None else trial.judge(answer.value)
+
+
+def _try(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
+    """Run the trials of a value up to the first failure. Return the worst result, and the number of runs."""
+    try:
+        trials = attack.trials(value)
+    except InputError as error:
+        message = f"attack {attack.name} can't make a scene at {value:g}: {error}"
+        raise InputError(message) from error
+    stood: list[_Tried] = []
+    for trial in trials[::2] if quick else trials:
+        tried = _Tried(value, trial, _judged(method, trial, runner, harmless=value == attack.harmless))
+        if not tried.stands:
+            return tried, len(stood) + 1
+        stood.append(tried)
+    return max(stood, key=lambda tried: tried.judgement.error), len(stood)

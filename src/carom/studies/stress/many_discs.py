@@ -1,0 +1,282 @@
+"""Attacks with many discs or many impacts."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from carom.catalogue.classics_many_discs import boxed_gas
+from carom.catalogue.classics_walled import box_walls
+from carom.catalogue.closed_forms import disc
+from carom.model.scene import Disc, Scene, Wall
+from carom.studies.stress.attack import (
+    Attack,
+    Judge,
+    Trial,
+    attack,
+    closed_form_judge,
+    energy_judge,
+    pressure_judge,
+    velocity_judge,
+)
+from carom.studies.stress.pairs import PHASES, RATE_HZ, attacked
+from carom.studies.stress.true_motion import TrueMotion, UndecidedError, true_motion
+from carom.support.formatting import metres, number
+
+#: Restitution below which three equal discs in a line collide infinitely often: S. McNamara and W. R. Young, Phys.
+#: Fluids A 4, 496 (1992).
+CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)
+
+_RADIUS_M = 0.25
+_SPEED_M_S = 1.2
+_TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle: directions are spread evenly and never align
+
+_DIGITS = "brute force with 240 decimal digits from the stored scene"
+_ELASTIC = "conservation of energy in elastic impacts"
+_VELOCITY = "a final velocity is wrong by more than a tenth of the change by an impact"
+_ENERGY = (
+    "a tenth of the energy is gained or lost, or a disc is a radius deep in another disc or a wall; elastic "
+    "impacts conserve energy in any order"
+)
+
+
+def _trial(
+    name: str,
+    shows: str,
+    discs: Sequence[Disc],
+    duration_s: float,
+    judge: Callable[[Scene], Judge] | None = None,
+    *,
+    rate_hz: float = RATE_HZ,
+    walls: Sequence[Wall] = (),
+    restitution: float = 1.0,
+) -> Trial:
+    """Make a trial of discs. By default it is judged by their true motion."""
+    scene = attacked(name, shows, discs, duration_s, frame_rate_hz=rate_hz, walls=walls, restitution=restitution)
+    return Trial(scene, judge(scene) if judge else velocity_judge(true_motion(scene), scene))
+
+
+def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
+    """Make a trial of a striker and a row of equal discs at rest with the given gaps."""
+    dt = 1.0 / RATE_HZ
+    places = [-(2 * _RADIUS_M + _SPEED_M_S * dt * (4 + phase)), 0.0]
+    for gap in gaps:
+        places.append(places[-1] + 2 * _RADIUS_M + gap)
+    discs = [disc(place, 0.0 if k else _SPEED_M_S, _RADIUS_M) for k, place in enumerate(places)]
+    return _trial(name, shows, discs, (5 + steps_after) * dt)
+
+
+@attack(
+    "gap between the discs of Newton's cradle in metres; 0 by convention",
+    (0.1, 1e-15),
+    f"{_DIGITS}; for a gap of 0, the limit of small gaps, one pair at a time",
+    f"{_VELOCITY}: only the last disc leaves",
+    last=0.0,
+)
+def _cradle_gap(gap: float) -> list[Trial]:
+    shows = f"Newton's cradle of five discs with gaps of {metres(gap)}: only the last disc must leave."
+    # Twice the time needed, for late methods.
+    steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
+    return [_row("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
+
+
+@attack(
+    "impacts in one step, down a row of discs",
+    (1, 64),
+    _DIGITS,
+    f"{_VELOCITY}: only the last disc leaves",
+    quick_absurd=32,
+    whole=True,
+)
+def _crowded_frame(impacts: float) -> list[Trial]:
+    count = round(impacts)
+    # All impacts are within half a step of the first, which has a phase below one half. The scene is long enough for a
+    # method that processes one impact per step.
+    gap = 0.5 * _SPEED_M_S / RATE_HZ / max(1, count - 1)
+    shows = f"A row of discs with {count} impacts in one step."
+    return [_row("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
+
+
+@attack(
+    "pairs that meet at one instant",
+    (1, 128),
+    "each pair separately, with 240 decimal digits",
+    _VELOCITY,
+    quick_absurd=32,
+    whole=True,
+)
+def _at_once(pairs: float) -> list[Trial]:
+    """Make a trial of distant pairs that all meet at exactly one instant: quarter turns of one meeting."""
+    count = round(pairs)
+    dt, side, pitch = 1.0 / RATE_HZ, math.ceil(math.sqrt(count)), 8.0 * _RADIUS_M
+    along = 2 * _RADIUS_M + _SPEED_M_S * dt * 4.52
+    discs: list[Disc] = []
+    truth: list[TrueMotion] = []
+    for k in range(count):
+        row, column = divmod(k, side)
+        place, turn = complex(column, row) * pitch, (1, 1j, -1, -1j)[k % 4]
+        pair = [disc(place - along * turn, _SPEED_M_S * turn, _RADIUS_M), disc(place, 0j, _RADIUS_M)]
+        discs += pair
+        truth.append(true_motion(Scene(name="pair", discs=pair, duration_s=48 * dt)))
+    shows = f"{count} pairs of discs, far from each other, meet in one step."
+    final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
+    change = [change for motion in truth for change in motion.greatest_change_m_s]
+    return [_trial("at-once", shows, discs, 48 * dt, lambda scene: closed_form_judge(scene, final, count, change))]
+
+
+@attack(
+    "gap over diameter in a hexagonal packing of 9 discs (packing 0.907 / (1 + gap)²)",
+    (1.0, 1e-3),
+    _ELASTIC,
+    _ENERGY,
+    quick_absurd=1e-2,
+)
+def _packing(gap: float) -> list[Trial]:
+    columns, rows, radius = 3, 3, 0.1
+    pitch = 2 * radius * (1 + gap)
+    margin = pitch / 2
+    discs = []
+    for k in range(columns * rows):
+        row, column = divmod(k, columns)
+        place = complex(margin + (column + 0.5 * (row % 2)) * pitch, margin + row * pitch * math.sqrt(3) / 2)
+        discs.append(disc(place, cmath.rect(1.0, _TURN * k), radius))
+    width = 2 * margin + (columns - 0.5) * pitch
+    height = 2 * margin + (rows - 1) * pitch * math.sqrt(3) / 2
+    packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
+    shows = f"Nine discs in a box, packed hexagonally with gaps of {number(gap, 3)} diameters (packing {packing:.4f})."
+    return [_trial("packing", shows, discs, 24 / RATE_HZ, energy_judge, walls=box_walls(width, height))]
+
+
+@attack("approximate number of impacts", (10, 1e4), _ELASTIC, _ENERGY, quick_absurd=300)
+def _duration(impacts: float) -> list[Trial]:
+    side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
+    gas = boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
+    n, free = len(gas.discs), side * pitch - 2 * radius
+    # Kinetic theory of a thin gas is accurate to a factor of two here. Each disc meets four walls, and sweeps a strip
+    # of four radii relative to other discs.
+    a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
+    duration_s = max(1.0, round(impacts / a_second * rate)) / rate
+    shows = f"Nine discs in a box for the time of approximately {number(impacts, 3)} impacts."
+    return [_trial("duration", shows, gas.discs, duration_s, energy_judge, rate_hz=rate, walls=gas.half_planes())]
+
+
+#: Virial coefficients B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15
+#: (2006)).
+VIRIAL = (0.782004, 0.53223180, 0.33355604, 0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537)
+PACKING = 0.3
+#: p V / N k T at this packing by the ten-term series: 2.0632. In it, B_2 times the density is twice the packing.
+COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enumerate(VIRIAL, 2))
+
+
+@attack(
+    "path per step over radius in a hard-disc gas at packing 0.3",
+    (0.05, 2.0),
+    "the ten-term virial series of the hard-disc fluid: Z = 2.0632 (Clisby and McCoy, 2006); walls reduce it by "
+    "about 6 % for 144 discs",
+    "p V / N k T, from the impulses of the disc impacts (the virial), is wrong by more than a tenth",
+    full_only=True,
+)
+def _gas_pressure(advance: float) -> list[Trial]:
+    """Make a trial of a hard-disc gas with known pressure. `advance` is the mean path in a step, in radii."""
+    side, radius, speed = 12, 0.05, 1.0
+    count = side * side
+    # The packing refers to the box of the centres, where a gas with walls is most similar to an unbounded gas.
+    free = math.sqrt(count * math.pi * radius**2 / PACKING)
+    rate = speed / (advance * radius)
+    pitch = free / (side - 1)
+    discs = []
+    for k in range(count):
+        row, column = divmod(k, side)
+        place = complex(radius + column * pitch, radius + row * pitch)
+        discs.append(disc(place, cmath.rect(speed, _TURN * k), radius))
+    width = free + 2 * radius
+    shows = f"{count} discs at packing {PACKING} in a box, moving {number(advance, 3)} radii per step."
+    # About fifteen impacts per disc. The virial of a thousand impacts is accurate to 3 %.
+    duration_s = round(1.25 * rate) / rate
+    judge = partial(pressure_judge, compressibility=COMPRESSIBILITY)
+    return [_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=box_walls(width, width))]
+
+
+@attack(
+    "restitution; inelastic collapse begins at 7 - 4 √3 = 0.0718",
+    (0.9, 0.01),
+    f"{_DIGITS} above 7 - 4 √3; below it, the discs end moving with their centre of mass (McNamara and Young, 1992)",
+    _VELOCITY,
+)
+def _restitution(restitution: float) -> list[Trial]:
+    discs = [disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
+
+    def judge(scene: Scene) -> Judge:
+        if restitution > CRITICAL_RESTITUTION:
+            try:
+                return velocity_judge(true_motion(scene, most_impacts=300), scene)
+            except UndecidedError:  # too near the critical value to compute all impacts
+                pass
+        # Infinitely many impacts close every gap in finite time. Then the discs move with their centre of mass, which
+        # is at rest.
+        return closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3)
+
+    shows = f"Three equal discs in a line approach each other with restitution {number(restitution, 4)}."
+    return [_trial("restitution", shows, discs, 2.0, judge, restitution=restitution)]
+
+
+@attack(
+    "mass ratio of Galperin's billiard (100^k: floor(10^k π) impacts)",
+    (1.0, 1e8),
+    "Galperin's unfolding of the motion in a wedge (G. Galperin, 2003)",
+    _VELOCITY,
+    quick_absurd=1e4,
+)
+def _galperin(mass_ratio: float) -> list[Trial]:
+    radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
+    shows = f"A disc of {number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
+    discs = [disc(light_gap + radius, 0j, radius), disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
+    wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
+    root = math.sqrt(mass_ratio)
+    angle = math.atan2(1.0, root)
+    count = math.ceil(math.pi / angle) - 1
+    # In the plane (root V, v) the initial direction has the angle pi. Unfolded, it is constant. Folded back, the angle
+    # is pi - count angle after an even number of impacts, and mirrored after an odd number.
+    out = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
+    final = [(root * math.sin(out) * speed, 0.0), (math.cos(out) * speed, 0.0)]
+    # The light disc has all the energy at its greatest speed. The heavy one is reversed.
+    change = [root * speed, 2 * speed]
+    return [
+        _trial(
+            "galperin", shows, discs, 4.0, lambda scene: closed_form_judge(scene, final, count, change), walls=[wall]
+        )
+    ]
+
+
+@attack(
+    "bounces between two immovable discs along a slanted axis",
+    (1, 24),
+    _DIGITS,
+    f"{_VELOCITY}; an error across the axis grows 5.8 times at each bounce, so 53 bits suffice for about twenty",
+    whole=True,
+    # All methods let a disc off the axis leave in nearly the same direction. Only the few bounces before show the
+    # error, so every number of bounces is tried.
+    rungs=40,
+)
+def _unstable_orbit(bounces: float) -> list[Trial]:
+    count = round(bounces)
+    contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
+    half = (free / 2 + contact) * axis
+    shows = f"A disc bounces {count} times between two immovable ones along a slanted axis."
+    discs = [
+        disc(-half, 0j, 0.3, math.inf),
+        disc(half, 0j, 0.3, math.inf),
+        disc(-0.1 * axis, 2.0 * axis, 0.2),
+    ]
+    # The disc moves a fifteenth of the contact distance per step.
+    return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
+
+
+def crowd_attacks() -> list[Attack]:
+    """Return the attacks with many discs or many impacts."""
+    return [
+        *(_cradle_gap, _crowded_frame, _at_once, _packing),
+        *(_duration, _gas_pressure, _restitution, _galperin, _unstable_orbit),
+    ]

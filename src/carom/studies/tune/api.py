@@ -1,0 +1,110 @@
+"""`carom.tune`: the search for settings from Python, with a picture of the error by scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from carom.comparator.thresholds import THRESHOLDS
+from carom.engines.registry import resolve_engine
+from carom.execution.job import Progress, no_progress
+from carom.execution.plan import resolve_scenes
+from carom.model.scene import Scene
+from carom.report.notebook_picture import axes_of, with_picture
+from carom.report.render.terminal import plain_text
+from carom.report.svg import plain_number
+from carom.studies.tune.document import FOUND, tune_document
+from carom.studies.tune.objective import Judged
+from carom.studies.tune.options import TuneOptions
+from carom.studies.tune.run import SCENES, Tuning
+from carom.studies.tune.run import tune as found_by
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, repr=False)
+class ShownTuning(Tuning):
+    """Result of a search that can be printed, shown in a notebook and plotted."""
+
+    def __repr__(self) -> str:
+        return plain_text(tune_document(self, [scene.name for scene in self.scenes]))
+
+    def _repr_html_(self) -> str | None:
+        """Return the result as HTML, with a picture; None if the extra `report` is missing."""
+        return with_picture(partial(_draw, self), f"Error by scene, settings of {self.engine}", repr(self))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw each scene's error over PIT's with the first profile and with the best settings, and return the axes.
+
+        Raises:
+            MissingExtraError: The extra `report` is not installed.
+        """
+        axes = axes_of(ax)
+        _draw(self, axes)
+        return axes
+
+
+def tune(
+    engine: str, scenes: Sequence[Scene | str] | None = None, *, progress: Progress | None = None, **options: Any
+) -> ShownTuning:
+    """Search for the settings of an engine with the smallest error, over the knobs that its adapter declares.
+
+    The result prints like `carom tune`, is displayed in a notebook, and has `plot()` for the error by scene.
+
+    Args:
+        engine: Name of the adapter.
+        scenes: Scenes, or their names in the catalogue (default: the group `classics`).
+        progress: Called with (done, all, what) after each trial.
+        options: ``trials``, ``profile``, ``scheduler`` and the other fields of
+            `carom.studies.tune.options.TuneOptions`.
+
+    Raises:
+        InputError: The adapter declares no knobs, can run none of the scenes, or an option is invalid.
+        UnknownNameError: The engine, the profile or a scene does not exist.
+        UnavailableError: The engine is not installed.
+        MissingExtraError: The extra `tune` is not installed.
+
+    Examples:
+        >>> found = carom.tune("pymunk", ["paper/late"], trials=1)
+        >>> found.engine, [scene.name for scene in found.scenes]
+        ('pymunk', ['paper/late'])
+    """
+    asked = TuneOptions.passed("tune", options)
+    found = found_by(
+        resolve_engine(engine),
+        resolve_scenes([SCENES] if scenes is None else scenes)[0],
+        asked,
+        progress=progress or no_progress,
+    )
+    return ShownTuning(**{field.name: getattr(found, field.name) for field in fields(found)})
+
+
+def _draw(found: Tuning, axes: Axes) -> None:
+    names = [scene.name for scene in found.scenes]
+    rows = range(len(names))
+    before, after = ([_shown(one) for one in by.judged] for by in (found.first, found.best))
+    axes.hlines(rows, before, after, color="black", linewidth=0.8, alpha=0.4)
+    for errors, label, marker, runs in (
+        (before, found.options.profile, "o", found.first.judged),
+        (after, FOUND, "D", found.best.judged),
+    ):
+        (drawn,) = axes.plot(errors, rows, marker, label=label, markersize=5.0)
+        wrong = [k for k in rows if runs[k].wrong]
+        axes.plot([errors[k] for k in wrong], wrong, "x", color=drawn.get_color(), markersize=9.0)
+    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":", label="PIT")
+    axes.set(xscale="log", xlabel="error over PIT's (x: missed or spurious impacts)", yticks=rows, yticklabels=names)
+    axes.xaxis.set_major_formatter(plain_number)
+    axes.invert_yaxis()
+    axes.grid(which="major", axis="x", alpha=0.18, linewidth=0.6)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8)
+
+
+def _shown(judged: Judged) -> float:
+    """Return the position of an error on the axis. An exact result is at rounding, and NaN is not drawn."""
+    if math.isnan(judged.price):
+        return math.nan
+    return min(max(judged.price, THRESHOLDS.rounding), 1.0 / THRESHOLDS.rounding)

@@ -1,0 +1,177 @@
+"""Local errors: each impact against the closed form from the method's own state before it, on finite walls, too."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from tests.lengths import each, release_after
+from tests.unit.core.features import in_core
+
+import carom
+from carom import Scene, Trace, compare, solve_pic, solve_pit
+from carom.catalogue import catalogue
+from carom.comparator.measure.local_errors import measure_local_errors
+from carom.comparator.scales import compute_scales
+from carom.core.features import Arc, Face, Feature, Mover
+from carom.engines.registry import load_adapter
+from carom.execution.engine_run import observe_run
+from carom.execution.pool import InProcessPool
+from carom.model.chain_geometry import ExactCircle
+
+#: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.
+ROUNDING = 1e-12
+CIRCLE = ExactCircle(Fraction(0), Fraction(0), Fraction(4))
+
+
+def long_gas(duration_s: float) -> Scene:
+    gas = catalogue()["classics/gas"].scene
+    return gas.model_copy(update={"duration_s": duration_s})
+
+
+def test_the_reference_has_no_local_error_however_long_it_runs() -> None:
+    """Each of thousands of impacts of a gas, long past any horizon, is right from its own state before, to rounding."""
+    trace = solve_pic(long_gas(60.0))
+    assert len(trace.impacts) > 2000
+    local = measure_local_errors(trace, compute_scales(trace.scene, trace))
+    assert local.scored == len(trace.impacts)
+    assert local.spurious == ()
+    for name in ("velocity", "restitution", "energy", "time_s"):
+        assert local.worst(name) < 1e-9, name  # the flattest graze of thousands: the normal takes what the time leaves
+        assert local.median(name) < ROUNDING, name
+
+
+def test_a_fault_deep_in_chaos_is_found_at_its_size() -> None:
+    """In a gas far beyond the horizon, 3 % of the restitution lost in one impact is found there, at 3 %."""
+    trace = solve_pic(long_gas(30.0))
+    at = len(trace.impacts) - 100
+    row = trace.impacts[at]
+    from carom.comparator.measure.local_errors import find_own_states
+
+    impacts = trace.impacts.copy()
+    centre = 0.5 * (row["velocity_first_before"] + row["velocity_second_before"]) if row["second"] >= 0 else 0.0
+    for name in ("velocity_first_after", "velocity_second_after"):
+        along = float((row[name] - centre) @ row["normal"])
+        impacts[name][at] -= 0.03 * along * row["normal"]
+    if row["second"] < 0:
+        impacts["velocity_second_after"][at] = 0.0
+    faulty = dataclasses.replace(trace, impacts=impacts, state_before=find_own_states(trace))
+    local = measure_local_errors(faulty, compute_scales(trace.scene, trace))
+    assert int(np.argmax(np.abs(local.restitution))) == at
+    assert local.restitution[at] == pytest.approx(-0.03, abs=1e-9)
+
+
+@each("name", ["paper/late", "paper/wrong-direction", "classics/deflection", "classics/sorting"])
+def test_pit_errs_locally_by_what_sampling_costs_and_nothing_else(name: str) -> None:
+    """PIT's local error is all sampling: from its own states, the closed form of PIT gives its very velocities."""
+    scene = catalogue()[name].scene
+    reference = solve_pic(scene)
+    for pit in (solve_pit(scene), observe_run(load_adapter("pit"), scene, "tuned", 1 / scene.frame_rate_hz)):
+        local = compare(reference, pit, sampling=pit).local
+        assert local.scored == len(pit.impacts) > 0
+        assert local.worst("solver_velocity") < ROUNDING
+        np.testing.assert_allclose(local.sampling_velocity, local.velocity, rtol=0, atol=ROUNDING)
+        assert np.all(local.time_s >= -ROUNDING)
+        assert np.all(local.time_s < pit.dt_s + ROUNDING)
+
+
+def test_the_local_time_of_pit_is_late_by_the_rest_of_the_frame() -> None:
+    """Contact at 9.1 frames is found at 10: late by .9 of a frame, from PIT's own state as well."""
+    scene = catalogue()["paper/late"].scene
+    pit = solve_pit(scene)
+    local = compare(solve_pic(scene), pit).local
+    assert local.time_s[0] * scene.frame_rate_hz == pytest.approx(0.9, abs=1e-12)
+
+
+def test_an_impact_that_does_not_follow_from_its_own_state_is_spurious_locally() -> None:
+    """Discs that pass each other do not collide, whatever a trace says."""
+    scene = catalogue()["classics/miss"].scene
+    hit = catalogue()["classics/graze"].scene
+    invented = dataclasses.replace(solve_pic(hit), scene=scene)
+    assert measure_local_errors(invented, compute_scales(scene, solve_pic(scene))).spurious == (0,)
+
+
+def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
+    """The harness's effective time, from states at step boundaries alone, is the instant that mathematics gives."""
+    from carom.engines.api import Contact, Observation
+    from carom.execution.impact_collector import ImpactCollector
+
+    for name in ("classics/oblique-3-4-5", "classics/inelastic-oblique", "classics/deflection", "classics/one-wall"):
+        if name not in catalogue():
+            continue
+        known, scene = catalogue()[name].known, catalogue()[name].scene
+        dt = 1 / 60
+        world = load_adapter("pic").prepare(scene, {"dt_s": dt, "form": "event-driven"})
+        start = world.observe()
+        collector = ImpactCollector(scene, start)
+        for step in range(1, scene.step_count(dt) + 1):
+            world.advance(1)
+            seen = world.observe()
+            contacts = tuple(Contact(c.first, c.second, step * dt, c.normal) for c in seen.contacts)
+            collector.add(step * dt, Observation(seen.position_m, seen.velocity_m_s, contacts))
+        impacts, effective = collector.finish()
+        assert len(impacts) == len(known.impacts)
+        for found, answer in zip(effective, known.impacts, strict=True):
+            # Positions of order 1 to half an ulp each, over velocity changes of order 1.
+            assert found == pytest.approx(answer.time_s, abs=32 * math.ulp(1.0)), name
+
+
+def test_a_trace_without_impacts_has_nothing_to_score() -> None:
+    """No impact, no local error; medians are not numbers."""
+    scene = catalogue()["classics/miss"].scene
+    trace: Trace = solve_pic(scene)
+    local = measure_local_errors(trace, compute_scales(scene, trace))
+    assert local.scored == 0
+    assert math.isnan(local.median("velocity"))
+
+
+@each(
+    ("feature", "place", "velocity"),
+    [
+        (Face.between((0.0, 0.0), (2.0, 0.0), 0.1), (1.0, 0.3), (0.5, -1.0)),
+        (Arc.vertex((0.0, 0.0), 0.1), (-0.2, 0.05), (1.0, 0.3)),
+        (Arc.on(CIRCLE, None, 0.1, inside=False), (2.3, 0.1), (-1.0, 0.2)),
+        (Arc.on(CIRCLE, None, 0.1, inside=True), (1.75, 0.1), (1.0, 0.2)),
+    ],
+)
+def test_where_an_overlap_began_the_rim_touched(
+    feature: Feature, place: tuple[float, float], velocity: tuple[float, float]
+) -> None:
+    """Brought back by that time along its path, a disc that overlaps a feature touches it."""
+    disc, wall = Mover.at(place, velocity, 0.25), in_core(feature)
+    assert wall.gap(0, disc) < -0.01
+    ago = wall.overlap_start(0, disc)
+    assert ago < 0.0
+    back = Mover.at((place[0] + velocity[0] * ago, place[1] + velocity[1] * ago), velocity, 0.25)
+    assert abs(wall.gap(0, back)) < 1e-15
+
+
+@each(
+    ("feature", "place"),
+    [(Face.between((0.0, 0.0), (2.0, 0.0)), (1.0, 0.25)), (Arc.on(CIRCLE, None, inside=True), (0.0, -1.75))],
+)
+def test_a_disc_that_touches_a_wall_and_moves_along_it_came_to_it_now(
+    feature: Feature, place: tuple[float, float]
+) -> None:
+    """No speed at which it closes divides what is no gap."""
+    assert in_core(feature).overlap_start(0, Mover.at(place, (1.0, 0.0), 0.25)) == 0.0
+
+
+@pytest.mark.parametrize("name", release_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))
+def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
+    """The closed form from its own state before each impact leaves nothing to the method but checking once per step."""
+    scene = carom.scene(f"tables/{name}")
+    reference = carom.solve_pic(scene)
+    scales = compute_scales(scene, reference)
+    assert measure_local_errors(reference, scales).worst("velocity") < 1e-14
+    row = carom.cross_check(
+        [scene], ["pit"], dts=[1 / 60], profiles=["tuned"], timing=False, pool=InProcessPool()
+    ).rows[0]
+    assert row.trace is not None
+    found = measure_local_errors(row.trace, scales)
+    assert found.spurious == ()
+    assert found.worst("solver_velocity") < 1e-14
+    assert (found.worst("sampling_velocity") > 1e-3) is (name != "box-of-edges")  # faces have one normal everywhere

@@ -1,0 +1,148 @@
+"""Comparison of the impacts that a run reports with those that its states show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from tests.planted.doctored import DT, GAS, Run, judged, sampled
+from tests.stage import disc_at, staged, wall_at
+
+from carom.comparator import Grade, Score, Verdict
+from carom.comparator.measure.reported_impacts import compare_reports_with_states
+from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
+from carom.model.trace import IMPACT_DTYPE, pair_name
+from carom.solvers.pic import solve_pic
+
+#: PIT in a gas of twelve: its trajectory leaves PIC's, and each of its steps is PIT's own.
+PIT = sampled(GAS)
+TRACE = replace(solve_pic(GAS), dt_s=DT)
+
+
+def reporting(run: Run, impacts: np.ndarray) -> Score:
+    return judged(replace(run, impacts=impacts[np.argsort(impacts["time_s"], kind="stable")]))
+
+
+def reason(score: Score, verdict: Verdict) -> str:
+    (found,) = (finding.reason for finding in score.findings if finding.verdict is verdict)
+    return found
+
+
+def alone(run: Run) -> int:
+    """Return an impact before the horizon whose bodies meet nothing else within four steps."""
+    rows = run.impacts
+    for k in range(len(rows) // 3, len(rows)):
+        bodies = {int(rows[k]["first"]), int(rows[k]["second"])}
+        near = rows[np.abs(rows["time_s"] - rows[k]["time_s"]) <= 4 * DT]
+        if len([row for row in near if bodies & {int(row["first"]), int(row["second"])}]) == 1:
+            return k
+    raise AssertionError("no impact is alone")
+
+
+def test_a_run_that_parted_and_reports_what_it_shows_is_parted() -> None:
+    """PIT in a crowd has left the reference's trajectory, and nothing is said of its reports."""
+    score = judged(PIT)
+    assert score.grade is Grade.PARTED
+    assert Verdict.MISREPORTED not in score.verdicts
+
+
+def test_an_impact_that_is_not_reported_is_said_as_that() -> None:
+    """One report taken from a run that parted makes it wrong, and nothing is called missed for it."""
+    k = alone(PIT)
+    score = reporting(PIT, np.delete(PIT.impacts, k))
+    assert score.grade is Grade.WRONG
+    assert reason(score, Verdict.MISREPORTED).startswith("1 shown but not reported, the first at ")
+    assert {Verdict.PARTED} == set(score.verdicts) & {Verdict.PARTED, Verdict.MISSED, Verdict.MULTIPLE_MISSED}
+
+
+def test_an_impact_that_no_state_shows_is_said_as_that() -> None:
+    """One report of two bodies that are far apart makes a run that parted wrong, and names time and bodies."""
+    k = alone(PIT)
+    invented = PIT.impacts[[k]].copy()
+    busy = PIT.impacts[np.abs(PIT.impacts["time_s"] - invented[0]["time_s"]) <= 4 * DT]
+    met = {frozenset((int(row["first"]), int(row["second"]))) for row in busy}
+    invented["first"], invented["second"] = next((a, b) for b in range(12) for a in range(b) if {a, b} not in met)
+    score = reporting(replace(PIT, told=True), np.concatenate([PIT.impacts, invented]))
+    assert score.grade is Grade.WRONG
+    assert reason(score, Verdict.MISREPORTED) == (
+        f"1 reported but not shown, the first at {invented[0]['time_s']:.6g} s between {pair_name(invented[0])}"
+    )
+
+
+def parting(
+    windows: list[tuple[int, int, bool]], reports: list[int], rests: Sequence[tuple[int, int]] = ()
+) -> tuple[int, int]:
+    """Return how many reports of a pair, at these steps, no window shows, and how many windows have no report.
+
+    Args:
+        windows: First and last step of each window, and whether it is a crowd's.
+        reports: Steps at whose end the pair is reported.
+        rests: First and last steps of rest in which pushes show.
+    """
+    rows, meetings = np.zeros(len(windows), WINDOW_DTYPE), np.zeros(len(windows), MEETING_DTYPE)
+    for k, (begin, end, crowd) in enumerate(windows):
+        rows[k]["begin_s"], rows[k]["end_s"], rows[k]["entangled"], rows[k]["due"] = begin * DT, end * DT, crowd, 1
+        meetings[k]["window"], meetings[k]["second"] = k, 1
+    impacts = np.zeros(len(reports), IMPACT_DTYPE)
+    impacts["time_s"], impacts["second"] = np.array(reports) * DT, 1
+    slips = np.zeros(0, SLIP_DTYPE)
+    truth = LocalTruth(9.0, 540, rows, meetings, slips, 0, (0, 0), 0, 0.0, math.nan, polygon=False)
+    truth = replace(truth, rests=np.array([(0, 1, begin * DT, end * DT) for begin, end in rests], REST_DTYPE))
+    trace = replace(TRACE, impacts=impacts)
+    found = compare_reports_with_states(trace, truth)
+    assert found.agree == (found.unshown == found.unreported == 0)
+    return found.unshown, found.unreported
+
+
+def test_each_report_is_of_the_window_that_leaves_the_others_theirs() -> None:
+    """A crowd's window never takes the report of its neighbour, and windows in a row take theirs in order."""
+    assert parting([(91, 93, True), (94, 96, False)], [92, 95]) == (0, 0)
+    assert parting([(91, 93, True), (94, 96, False)], [95]) == (0, 0)
+    assert parting([(10, 11, False), (13, 14, False)], [13, 16]) == (0, 0)
+    assert parting([(10, 11, False), (10, 12, True)], [11, 13]) == (0, 0)
+
+
+def test_a_report_too_many_or_too_few_is_counted() -> None:
+    """A window of one impact shows one report, up to two steps away, and needs one."""
+    assert parting([(10, 11, False)], [11, 12]) == (1, 0)
+    assert parting([(10, 11, False)], [14]) == (1, 1)
+    assert parting([(10, 11, False)], [13]) == (0, 0)
+    assert parting([(10, 11, False), (13, 14, False)], [11]) == (0, 1)
+    assert parting([], [14]) == (1, 0)
+
+
+def test_reports_of_a_pair_that_rests_are_shown_where_pushes_show() -> None:
+    """A rest shows any number of reports up to two steps away, and needs none; reports further away are not shown."""
+    assert parting([], [4, 5, 6, 7, 8], [(6, 7)]) == (0, 0)
+    assert parting([], [3, 10], [(6, 7)]) == (2, 0)
+    assert parting([], [10, 14], [(2, 8), (16, 20), (40, 41)]) == (0, 0)
+    assert parting([], [12, 30], [(2, 8), (16, 20), (40, 41)]) == (2, 0)
+    assert parting([(10, 11, False)], [], [(6, 11)]) == (0, 1)
+
+
+#: A disc that meets a floor and, in the same frame of PIT, a slope. The slope sends it on so slowly that it hops from
+#: frame to frame, each time by less than its fall in three frames. PIC has one impact, with the slope.
+NARROW = staged(
+    "narrow",
+    *(disc_at(0.0, 0.5, 2.1, -0.13, r=0.25), wall_at(0.0, 0.0, 0.0, 1.0), wall_at(1.0, 0.0, -0.65, 0.76)),
+    gravity_m_s2=(0.0, -2.0),
+    wall_friction=0.3,
+    duration_s=2.0,
+)
+
+
+def test_what_hops_from_frame_to_frame_on_a_slope_reports_what_it_shows() -> None:
+    """PIT strikes the slope at each frame, as its velocities show; a report of the floor at that time is wrong."""
+    run = sampled(NARROW)
+    hops = run.impacts[run.impacts["second"] == -2]
+    assert len(hops) > 50
+    score = judged(run)
+    assert score.grade is Grade.PARTED
+    assert Verdict.MISREPORTED not in score.verdicts
+    lie = hops[[2]].copy()
+    lie["second"] = -1
+    score = reporting(run, np.concatenate([run.impacts, lie]))
+    assert score.grade is Grade.WRONG
+    assert reason(score, Verdict.MISREPORTED).startswith("1 reported but not shown, the first at ")

@@ -1,0 +1,159 @@
+"""A NaN or infinite number anywhere in a trace is named, and the run is graded wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from tests.lengths import each
+from tests.planted.faults import DT, ROW, faithful
+from tests.stage import altered, sure
+
+from carom import Trace, compare, solve_pic, solve_pit
+from carom.catalogue import catalogue
+from carom.comparator import Grade, Verdict
+from carom.comparator.non_finite import find_non_finite
+from carom.comparator.scales import largest
+from carom.errors import InputError
+from carom.model.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
+
+REFERENCE = solve_pic(ROW)
+BROKEN = [math.nan, math.inf, -math.inf]
+#: Sampling runs to compare with, in turn: none, and a PIT without error.
+SAMPLINGS = (None, dataclasses.replace(REFERENCE, dt_s=DT))
+
+
+def sampled(trace: Trace) -> Trace:
+    """The trace with states for drawing."""
+    samples = Samples(np.array([0.0, 1.0]), np.stack([trace.final_position_m, trace.final_position_m]))
+    return dataclasses.replace(trace, samples=samples)
+
+
+def array_of(trace: Trace, name: str) -> NDArray[np.void]:
+    field, _, part = name.partition(".")
+    whole = getattr(trace, field)
+    return np.asarray(getattr(whole, part) if field == "samples" else whole[part] if part else whole)
+
+
+def replaced(trace: Trace, field: str, value: Any) -> Trace:
+    return dataclasses.replace(trace, **{field: value})
+
+
+def with_array(trace: Trace, name: str, array: NDArray[np.void]) -> Trace:
+    field, _, part = name.partition(".")
+    whole = getattr(trace, field)
+    if field == "samples":
+        return replaced(trace, field, dataclasses.replace(whole, **{part: array}))
+    if not part:
+        return replaced(trace, field, array)
+    changed = whole.copy()
+    changed[part] = array
+    return replaced(trace, field, changed)
+
+
+def fields() -> Iterator[str]:
+    yield from (f"impacts.{name}" for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
+    yield from (f"state_before.{name}" for name in STATE_DTYPE.names or ())
+    yield from ("effective_time_s", "final_position_m", "final_velocity_m_s", "samples.time_s", "samples.position_m")
+
+
+def broken_copies(trace: Trace, name: str) -> Iterator[tuple[Trace, str]]:
+    """Yield a copy for each number of a field, with that number replaced by each non-finite value in turn."""
+    whole = array_of(trace, name)
+    for index, value in zip(np.ndindex(whole.shape), itertools.cycle(BROKEN), strict=False):
+        changed = whole.copy()
+        changed[index] = value
+        yield with_array(trace, name, changed), f"{name}{index} = {value}"
+
+
+@each("name", list(fields()))
+def test_a_number_that_is_none_is_wrong_at_any_place(name: str) -> None:
+    """NaN or infinity in any field of any row has a verdict and the grade wrong, with and without a PIT."""
+    trace = sampled(faithful(REFERENCE))
+    assert compare(REFERENCE, trace).grade is Grade.EXACT
+    for sampling, (copy, what) in zip(itertools.cycle(SAMPLINGS), broken_copies(trace, name), strict=False):
+        score = compare(REFERENCE, copy, sampling=sampling)
+        assert score.grade is Grade.WRONG, what
+        assert score.verdicts[0] is Verdict.NOT_FINITE, what
+        assert Verdict.CONFORMS not in score.verdicts, what
+        assert not score.equals_pit, what
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "classics/deflection",
+        pytest.param("classics/sorting", marks=pytest.mark.long),
+        pytest.param("classics/box", marks=pytest.mark.long),
+    ],
+)
+def test_walls_immovable_discs_and_long_chains_are_looked_through_as_well(name: str) -> None:
+    """Every field of every impact of scenes with walls, immovable discs and many impacts; beyond a horizon too."""
+    reference = solve_pic(catalogue()[name].scene)
+    for field in ("impacts.time_s", "impacts.normal", "impacts.velocity_second_before", "impacts.velocity_first_after"):
+        for copy, what in broken_copies(dataclasses.replace(reference, dt_s=DT), field):
+            score = compare(reference, copy, horizon=0.5 * float(reference.impacts["time_s"][-1]))
+            assert (score.grade, score.verdicts[0]) == (Grade.WRONG, Verdict.NOT_FINITE), what
+
+
+@pytest.mark.parametrize("field", ["end_time_s", "dt_s"])
+def test_the_end_and_the_step_are_numbers(field: str) -> None:
+    """A run that ends at no time, or has no step, is wrong."""
+    for value in BROKEN:
+        assert compare(REFERENCE, replaced(faithful(REFERENCE), field, value)).grade is Grade.WRONG
+
+
+def test_the_reason_names_field_row_and_value() -> None:
+    """The verdict's reason names the field, its impact and its value."""
+    score = compare(REFERENCE, altered(faithful(REFERENCE), 1, velocity_first_after=(math.nan, 0.0)))
+    assert score.findings[0].reason == "velocity_first_after of impact 1 is nan, 0"
+    assert score.total.velocity == math.inf
+    assert score.errors[0].velocity == 0
+
+
+def test_not_known_is_not_broken() -> None:
+    """NaN means "not known" for a whole state, and for the effective time of an impact whose state is not known."""
+    trace = faithful(REFERENCE)
+    states, effective = sure(trace.state_before).copy(), sure(trace.effective_time_s).copy()
+    effective[1] = math.nan
+    assert (
+        find_non_finite(dataclasses.replace(trace, effective_time_s=effective)) == "effective_time_s of impact 1 is nan"
+    )
+    states["position_first"][1] = states["position_second"][1] = math.nan
+    unknown = dataclasses.replace(trace, effective_time_s=effective, state_before=states)
+    assert find_non_finite(unknown) == ""
+    assert compare(REFERENCE, unknown).grade is Grade.EXACT  # by the time stamp
+
+
+def test_nothing_is_held_against_a_reference_with_a_number_that_is_none() -> None:
+    """A reference with NaN is refused by name; a PIT with NaN is treated as missing."""
+    broken = dataclasses.replace(REFERENCE, final_position_m=REFERENCE.final_position_m * math.nan)
+    with pytest.raises(InputError, match="final_position_m of disc 0 is nan, nan in the reference"):
+        compare(broken, REFERENCE)
+    pit = solve_pit(ROW, frame_rate_hz=61.0)  # impacts fall between its frames
+    assert compare(REFERENCE, pit, sampling=pit).grade is Grade.SAMPLED
+    spoilt = dataclasses.replace(pit, final_velocity_m_s=pit.final_velocity_m_s * math.nan)
+    score = compare(REFERENCE, pit, sampling=spoilt)
+    assert score.grade is Grade.UNGRADED
+    assert Verdict.UNCOMPARED in score.verdicts
+
+
+@each(
+    ("values", "expected"),
+    [
+        ([1.0, -3.0, 2.0], -3.0),
+        ([1.0, math.nan], math.nan),
+        ([math.nan, 1.0], math.nan),
+        ([1.0, -math.inf], -math.inf),
+        ([], math.nan),
+    ],
+)
+def test_the_largest_of_what_holds_nan_is_nan(values: list[float], expected: float) -> None:
+    """The largest by magnitude keeps its sign; the result is NaN if any value is NaN, or if there is none."""
+    assert largest(values) == pytest.approx(expected, nan_ok=True)

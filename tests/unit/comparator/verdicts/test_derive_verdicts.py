@@ -1,0 +1,124 @@
+"""Each verdict is true where it is said, and not said where it is not; the page of scoring has every sentence."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from tests.lengths import each
+from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, faithful, replayed
+from tests.stage import disc_at, staged, wall_at
+
+from carom import Score, Trace, compare, solve_pic, solve_pit
+from carom.comparator import Grade, Verdict
+from carom.comparator.verdicts.stepwise_verdicts import report_polygons
+from carom.model.trace import Outcome, kinetic_energy
+from carom.report.outcome_marks import Mark, mark_of_grade
+
+ROOT = Path(__file__).resolve().parents[4]
+COMPARATOR = ROOT / "src" / "carom" / "comparator"
+PAGE = (ROOT / "docs" / "theory" / "scoring.md").read_text()
+RULES = "".join(path.read_text() for path in (COMPARATOR / "grade.py", *COMPARATOR.glob("verdicts/*.py")))
+
+
+def reason(score: Score, verdict: Verdict) -> str:
+    """Return the reason of a verdict that is reported exactly once."""
+    (found,) = (finding.reason for finding in score.findings if finding.verdict is verdict)
+    return found
+
+
+def first_column(heading: str) -> list[str]:
+    """Return the first cell of each row of the table below a heading of the page."""
+    below = PAGE.partition(f"\n## {heading}")[2].partition("\n## ")[0]
+    return [row for row in re.findall(r"^\| (.+?) \|", below, re.MULTILINE) if row not in ("verdict", "grade", "---")]
+
+
+def test_the_page_has_every_verdict_and_no_other() -> None:
+    """The table has each verdict, and no other sentence."""
+    assert sorted(first_column("6. The verdicts")) == sorted(verdict.value for verdict in Verdict)
+
+
+def test_the_page_has_every_grade_and_no_other() -> None:
+    """The table has each grade by its displayed word, from best to worst."""
+    assert first_column("7. The grade") == [mark_of_grade(grade, 64).word for grade in Grade]
+
+
+@each("verdict", Verdict)
+def test_every_verdict_is_said_somewhere(verdict: Verdict) -> None:
+    """No verdict is declared that no rule can yield."""
+    assert f"Verdict.{verdict.name}" in RULES
+
+
+def test_a_run_that_goes_on_where_the_reference_ends_does_not_agree_with_it() -> None:
+    """Where PIC's impacts accumulate at one instant, a run that completes is wrong, and the reason says why."""
+    whole = solve_pic(ROW)
+    kept = whole.impacts["time_s"] <= FIRST_S
+    ended = dataclasses.replace(
+        whole, impacts=whole.impacts[kept], outcome=Outcome.STANDSTILL, end_time_s=(FIRST_S + LAST_S) / 2
+    )
+    completes = dataclasses.replace(replayed(ended, ended.impacts.copy()), outcome=Outcome.COMPLETED)
+    score = compare(ended, completes)
+    assert score.grade is Grade.WRONG
+    assert Verdict.CONFORMS not in score.verdicts
+    assert "inelastic collapse" in reason(score, Verdict.WENT_ON)
+
+
+def test_agreement_is_said_up_to_the_horizon_only() -> None:
+    """With a horizon between two impacts, the verdict counts the first impact only."""
+    reference = solve_pic(ROW)
+    score = compare(reference, faithful(reference), horizon=(FIRST_S + LAST_S) / 2)
+    assert reason(score, Verdict.CONFORMS) == "1 of 1 impacts found up to 0.875 s"
+    assert reason(compare(reference, faithful(reference)), Verdict.CONFORMS) == "2 of 2 impacts found"
+
+
+def rebound(restitution: float) -> Trace:
+    """Return a disc's run onto a wall, by PIC."""
+    scene = staged("rebound", disc_at(-3, 0, 4, 0), wall_at(0, 0, -1, 0), wall_restitution=restitution, duration_s=1.5)
+    return solve_pic(scene)
+
+
+def test_more_energy_than_the_reference_is_not_called_a_gain() -> None:
+    """A disc that keeps .36 of its energy where it should keep .25 has more than the reference, and has gained none."""
+    reference, other = rebound(0.5), rebound(0.6)
+    observed = dataclasses.replace(other, scene=reference.scene, dt_s=DT)
+    assert kinetic_energy(reference.scene, observed.final_velocity_m_s) < 0.5 * 4.0**2
+    score = compare(reference, observed, sampling=solve_pit(reference.scene, frame_rate_hz=1 / DT))
+    assert reason(score, Verdict.ENERGY_GAINED).startswith("0.11 of the energy at the start")
+    assert Verdict.ENERGY_GAINED.value == "discs end with more kinetic energy than the reference's"
+
+
+def test_a_late_stamp_is_no_wrong_path() -> None:
+    """If the time at which a path turned is unknown, the reported time is used; no verdict mentions the path."""
+    reference = solve_pic(ROW)
+    observed = faithful(reference)
+    impacts = observed.impacts.copy()
+    impacts["time_s"][0] += 0.5 * DT
+    unknown = np.array([np.nan, impacts["time_s"][1]])
+    score = compare(reference, dataclasses.replace(observed, impacts=impacts, effective_time_s=unknown))
+    assert "0.5 steps" in reason(score, Verdict.LATE)
+    assert "path" not in Verdict.LATE.value
+
+
+def test_a_grade_claims_no_more_than_it_rests_on() -> None:
+    """*Inaccurate* is given where nobody can say whether every impact was found; *sampled* up to a step late."""
+    assert "every impact" not in Mark.INACCURATE.meaning
+    late = solve_pit(staged("late", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=1.0), frame_rate_hz=70.0)
+    reference = solve_pic(late.scene)
+    impacts = reference.impacts.copy()
+    impacts["time_s"] += 0.9 / 70.0  # PIT at this phase finds it at once
+    observed = dataclasses.replace(reference, impacts=impacts, dt_s=1 / 70.0)
+    score = compare(reference, observed, sampling=late)
+    assert max(error.time_s for error in score.errors) > max(abs(score.sampling.time_s), 0.0)  # type: ignore[union-attr] # given
+    assert "PIT can have" in Mark.SAMPLED.meaning
+
+
+def test_how_far_straight_steps_are_off_a_parabola_is_half_of_what_is_fallen_in_one() -> None:
+    """At 2 m/s^2 and a step of a quarter of a second, half of an eighth of a metre."""
+    evidence: Any = SimpleNamespace(local_truth=SimpleNamespace(polygon=True), observed=SimpleNamespace(dt_s=0.25))
+    evidence.reference = solve_pic(staged("falls", disc_at(0.0, 0.0), gravity_m_s2=(0.0, -2.0), duration_s=1.0))
+    (finding,) = report_polygons(evidence)
+    assert ", 0.0625 m;" in finding.reason

@@ -1,0 +1,211 @@
+"""An installed adapter that is broken is a line with its reason, and touches nothing that did not ask for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.processes import PATIENT_S
+
+from carom import Disc, Scene, cross_check
+from carom.engines.api import Capabilities
+from carom.engines.registry import EngineInfo
+from carom.errors import UnknownNameError
+from carom.execution.describe_engines import DescribeTask, SettingsTask, describe_engines, list_methods, select_engines
+from carom.execution.job import Answer, Method, Status, Task
+from carom.execution.pool import InProcessPool, LocalPool
+
+Install = Callable[[str, dict[str, str]], None]
+
+ADAPTER = """
+import ctypes, os, signal, sys, threading, time
+from types import SimpleNamespace
+from carom.engines.api import Capabilities, Engine, Profile
+
+def made(**fields):
+    there = dict(name="x", engine=Engine("X"), capabilities=Capabilities(), prepare=print)
+    there["profiles"] = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
+    return SimpleNamespace(**(there | fields))
+
+def setting(act):
+    return made(profiles={"tuned": Profile("acts", lambda dt: exec(act, globals())), "sound": made().profiles["tuned"]})
+"""
+
+#: What happens when an entry point is loaded, and what the line says of it.
+LOADING = {
+    "exits-0": ("sys.exit(0)", "crashed: exit code 0"),
+    "ends": ("os._exit(0)", "crashed: exit code 0"),
+    "aborts": ("os.abort()", "ended by SIGABRT"),
+    "segfaults": ("os.kill(os.getpid(), signal.SIGSEGV)", "ended by SIGSEGV"),
+    "base-exception": ("raise BaseException('no')", "BaseException: no"),
+    "interrupts": ("raise KeyboardInterrupt", "crashed: "),
+    "raises": ("raise OSError('no licence')", "OSError: no licence"),
+    "thread-stays": (
+        "threading.Thread(target=time.sleep, args=(3600,)).start(); sys.exit(1)",
+        "closed the pipe for answers, and continued",
+    ),
+    "closes-all": ("os.closerange(0, 256)", "closed the pipe for answers"),
+    "loops": ("while True: pass", "timed out: no answer within"),
+    "sleeps": ("time.sleep(3600)", "timed out: no answer within"),
+    "holds-the-lock": ("ctypes.PyDLL(None).sleep(3600)", "timed out: no answer within"),
+}
+
+#: What an adapter declares, and what the line says of it.
+DECLARED = {
+    "no-capabilities": ("capabilities=None", "capabilities must be Capabilities(...), got None"),
+    "float-bits": (
+        "capabilities=Capabilities(float_bits=17)",
+        "capabilities.float_bits must be one of [32, 64], got 17; declare 32",
+    ),
+    "half-floats": (
+        "capabilities=Capabilities(float_bits=16)",
+        "capabilities.float_bits must be one of [32, 64], got 16; declare 32 for narrower floats",
+    ),
+    "wide-floats": ("capabilities=Capabilities(float_bits=80)", "float_bits must be one of [32, 64], got 80"),
+    "words": (
+        "capabilities=Capabilities(max_speed_m_s='fast')",
+        "capabilities.max_speed_m_s: Input should be a valid number, got 'fast'",
+    ),
+    "nan": ("capabilities=Capabilities(max_speed_m_s=float('nan'))", "capabilities.max_speed_m_s must be a number"),
+    "order": (
+        "capabilities=Capabilities(restitution=(1.0, 0.0))",
+        "capabilities.restitution must be a least and a greatest",
+    ),
+    "no-engine": ("engine=None", "engine must be Engine(...), got None"),
+    "no-engine-name": ("engine=Engine(None)", "engine.name: Input should be a valid string, got None"),
+    "no-name": ("name=None", "the name of an adapter must be a text, got None"),
+    "no-profiles": ("profiles={}", "profiles must be a mapping with at least one profile"),
+    "changed-no-mapping": (
+        "profiles={'tuned': Profile('x', dict, changed='friction')}",
+        "profiles['tuned'].changed must be a mapping of names to reasons, got 'friction'",
+    ),
+    "changed-no-reason": (
+        "profiles={'tuned': Profile('x', dict, changed={'friction': None})}",
+        "profiles['tuned'].changed['friction'] must be a text, got None",
+    ),
+    "list-of-profiles": ("profiles=[1]", "profiles must be a mapping with at least one profile"),
+    "own-capabilities": (
+        "profiles={'tuned': Profile('x', dict, capabilities=Capabilities(float_bits=8))}",
+        "profiles['tuned'].capabilities.float_bits must be one of",
+    ),
+}
+
+
+@pytest.fixture
+def loading(install: Install) -> None:
+    """Adapters that do something at their import: as attributes that are made when they are asked for."""
+    acts = {name.replace("-", "_"): act for name, (act, _) in LOADING.items()}
+    source = f"{ADAPTER}\nACTS = {acts!r}\ndef __getattr__(name):\n    return exec(ACTS[name], globals())\n"
+    install(source, {name: name.replace("-", "_") for name in LOADING})
+
+
+@pytest.fixture
+def declared(install: Install) -> None:
+    """Adapters that declare what can't be."""
+    made = "".join(f"{name.replace('-', '_')} = made({fields})\n" for name, (fields, _) in DECLARED.items())
+    install(ADAPTER + made + "sound = made()\n", {name: name.replace("-", "_") for name in (*DECLARED, "sound")})
+
+
+@pytest.mark.usefixtures("loading")
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name != "exits-0")) for name in LOADING]
+)
+def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever loading an adapter does, it is unavailable with the reason, in bounded time."""
+    # An adapter that hangs is ended soon, and one that ends by itself is waited for, however slowly its process starts.
+    monkeypatch.setattr(DescribeTask, "min_time_limit_s", 6.0 if "timed out" in LOADING[name][1] else PATIENT_S)
+    if "closed" not in LOADING[name][1]:
+        monkeypatch.setattr("carom.execution.worker_process.GRACE_S", PATIENT_S)
+    with LocalPool(1, 6.0) as pool:
+        (line,) = describe_engines([name], pool)
+    assert LOADING[name][1] in line.unavailable
+    assert not line.profiles
+
+
+@pytest.mark.usefixtures("declared")
+def test_what_an_adapter_declares_is_held_to_the_seam() -> None:
+    """A wrong field is named with its value; a sound adapter of the same distribution is available."""
+    with InProcessPool() as pool:
+        found = {info.name: info for info in describe_engines([*DECLARED, "sound"], pool)}
+    assert found["sound"].available
+    for name, (_, words) in DECLARED.items():
+        assert words in found[name].unavailable
+
+
+@pytest.mark.long
+def test_adapters_of_a_distribution_share_a_process_and_no_failure(install: Install) -> None:
+    """They are asked in one process; one that fails there for what another did is asked alone, and is available."""
+    spoils = "import builtins, os\nbuiltins.spoilt = True\nfirst = made(version=lambda: str(os.getpid()))\n"
+    fails = "def version():\n    assert not hasattr(builtins, 'spoilt')\n    return 'alone'\n"
+    install(
+        f"{ADAPTER}\nimport builtins\ndef __getattr__(name):\n    exec({spoils!r}, globals())\n    return first\n"
+        f"{fails}second, third = made(version=lambda: str(os.getpid())), made(version=version)\n",
+        {"a-first": "first", "b-second": "second", "c-third": "third"},
+    )
+    with LocalPool(2) as pool:
+        found = {info.name: info for info in describe_engines(["a-first", "b-second", "c-third"], pool)}
+    assert found["a-first"].version == found["b-second"].version != ""
+    assert found["c-third"].version == "alone", found["c-third"].unavailable
+
+
+def test_an_engine_that_is_not_installed_is_run_only_where_it_is_asked_for() -> None:
+    """By default it is left out; by name it is a row with the reason; an adapter that is broken is a row always."""
+    there = EngineInfo("there", "There", "1", "", Capabilities(), {"tuned": ""}, "")
+    missing = replace(there, name="missing", version="", unavailable="not installed; pip install it")
+    broken = replace(missing, name="broken", capabilities=None, profiles={})
+    infos = [there, missing, broken]
+    assert select_engines(infos, None) == [there, broken]
+    assert select_engines(infos, ["there", "missing", "broken"]) == infos
+
+
+def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_path: Path) -> None:
+    """A command on PIT alone runs no line of another adapter's code, and one that is unknown is refused before any."""
+    install(f"open({str(tmp_path / 'imported')!r}, 'w')\nimport os; os._exit(0)\n", {"deadly": "adapter"})
+    scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
+    results = cross_check([scene], ["pit"], dts=[0.1], timing=False, pool=InProcessPool())
+    assert {row.status for row in results.rows} == {Status.RAN}
+    with pytest.raises(UnknownNameError, match="deadly"):
+        describe_engines(["nonesuch"], InProcessPool())
+    assert not (tmp_path / "imported").exists()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("act", "said"),
+    [
+        ("os._exit(0)", "crashed: query of its settings: exit code 0"),
+        ("time.sleep(3600)", "timed out: query of its settings: no answer within"),
+    ],
+)
+def test_settings_that_can_t_be_had_cost_their_profile_alone(
+    install: Install, monkeypatch: pytest.MonkeyPatch, act: str, said: str
+) -> None:
+    """A profile whose settings end the process, or hang, is a reason for its own rows; the adapter's others run."""
+    monkeypatch.setattr(DescribeTask, "min_time_limit_s", PATIENT_S)
+    # The limit is that of both profiles: long enough for a process to start slowly after the one that hung.
+    monkeypatch.setattr(SettingsTask, "min_time_limit_s", 30.0 if "sleep" in act else PATIENT_S)
+    install(ADAPTER + f"odd = setting({act!r})\n", {"odd": "odd"})
+    with LocalPool(1, 30.0) as pool:
+        methods = list_methods(describe_engines(["odd"], pool), ["tuned", "sound"], [0.1], pool)
+    tuned, sound = Method("odd", "tuned"), Method("odd", "sound")
+    assert set(methods.at["odd", 0.1]) == {tuned, sound}
+    refused = methods.find_refusal(tuned, 0.1)
+    assert refused is not None
+    assert refused.said.startswith(said)
+    assert methods.find_refusal(sound, 0.1) is None
+
+
+class Silent(InProcessPool):
+    """Refuses to be asked anything."""
+
+    def run_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
+        raise AssertionError(tasks)
+
+
+def test_an_adapter_is_asked_once_a_process() -> None:
+    """What is known of an adapter is not asked for again."""
+    first = describe_engines(["pit"], InProcessPool())
+    assert describe_engines(["pit"], Silent()) == first

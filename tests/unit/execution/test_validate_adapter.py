@@ -1,0 +1,249 @@
+"""Whatever an adapter's methods return is what it may be, or refused by the name of the field and the value."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.lengths import each
+
+from carom import Disc, Scene, Wall
+from carom.engines.api import AdapterError, Contact, Observation
+from carom.execution.state_rows import StateRows
+from carom.execution.validate_adapter import MOST_CHARACTERS, Validator, plain_counts, plain_settings
+from carom.support.limits import LARGEST
+
+DT = 0.1
+ALONG_X = (1.0, 0.0)
+TOUCH = Contact(0, 1, 0.05, ALONG_X, 1.0)
+TOLD = Contact(0, 1, 0.05, ALONG_X, None, ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)))
+
+STATE = np.array([(0.0, 0.0), (1.0, 0.0)])
+
+
+def scene(friction: float = 0.0) -> Scene:
+    discs = [Disc(position_m=(x, 0), radius_m=0.1) for x in (0, 1)]
+    return Scene(
+        name="line", discs=discs, walls=[Wall(point_m=(9, 0), normal=(-1, 0))], friction=friction, duration_s=1
+    )
+
+
+def enter(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
+    """Let in what was observed in the second step."""
+    validator, rows = Validator(scene(friction), DT, float_bits), StateRows(1, len(STATE))
+    found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
+    validator.read(Observation(**found), rows, 0)
+    return rows.observation(0, validator.contacts(found["contacts"], DT, 2 * DT))
+
+
+def test_what_is_sound_comes_in_as_it_is() -> None:
+    """Values pass to the bit, whichever kinds of numbers they are, and later writing does not reach what came in."""
+    position = STATE.astype(np.float32)
+    wall = Contact(np.int64(0), -1, np.float32(0.125), [0, -1], None)  # type: ignore[arg-type] # as adapters have it
+    seen = enter(TOUCH, TOLD, wall, position_m=position)
+    position[0, 0] = 9.0
+    assert seen.contacts == (TOUCH, TOLD, Contact(0, -1, 0.125, (0.0, -1.0)))
+    assert seen.position_m.tolist() == STATE.tolist()
+    assert seen.position_m.dtype == np.float64
+
+
+def test_a_state_that_is_not_finite_is_the_engines_own() -> None:
+    """NaN in a state passes: how the run ended says so, and an adapter that reports it made no slip."""
+    assert np.isnan(enter(position_m=STATE * math.nan).position_m).all()
+
+
+@each(
+    ("fields", "words"),
+    [
+        ({"position_m": STATE.tolist()}, r"position_m of an Observation must be an array of floats, got '\[\[0.0"),
+        ({"position_m": STATE.T[:1]}, r"position_m of an Observation must have the shape \(2, 2\), got \(1, 2\)"),
+        ({"velocity_m_s": STATE + 1j}, "velocity_m_s of an Observation must be an array of floats, got a ndarray"),
+        ({"velocity_m_s": STATE.astype(object)}, "velocity_m_s of an Observation must be an array of floats"),
+        ({"spin_rad_s": np.zeros(3)}, r"spin_rad_s of an Observation must have the shape \(2,\), got \(3,\)"),
+        ({"warning": 5}, r"the warning of an observation must be a text, got 5 \(int\)"),
+        ({"warning": None}, "the warning of an observation must be a text, got None"),
+        ({"warning": "x" * (MOST_CHARACTERS + 1)}, "must have at most 2000 characters, got 2001"),
+        ({"warning": "\ud800"}, "must be Unicode text"),
+        ({"contacts": 7}, r"contacts of an observation must be a tuple, got 7 \(int\)"),
+        ({"contacts": (None,)}, "a contact must be a Contact, got None"),
+    ],
+)
+def test_a_field_of_an_observation_is_refused_by_name_and_value(fields: dict[str, Any], words: str) -> None:
+    """Wrong types and shapes are the adapter's slip, and the message says of which field."""
+    with pytest.raises(
+        AdapterError, match=words.replace("'", "") + ".*; see docs/reference/adapters.md#field-by-field"
+    ):
+        enter(**fields)
+
+
+#: How many numbers a field of a contact has.
+NUMBERS = {"time_s": 1, "normal": 2, "impulse_n_s": 1, "tangential_impulse_n_s": 1, "velocities": 8, "spins_rad_s": 4}
+
+
+def filled(field: str, numbers: list[Any]) -> Contact:
+    held: Any = numbers[0] if NUMBERS[field] == 1 else tuple(numbers)
+    if field == "velocities":
+        held = tuple((numbers[k], numbers[k + 1]) for k in range(0, 8, 2))
+    return dataclasses.replace(TOLD, **{field: held})
+
+
+@each("value", [math.nan, math.inf, -math.inf, 10**400, "1", None, b"1", 1j])
+def test_every_number_of_a_contact_must_be_one(value: Any) -> None:
+    """What is no finite number is refused wherever a contact has it, by the name of the field, and never dropped."""
+    for field, place in ((field, k) for field, count in NUMBERS.items() for k in range(count)):
+        if value is None and NUMBERS[field] == 1 and field != "time_s":
+            continue  # None is what an engine says that does not tell
+        numbers: list[Any] = [1.0, 0.0] * 4
+        numbers[place] = value
+        with pytest.raises(AdapterError, match=rf"{field} of a contact of bodies 0 and 1 must be (finite|numbers)"):
+            enter(filled(field, numbers[: NUMBERS[field]]))
+
+
+def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
+    """The error of a swapped contact without walls suggests no wall, but where to read on."""
+    validator = Validator(scene().model_copy(update={"walls": ()}), DT, 64)
+    with pytest.raises(AdapterError, match=r"has no walls\); see docs/reference/adapters.md#field-by-field"):
+        validator.contacts((Contact(1, 0, 0.1, ALONG_X),), DT, 2 * DT)
+
+
+@each(
+    ("contact", "words"),
+    [
+        (Contact(1, 0, 0.1, ALONG_X), "bodies 1 and 0"),
+        (Contact(0, 0, 0.1, ALONG_X), "bodies 0 and 0"),
+        (Contact(0, 2, 0.1, ALONG_X), "bodies 0 and 2"),
+        (Contact(0, -7, 0.1, ALONG_X), r"bodies 0 and -7: .* or a wall, -1 - k of wall k \(-1\)"),
+        (Contact(-1, 0, 0.1, ALONG_X), "bodies -1 and 0"),
+        (Contact(0.0, 1, 0.1, ALONG_X), r"first of a contact must be a whole number, got 0.0 \(float\)"),  # type: ignore[arg-type] # what is refused
+        (Contact(0, 1, 0.1, (0.0, 0.0)), "normal of a contact of bodies 0 and 1 must have the length 1, got 0, 0"),
+        (Contact(0, 1, 0.1, (5.0, 0.0)), "must have the length 1, got 5, 0"),
+        (Contact(0, 1, 0.1, (0.6, 0.8, 0.0)), "normal of a contact .* must have 2 items"),  # type: ignore[arg-type] # what is refused
+        (Contact(0, 1, -0.1, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got -0.1"),
+        (Contact(0, 1, 0.5, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got 0.5"),
+        (dataclasses.replace(TOLD, velocities=((1.0, 0.0),)), "velocities of a contact .* must have 4 items"),  # type: ignore[arg-type] # what is refused
+    ],
+)
+def test_a_contact_that_can_not_be_is_refused_by_name_and_value(contact: Contact, words: str) -> None:
+    """Bodies that do not exist, a normal of another length than 1 and a time outside the step are slips."""
+    with pytest.raises(AdapterError, match=f"{words}.*; see docs/reference/adapters.md#field-by-field"):
+        enter(contact)
+
+
+WALL = Contact(0, -1, DT, ALONG_X, None, ((1.0, 0.0), (0.0, 0.0), (-1.0, 0.0), (0.0, 0.0)), None, (0.0,) * 4)
+BEYOND = math.nextafter(LARGEST, math.inf)
+
+
+@pytest.mark.parametrize("place", [1, 3])
+@pytest.mark.parametrize("value", [1e-17, -5e-324, 1.0])
+def test_a_wall_of_a_contact_neither_moves_nor_turns(place: int, value: float) -> None:
+    """Values of a wall in a contact must be exactly 0; another value is an error that names it."""
+    moved: Any = list(WALL.velocities or ())
+    moved[place] = (0.0, value)
+    with pytest.raises(AdapterError, match=f"velocities of a contact .* must be 0 for a wall.*{value:g}"):
+        enter(dataclasses.replace(WALL, velocities=tuple(moved)))
+    turned: Any = [0.0] * 4
+    turned[place] = value
+    with pytest.raises(AdapterError, match=f"spins_rad_s of a contact .* must be 0 for a wall.*{value:g}"):
+        enter(dataclasses.replace(WALL, spins_rad_s=tuple(turned)))
+    assert enter(WALL).contacts == (WALL,)
+
+
+def test_a_finite_number_has_a_square() -> None:
+    """One too large to be scored is refused by field and value, of a state and of a contact; the largest is not."""
+    for field, sign in itertools.product(("position_m", "velocity_m_s", "spin_rad_s"), (1.0, -1.0)):
+        state: Any = np.zeros(2) if field == "spin_rad_s" else np.zeros((2, 2))
+        state.flat[-1] = sign * LARGEST
+        enter(**{field: state})
+        state.flat[-1] = sign * BEYOND
+        with pytest.raises(AdapterError, match=f"{field} of an Observation must be at most .*, got -?6.7039e"):
+            enter(**{field: state})
+    for field in NUMBERS.keys() - {"time_s", "normal"}:
+        with pytest.raises(AdapterError, match=f"{field} of a contact of bodies 0 and 1 must be at most"):
+            enter(filled(field, [BEYOND] * NUMBERS[field]))
+
+
+@pytest.mark.parametrize("second", [1, -1])
+def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
+    """A contact that says what happened between two immovable bodies is a slip; one that says nothing passes."""
+    fixed = [Disc(position_m=(x, 0), radius_m=0.1, mass_kg=math.inf) for x in (0, 1)]
+    validator = Validator(scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
+
+    def enter_one(contact: Contact) -> None:
+        validator.contacts((contact,), DT, 2 * DT)
+
+    enter_one(Contact(0, second, DT, ALONG_X))
+    enter_one(Contact(0, second, DT, ALONG_X, 0.0))
+    for contact in (
+        Contact(0, second, DT, ALONG_X, 1.0),
+        Contact(0, second, DT, ALONG_X, None, ((0.0, 0.0),) * 4),
+    ):
+        with pytest.raises(AdapterError, match=f"bodies 0 and {second}, neither of which can move"):
+            enter_one(contact)
+
+
+def test_a_normal_is_of_length_1_to_half_the_digits_of_the_floats() -> None:
+    """A normal that is off by a little passes for a method of 32 bits, and neither twice as much nor one of 64 bits."""
+    off = 2.0**-12  # of 23 bits after the leading one
+    assert enter(Contact(0, 1, DT, (1.0 + off, 0.0)), float_bits=32).contacts
+    with pytest.raises(AdapterError, match="must have the length 1"):
+        enter(Contact(0, 1, DT, (1.0 + 2.0 * off, 0.0)), float_bits=32)
+    with pytest.raises(AdapterError, match="must have the length 1"):
+        enter(Contact(0, 1, DT, (1.0 + off, 0.0)))
+
+
+@pytest.mark.parametrize("contacts", [(), (TOLD,)])
+def test_spins_are_asked_for_where_discs_turn(contacts: tuple[Contact, ...]) -> None:
+    """Where discs turn, spins are part of the state, and of an impact that tells its velocities."""
+    with pytest.raises(AdapterError, match="spin"):
+        enter(*contacts, friction=0.5, spin_rad_s=np.zeros(2) if contacts else None)
+
+
+def test_settings_come_in_as_plain_values() -> None:
+    """Numbers of NumPy's and subclasses become plain ones; NaN is a number."""
+
+    class Own(float):
+        def __new__(cls, a: float, _b: float) -> Own:
+            return super().__new__(cls, a)
+
+    found = plain_settings(
+        {"a": np.float32(0.5), "b": np.int64(3), "c": np.True_, "d": Own(1.5, 2), "e": True}, "of it"
+    )
+    assert [(value, type(value)) for value in found.values()] == [
+        (0.5, float),
+        (3, int),
+        (True, bool),
+        (1.5, float),
+        (True, bool),
+    ]
+    assert math.isnan(float(plain_settings({"a": math.nan}, "of it")["a"]))
+
+
+@each(
+    ("check", "found", "words"),
+    [
+        (lambda found: plain_settings(found, "of it"), None, "settings of it must be a mapping, got None"),
+        (lambda found: plain_settings(found, "of it"), {"k": np.zeros(2)}, "setting 'k' of it must be a number"),
+        (lambda found: plain_settings(found, "of it"), {"k": b"x"}, "setting 'k' of it must be a number"),
+        (lambda found: plain_settings(found, "of it"), {"k": "\ud800"}, "setting 'k' of it must be Unicode"),
+        (lambda found: plain_settings(found, "of it"), {5: 1.0}, "a name among the settings of it must be a text"),
+        (lambda found: plain_settings(found, "of it"), {"k": -(10**5000)}, "setting 'k' of it must be at most 2"),
+        (
+            lambda found: plain_settings(found, "of it"),
+            dict.fromkeys(map(str, range(1001)), 1),
+            "at most 1000, got 1001",
+        ),
+        (plain_counts, {"k": -1}, r"count 'k' must be from 0 to 2\*\*64, got -1 \(int\)"),
+        (plain_counts, {"k": 10**5000}, r"count 'k' must be from 0 to 2\*\*64, got a huge one"),
+        (plain_counts, {"k": 1.5}, r"count 'k' must be a whole number, got 1.5 \(float\)"),
+        (plain_counts, [1], "counts of a world must be a mapping"),
+    ],
+)
+def test_settings_and_counts_are_refused_by_name(check: Callable[[object], object], found: object, words: str) -> None:
+    """What is no plain value is refused, and the message says whose it is."""
+    with pytest.raises(AdapterError, match=words):
+        check(found)

@@ -1,0 +1,96 @@
+"""A worker's folder is removed whatever an engine did to it, and nothing next to it is touched."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from carom.execution.working_folder import Folder, _clear_abandoned
+
+
+def link(work: Path, outside: Path) -> None:
+    """Put a link where the folder was."""
+    work.rmdir()
+    work.symlink_to(outside)
+
+
+def dangling(work: Path, outside: Path) -> None:
+    """Put a link to nothing where the folder was."""
+    work.rmdir()
+    work.symlink_to(outside / "nothing")
+
+
+def file(work: Path, outside: Path) -> None:
+    """Put a file where the folder was."""
+    del outside
+    work.rmdir()
+    work.write_text("a file")
+
+
+def deep(work: Path, outside: Path) -> None:
+    """Make folders in folders, more than Python goes down to and longer in names than the system takes."""
+    del outside
+    within = os.open(work, os.O_RDONLY)
+    for _ in range(1_100):
+        os.mkdir("deep", dir_fd=within)
+        below = os.open("deep", os.O_RDONLY, dir_fd=within)
+        os.close(within)
+        within = below
+    os.close(within)
+
+
+def mixed(work: Path, outside: Path) -> None:
+    """Leave folders of one name in several places, forbidden ones, links, and folders named as numbers."""
+    for name in ("a/b/0", "0/1/2", "1/a", "2"):
+        (work / name).mkdir(parents=True, exist_ok=True)
+        (work / name / "file").write_text("x")
+        (work / name / "link").symlink_to(outside)
+    (work / "a" / "b").chmod(0)
+    (work / "0").chmod(0)
+
+
+@pytest.mark.parametrize("act", [link, dangling, file, deep, mixed])
+def test_a_folder_is_removed_whatever_was_made_of_it(
+    act: Callable[[Path, Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is gone when its owner closes it, and what a link leads to stays as it is."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temp"))
+    (tmp_path / "temp").mkdir()
+    (tmp_path / "outside").mkdir(mode=0o750)
+    (tmp_path / "outside" / "kept").write_text("kept")
+    folder = Folder()
+    act(folder.path, tmp_path / "outside")
+    folder.close()
+    assert [*(tmp_path / "temp").iterdir()] == []
+    assert (tmp_path / "outside" / "kept").read_text() == "kept"
+    assert (tmp_path / "outside").stat().st_mode & 0o777 == 0o750
+
+
+def test_a_removal_that_was_broken_off_is_finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where its owner was killed while it removed a folder, the next start finds what is left, and removes it."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    folder = Folder()
+    mixed(folder.path, tmp_path)
+    remove, left = os.rmdir, 4
+
+    class Killed(BaseException):
+        pass
+
+    def rmdir(*arguments: object, **options: object) -> None:
+        nonlocal left
+        left -= 1
+        if not left:
+            raise Killed
+        remove(*arguments, **options)  # type: ignore[arg-type]  # as it was called
+
+    monkeypatch.setattr(os, "rmdir", rmdir)
+    with pytest.raises(Killed):
+        folder.close()
+    monkeypatch.setattr(os, "rmdir", remove)
+    os.close(folder._lock)  # noqa: SLF001 - as the system does when a process is killed
+    assert [*tmp_path.iterdir()] != []
+    _clear_abandoned.__wrapped__()
+    assert [*tmp_path.iterdir()] == []

@@ -1,0 +1,176 @@
+"""Sampling costs: each engine has a line with its share of the price of sampling and its own error."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import statistics
+from dataclasses import replace
+from html import unescape
+
+import pytest
+from rich.console import Console
+from tests.stage import cross_checked, sure
+
+from carom.catalogue import find_scenes
+from carom.comparator import compare
+from carom.execution.job import Method
+from carom.execution.results import Results, Row
+from carom.model.trace import Trace
+from carom.report.document import Column, Document, Headline, Medium, Section, Table
+from carom.report.formatting import number
+from carom.report.render.html import html
+from carom.report.render.markdown import markdown
+from carom.report.render.terminal import terminal
+from carom.report.results_file.file import records
+from carom.studies.cross_check import sampling_cost_section as price
+from carom.studies.cross_check.document import cross_check_document
+from carom.studies.cross_check.grid import build_grid
+from carom.studies.cross_check.method_sections import methods_section
+from carom.studies.cross_check.sampling_cost_section import (
+    draw_sampling_costs,
+    measure_engine_costs,
+    sampling_cost_section,
+)
+
+
+def with_toy(results: Results, change: dict[str, float]) -> Results:
+    """The results with the toy engine's velocities after each impact made faster, by scene."""
+    rows = []
+    for row in results.rows:
+        if row.job.engine == "toy" and row.trace is not None and row.score is not None:
+            rows.append(rescored(results, row, change.get(row.job.scene.name, 1.0)))
+        else:
+            rows.append(row)
+    return replace(results, rows=tuple(rows))
+
+
+def rescored(results: Results, row: Row, factor: float) -> Row:
+    impacts = sure(row.trace).impacts.copy()
+    impacts["velocity_first_after"] *= factor
+    trace: Trace = replace(sure(row.trace), impacts=impacts)
+    pit = next(
+        other.trace
+        for other in results.rows
+        if other.job.engine == "pit" and other.job.scene == row.job.scene and other.job.dt_s == row.job.dt_s
+    )
+    score = compare(results.references[row.job.scene.name], trace, sampling=pit)
+    return replace(row, trace=trace, score=score)
+
+
+def table_of(section: Section) -> Table:
+    """The one table of a section."""
+    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    return table
+
+
+def price_of(results: Results) -> Section:
+    return sampling_cost_section(build_grid(results))
+
+
+def of_toy(results: Results) -> dict[str, str]:
+    """What the table of prices says of the toy engine, by heading."""
+    columns, rows = table_of(price_of(results)).shown(Medium.PAGE)
+    (row,) = (row for row in rows if row[0].text == "toy tuned")
+    return {column.head: cell.line for column, cell in zip(columns, row, strict=True)}
+
+
+def in_every_medium(section: Section) -> tuple[str, str, str]:
+    """A section, alone, as a page, as Markdown and on a terminal."""
+    document, printed = Document("A section", Headline(""), (section,)), io.StringIO()
+    console = Console(file=printed, width=300)
+    for block in terminal(document, 160, full=True):
+        console.print(block)
+    return html(document), markdown(document), printed.getvalue()
+
+
+def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(results: Results) -> None:
+    """An engine that equals PIT in every scene is reported as equal, without an own error, in every format."""
+    (toy,) = measure_engine_costs(build_grid(results))
+    assert (toy.column.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
+    said = of_toy(results)
+    own = said["own velocity error, median"]
+    assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
+    assert price_of(results).heading in {section.heading for section in cross_check_document(results).sections}
+    for text in in_every_medium(price_of(results)):
+        assert "error / PIT's, median" in unescape(text)
+        assert "own velocity error, median" in text
+
+
+def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> None:
+    """An engine that is right to 1e-9 pays almost nothing and has almost no own error, though it is far from PIT."""
+    late = "paper/late"
+    rows = []
+    for row in results.rows:
+        if row.job.engine == "toy" and row.score is not None:
+            truth = results.references[row.job.scene.name]
+            right = replace(truth, method="toy", dt_s=row.job.dt_s)
+            rows.append(rescored(results, replace(row, trace=right), 1 + 1e-9))
+        else:
+            rows.append(row)
+    said = of_toy(replace(results, rows=tuple(rows)))
+    heads = ("error / PIT's, median", "own velocity error, median")
+    paid, own = (float(said[head].split()[0]) for head in heads)
+    assert 0 < paid < 1e-6
+    assert own < 2e-9
+    assert said["equals PIT"] == "0 of 3"
+    (score,) = (
+        row.score
+        for row in rows
+        if (row.job.engine, row.job.scene.name, row.job.refinement) == ("toy", late, 0) and row.score
+    )
+    assert sure(score.against_pit).velocity > 0.001  # far from PIT, for being right
+
+
+def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
+    """The marks of a chart with one method are inside the frame, by more than the radius of the larger."""
+    (toy,) = measure_engine_costs(build_grid(results))
+    svg = draw_sampling_costs([toy])
+    frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
+    left, top, width, height = map(float, sure(frame).groups())
+    marks = re.findall(r'<g clip-path[^>]*>\s*<use [^>]*?x="([\d.]+)" y="([\d.]+)"', svg)
+    assert len(marks) == 2
+    for x, y in marks:
+        assert left + 4 < float(x) < left + width  # points: half of the larger mark's size
+        assert top + 4 < float(y) < top + height - 4
+
+
+def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
+    """One whose velocities are 10 % too fast in one scene has so much of its own there, and is not PIT there."""
+    late = "paper/late"
+    worse = with_toy(results, {late: 1.1})
+    (toy,) = measure_engine_costs(build_grid(worse))
+    (line,) = (cell.line for cell in toy.cells if cell.scene == late)
+    assert sure(line).own_velocity == min(sure(sure(line).against_pit).velocity, sure(sure(line).total).velocity) > 0.01
+    assert toy.scenes_unlike_pit == [late]
+    assert of_toy(worse)["equals PIT"] == "2 of 3"
+
+
+def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A column added to those of the prices is on the page, in the Markdown and on the terminal."""
+    column = Column("an added column", lambda entry: f"said of {entry.column.name}")
+    monkeypatch.setattr("carom.studies.cross_check.sampling_cost_section._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
+    for text in in_every_medium(price_of(results)):
+        assert "an added column" in text
+        assert "said of toy tuned" in text
+
+
+@pytest.mark.long
+def test_the_price_is_one_number_wherever_it_stands() -> None:
+    """The overview's median, the table of prices and the JSON lines leave out the same: scenes without one answer."""
+    scenes = [entry for name in ("paper", "classics/one-into-two", "classics/cradle*") for entry in find_scenes([name])]
+    found = cross_checked(scenes, ["pic", "pit"], profiles=["tuned"])
+    toy = [replace(row, job=replace(row.job, method=Method("toy", "tuned"))) for row in found.rows]
+    rows = (*found.rows, *(row for row, was in zip(toy, found.rows, strict=True) if was.job.engine == "pit"))
+    of_all = replace(found, rows=rows)
+    grid = build_grid(of_all)
+    tables = [block for block in methods_section(grid).blocks if isinstance(block, Table)]
+    heads, lines = tables[-1].shown(Medium.MARKDOWN)
+    (line,) = (line for line in lines if line[0].line == "toy tuned")
+    shown = line[[head.line for head in heads].index("error / PIT's")].text
+    assert shown == of_toy(of_all)["error / PIT's, median"].split()[0]
+    written = [json.loads(text) for text in records(of_all).splitlines()[1:]]
+    own = [row["price_paid"] for row in written if row["engine"] == "toy" and row["refinement"] == 0]
+    assert shown == number(statistics.median(float(price) for price in own if price is not None))
+    assert own.count(None) == 2

@@ -1,0 +1,178 @@
+"""Changes that count as the engine's, and the order of its releases."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from tests.lengths import each
+
+from carom.errors import CaromError
+from carom.execution.job import Answer, Status
+from carom.studies.history.compare_cells import PLACES, Moved, Ran, SeenCell, change_of
+from carom.studies.history.releases import in_order, selected
+
+PHASES = 8
+RAN = Ran(
+    digest="a",
+    settings=(("dt_s", "0.1"),),
+    grade="SAMPLED",
+    verdicts=("LATE",),
+    expected=1,
+    found=1,
+    lost=0,
+    velocity=0.25,
+    late_steps=0.5,
+    off_m=(0.5, 0.0) * PLACES,
+    off_m_s=(0.25, 0.0),
+    place_rounding_m=1e-12,
+    speed_m_s=1.0,
+    float_bits=64,
+)
+
+
+def seen(*runs: Ran) -> SeenCell:
+    """Return a release in one cell, with its own phase first."""
+    own, *others = (Answer(Status.RAN, value=run) for run in runs)
+    return SeenCell(own, tuple(others))
+
+
+def over(low: float, high: float, **fields: Any) -> SeenCell:
+    """Return a release whose velocities at the end are off by a range, spread evenly, and whose bits are others."""
+    step = (high - low) / PHASES
+    own = {"digest": "b"} | fields
+    return seen(*(replace(RAN, off_m_s=(low + k * step, 0.0), **own) for k in range(PHASES + 1)))
+
+
+def places(low: float, high: float, **fields: Any) -> SeenCell:
+    """Return one whose disc is off along x by a range until the end, where it is off by a metre at each phase."""
+    step = (high - low) / PHASES if high > low else 0.0
+    own = {"digest": "b"} | fields
+    off = [(low + k * step, 0.0) * (PLACES - 1) + (1.0, 0.0) for k in range(PHASES + 1)]
+    return seen(*(replace(RAN, off_m=places, **own) for places in off))
+
+
+@each(
+    ("old", "new", "moved"),
+    [
+        (seen(RAN), seen(RAN), Moved.NOTHING),
+        (seen(RAN), seen(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), Moved.NOTHING),
+        (seen(RAN), seen(replace(RAN, digest="b", velocity=0.25 + 1e-14)), Moved.ROUNDING),
+        (seen(RAN), seen(replace(RAN, digest="b", off_m_s=(0.25 + 1e-14, 0.0))), Moved.ROUNDING),
+        (over(0.1, 0.2), over(0.3, 0.4, digest="c"), Moved.WORSE),
+        (over(0.3, 0.4), over(0.1, 0.2, digest="c"), Moved.BETTER),
+        (over(0.1, 0.3), over(0.2, 0.4, digest="c"), Moved.OVERLAP),
+        (over(0.1, 0.2), over(0.2, 0.4, digest="c"), Moved.OVERLAP),  # they touch
+        (over(0.1, 0.2), over(0.22, 0.32, digest="c"), Moved.OVERLAP),  # a phase between may fill a gap of 0.02
+        (over(0.1, 0.2), over(0.23, 0.33, digest="c"), Moved.WORSE),
+        (over(0.1, 0.2), over(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), Moved.ASKED),
+        (over(0.1, 0.2), over(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), Moved.UNSEEN),
+        (over(0.1, 0.2, verdicts=("TURNS",)), over(0.3, 0.4, digest="c"), Moved.UNSEEN),
+        (over(0.1, 0.2, grade="UNGRADED"), over(0.3, 0.4, digest="c"), Moved.OTHERWISE),
+        # Reported contacts are no part of the motion, whether in counts, grades or verdicts.
+        (over(0.1, 0.2), over(0.1, 0.2, digest="c", lost=2), Moved.TOLD),
+        (over(0.1, 0.3, lost=2), over(0.2, 0.4, digest="c"), Moved.TOLD),
+        (over(0.1, 0.2, lost=2), over(0.3, 0.4, digest="c"), Moved.WORSE),
+        (over(0.1, 0.3), over(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"), Moved.TOLD),
+        (over(0.1, 0.2), over(0.1, 0.2, digest="c", late_steps=0.6), Moved.TOLD),
+        (seen(RAN), seen(replace(RAN, digest="b", velocity=math.nan)), Moved.OVERLAP),
+        # Places: before the end, too, and where they are on the other side of the right one.
+        (places(1.1, 1.2), places(1.3, 1.4, digest="c"), Moved.WORSE),
+        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), Moved.OTHERWISE),
+        (places(0.1, 0.3), places(0.2, 0.4, digest="c"), Moved.OVERLAP),
+        (places(1.1, 1.2), places(math.inf, math.inf, digest="c"), Moved.WORSE),  # it ended before
+        (places(math.inf, math.inf), places(math.inf, math.inf, digest="c"), Moved.ROUNDING),
+        # Velocities are nearer and places farther: nobody can say which is better.
+        (over(0.3, 0.4), over(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), Moved.OTHERWISE),
+    ],
+)
+def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell, moved: Moved) -> None:
+    """Settings must be equal, every contact seen, and a number of the motion apart at every phase."""
+    assert change_of(old, new).moved is moved
+
+
+def test_where_discs_are_elsewhere_is_said() -> None:
+    """The coordinate that parts most, of which disc and when, with its ranges."""
+    change = change_of(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
+    assert change.why == "error of x of disc 0 after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
+
+
+def test_fewer_phases_say_nothing() -> None:
+    """However far apart, what ran at seven phases alone is no change of the engine's; at eight it is."""
+    low, high = ([replace(RAN, digest=f"{v}", off_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
+    assert change_of(seen(*low), seen(*high[1:])).moved is Moved.OVERLAP
+    assert change_of(seen(*low), seen(*high)).moved is Moved.WORSE
+
+
+def test_ranges_that_part_by_rounding_do_not_part() -> None:
+    """In 32-bit floats a gap of a millionth is rounding; in 64 bits it is a change."""
+    for bits, moved in ((32, Moved.TOLD), (64, Moved.WORSE)):
+        old = seen(*[replace(RAN, float_bits=bits, off_m_s=(0.1, 0.0))] * 9)
+        own = replace(RAN, digest="b", float_bits=bits, off_m_s=(0.1 + 1e-6, 0.0))
+        new, later = [replace(own, verdicts=("LATE", "EARLY"))], [own]
+        assert change_of(old, seen(*new, *later * 8)).moved is moved
+
+
+def test_what_one_of_the_two_did_not_run_is_said() -> None:
+    """The reason is that of the one that did not."""
+    refused = SeenCell(Answer(Status.UNSUPPORTED, "no gravity"))
+    change = change_of(seen(RAN), refused)
+    assert (change.moved, change.why) == (Moved.NOT_RUN, "unsupported: no gravity")
+
+
+def test_no_impact_told_though_velocities_change_is_no_contact_seen() -> None:
+    """A release without reported impacts, although discs turn, is unseen; a scene without impacts does not count."""
+    assert replace(RAN, found=0, verdicts=("MISSED", "TURNS")).unseen
+    assert not replace(RAN, found=0, verdicts=("MISSED",)).unseen
+    assert not replace(RAN, found=0, expected=0, verdicts=("TURNS",)).unseen
+
+
+LISTED = ("10.0.0", "2.3.1.post1", "2.3.1", "3.0.0", "3.0.0rc1", "2.10", "0.0.0-50223ff-20240729")
+
+
+def test_releases_are_ordered_by_their_numbers() -> None:
+    """10 comes after 3, a candidate before its release, and a mended packaging after it."""
+    ordered = ("0.0.0-50223ff-20240729", "2.3.1", "2.3.1.post1", "2.10", "3.0.0rc1", "3.0.0", "10.0.0")
+    assert in_order(LISTED) == ordered
+
+
+@each(
+    ("asked", "most", "found"),
+    [
+        (None, 2, ("3.0.0", "10.0.0")),
+        (None, 9, ("2.3.1", "2.3.1.post1", "2.10", "3.0.0", "10.0.0")),
+        ([">=2.10"], 9, ("2.10", "3.0.0", "10.0.0")),
+        ([">=2.4,<10"], 9, ("2.10", "3.0.0")),
+        ([">2.10", "<=10"], 9, ("3.0.0", "10.0.0")),
+        (["2.3.1..3"], 9, ("2.3.1", "2.3.1.post1", "2.10", "3.0.0")),
+        (["2.3.1..3"], 1, ("3.0.0",)),
+        (["3.0.0rc1"], 9, ("3.0.0rc1",)),
+        (["3.0.0rc1", ">=10"], 1, ("3.0.0rc1", "10.0.0")),
+        (["latest"], 9, ("10.0.0",)),
+        (["latest,2.10"], 9, ("2.10", "10.0.0")),
+        (["10.0.0, 2.3.1"], 1, ("2.3.1", "10.0.0")),
+        ([">11"], 9, ()),
+    ],
+)
+def test_conditions_and_names_select(asked: list[str] | None, most: int, found: tuple[str, ...]) -> None:
+    """Conditions must all be met, the newest of what meets them are taken, and named ones are additional."""
+    assert selected(LISTED, asked, most) == found
+
+
+@each(
+    ("word", "told"),
+    [
+        ("2.3.2", "there is no release '2.3.2'; did you mean '2.3.1'"),
+        ("--index-url=x", "a version must begin with a digit"),
+        (">=x", "a version must begin with a digit"),
+        ("1..--x", "a version must begin with a digit"),
+        ("1 2", "a version must begin with a digit"),
+        ("1;2", "a version must begin with a digit"),
+    ],
+)
+def test_what_is_no_release_is_refused(word: str, told: str) -> None:
+    """A version that is not listed is named with the nearest; what a client could take for an option is no version."""
+    with pytest.raises(CaromError, match=told):
+        selected(LISTED, [word], 3)
