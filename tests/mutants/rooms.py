@@ -61,7 +61,7 @@ ROOMS = {
                 "impact_collector",
                 "open_contact",
                 "final_state",
-                "locate",
+                "step_cutter",
                 "engine_run",
                 "timing",
                 "plan",
@@ -70,7 +70,7 @@ ROOMS = {
             )
         ),
         (
-            *(f"tests/unit/execution/test_{name}.py" for name in ("free_flight", "impact_collector", "locate")),
+            *(f"tests/unit/execution/test_{name}.py" for name in ("free_flight", "impact_collector", "step_cutter")),
             *(f"tests/unit/execution/test_{name}.py" for name in ("clocks", "engine_run", "plan", "journal")),
             *(f"tests/unit/execution/test_{name}.py" for name in ("phases", "spin_in_runs")),
         ),

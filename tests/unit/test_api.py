@@ -84,7 +84,9 @@ def test_every_public_name_of_carom_is_described_once() -> None:
     """The reference has each name of `carom.__all__`, and of these nothing else."""
     pages = ("carom.md", "scenes.md", "methods.md")
     found = [
-        name.removeprefix("carom.").removeprefix("execution.engines.") for page in pages for name in described(page)
+        name.removeprefix("carom.").removeprefix("execution.describe_engines.")
+        for page in pages
+        for name in described(page)
     ]
     assert sorted(name for name in found if "." not in name) == carom.__all__
 

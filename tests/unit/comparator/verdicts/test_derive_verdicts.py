@@ -22,7 +22,7 @@ from carom.report.outcome_marks import Mark, mark_of_grade
 ROOT = Path(__file__).resolve().parents[4]
 COMPARATOR = ROOT / "src" / "carom" / "comparator"
 PAGE = (ROOT / "docs" / "theory" / "scoring.md").read_text()
-RULES = "".join(path.read_text() for path in (COMPARATOR / "grade.py", *COMPARATOR.glob("verdicts/*.py")))
+RULES = "".join(path.read_text() for path in (COMPARATOR / "grade_run.py", *COMPARATOR.glob("verdicts/*.py")))
 
 
 def reason(score: Score, verdict: Verdict) -> str:
