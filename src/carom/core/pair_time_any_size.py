@@ -1,6 +1,6 @@
 """Time of impact of two discs whose numbers are not of moderate size.
 
-For such numbers, a fourth-degree term in the core's formulas could leave the range of floats. So the numbers are first
+For such numbers, a fourth-degree term in the core's formulas could leave the range of floats. So such numbers are first
 multiplied by powers of two, which is exact. If no power of two makes all of them moderate, the time is solved in
 rational numbers.
 """
@@ -16,8 +16,8 @@ from carom.core import primitives
 #: are at most this in magnitude. `CAROM_PAIR_MOST` and `CAROM_PAIR_LEAST` of the core are the same limits.
 _EXPONENT = 100
 _MOST, _LEAST = 2.0**_EXPONENT, 2.0 ** -(_EXPONENT + 1)
-#: Bits of a root: three more than a float has. So a time, rounded once at the end, has an error of at most an eighth of
-#: a unit in its last place, in addition to the half of the rounding.
+#: Number of bits of a root: three more than a float has. So a time, rounded once at the end, has an error of at most an
+#: eighth of a unit in its last place, in addition to the half of the rounding.
 _ROOT_BITS = 56
 
 
@@ -49,7 +49,7 @@ def _exponent(number: Fraction) -> int:
 
 
 def _scale(row: tuple[float, ...], exponents: tuple[int, ...]) -> tuple[float, ...] | None:
-    """Return numbers times powers of two, or None if that would round one."""
+    """Return numbers multiplied by powers of two, or None if a product would be rounded."""
     try:
         scaled = tuple(math.ldexp(number, exponent) for number, exponent in zip(row, exponents, strict=True))
         exact = all(math.ldexp(scaled[k], -exponents[k]) == number for k, number in enumerate(row))

@@ -4,7 +4,8 @@ Each coordinate is known to one unit in the last place: half a unit from a produ
 two bodies is known to five units in the last place of the sum of their sizes (`size_of`). This includes the rounding of
 the root and of the radii.
 
-`core/resolution.h` has the same bounds for the core. It also has the bounds of times of impact, which follow from them.
+`core/resolution.h` has the same bounds for the core. That header also has the bounds of times of impact, which follow
+from these bounds.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ FARTHEST = 2.0**49
 
 
 def size_of(x: float, y: float, radius: float) -> float:
-    """Return ``|x| + |y| + radius`` of a disc. For a wall, the coordinates are those of its point."""
+    """Return ``|x| + |y| + radius`` of a disc. For a wall, the coordinates are those of the point on the wall."""
     return abs(x) + abs(y) + radius
 
 
@@ -32,12 +33,12 @@ def gap_resolution(sizes: float) -> float:
 
 
 def clock_resolution(time_s: float) -> float:
-    """Return the resolution of a time since the start: the roundings of a root and of a sum with it."""
+    """Return the resolution of a time since the start. A root is rounded, and so is its sum with the time."""
     return 2.0 * ULP * time_s
 
 
 def too_far_out() -> InputError:
-    """Return the error for an impact of two discs so far out that floats can't distinguish their centres."""
+    """Return the error for an impact of discs so far from the origin that floats can't tell their centres apart."""
     return InputError(
         f"two discs met more than {number(FARTHEST / 2, 3)} radii from the origin, where floats do not tell their "
         "centres apart: end the run before that, or move the scene to the origin"

@@ -35,7 +35,7 @@ class ContactFriction(NamedTuple):
     """Friction of two bodies.
 
     Attributes:
-        friction: Coulomb's coefficient f, 0 or more.
+        friction: Coulomb's coefficient of friction, f, 0 or more.
         restitution: Tangential restitution b, -1 to 1. If the bodies stick, the slip after the impact is -b times the
             slip before.
     """
@@ -64,7 +64,7 @@ class Branches(NamedTuple):
 
     @property
     def law(self) -> NDArray[np.float64]:
-        """The smaller impulse of the two, which is the one that acts."""
+        """The impulse that acts: the smaller one of the two."""
         return np.where(np.abs(self.sticking) > np.abs(self.sliding), self.sliding, self.sticking)
 
 

@@ -1,8 +1,8 @@
 """The features of a wall's outline: its faces, arcs and vertices, merged exactly.
 
-Neighbouring edges on one line, or on one circle, are one feature, and a joint at which tangents agree has no vertex. So
-a wall that is cut into pieces, at points exactly on it, has the same features and bit-identical impacts. Rational
-numbers decide all of this without rounding.
+Neighbouring edges on one line, or on one circle, are one feature. A joint has no vertex if the tangents of its edges
+agree. So a wall that is cut into pieces, at points exactly on it, has the same features and bit-identical impacts. All
+decisions use rational numbers, so that nothing is rounded.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from carom.model.trace import EdgeKind
 
 Exact = tuple[Fraction, Fraction]
 
-#: Sine of the largest angle by which an arc may fall short of half a circle and still be treated as half a circle. To
-#: rounding, a disc as wide as such an arc passes between its ends.
+#: Sine of the largest angle by which an arc may fall short of half a circle and still be treated as half a circle. A
+#: disc as wide as such an arc passes between the arc's ends, except for rounding.
 _NEARLY_HALF = Fraction(1, 2**20)
 
 
@@ -77,8 +77,8 @@ def features_of(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeatu
     """Return the features of a wall, both sides of each edge, by their precedence at one instant.
 
     Faces and arcs come first, in the order of the edges, and vertices after them. A disc that meets the vertex at the
-    end of a face meets the face no later, and the face's normal is the right one. Last come the stops of arcs in which
-    a disc of the radius `widest_m` does not fit: see `stops_of`.
+    end of a face meets the face at the same time or earlier, and the face's normal is the right one. Last come the
+    stops of arcs in which a disc of the radius `widest_m` does not fit: see `stops_of`.
     """
     if outline.radius == 0.0:
         return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
@@ -96,15 +96,15 @@ def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
     """Whether a disc that meets two smooth features at one instant moves on in the same way in either order of impacts.
 
     This holds at a corner of 90 degrees and, if both features are elastic, of 60, 45 and 30 degrees. In general it
-    holds at pi/n; these are the angles whose cosines have rational squares. It also holds for a feature with itself,
-    which a disc meets again only after it has left it.
+    holds at pi/n; these are the angles whose cosines have rational squares. The order also does not matter for a
+    feature and itself, because a disc meets a feature again only after it has left it.
     """
     if one == other:
         return True
     if not isinstance(one, Face) or not isinstance(other, Face):
         return False
     (ax, ay), (bx, by) = _along(one), _along(other)
-    dot = ax * bx + ay * by  # also of the normals, which are these directions after a quarter turn
+    dot = ax * bx + ay * by  # the same for the normals, which are these directions turned by 90 degrees
     if dot == 0:
         return True
     square = dot * dot / ((ax * ax + ay * ay) * (bx * bx + by * by))
@@ -150,7 +150,7 @@ def _sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
         yield WallFeature(Face.between(a, b, half_width), run.numbers, EdgeKind.FACE)
         yield WallFeature(Face.between(b, a, half_width), run.numbers, EdgeKind.FACE)
         return
-    # The sector runs counterclockwise; a whole circle has none.
+    # A sector runs counterclockwise; a whole circle has no sector.
     ends = None if a == b else (a, b) if run.turn > 0 else (b, a)
     for inside in (True, False):
         arc = Arc.on(run.circle, ends, half_width, inside=inside)
@@ -180,11 +180,11 @@ def quarters_of(way: Exact) -> list[Exact]:
 def stops_of(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
     """Return the vectors from an arc's centre to its stops: the points that hold discs too wide to fit inside.
 
-    A disc exactly as wide as an arc touches all of it at once, so a few points represent the arc. For a whole circle
-    these are any four points a quarter turn apart. For more than half a circle, which such a disc can't leave, they are
-    the points a quarter turn from both ends, and for exactly half a circle the middle. Less than half a circle is
-    touched no sooner than its ends. There, a smooth end has a stop, since rounding may place the point of contact
-    beyond the edge.
+    A disc exactly as wide as an arc touches the whole arc at once, so a few points can represent the arc. A whole
+    circle has four stops, a quarter turn apart. An arc of more than half a circle, which such a disc can't leave, has
+    two stops, a quarter turn from each end. Exactly half a circle has one stop, in the middle. A disc touches an end of
+    a shorter arc no later than the arc itself. So only the smooth ends of a shorter arc have stops, since rounding may
+    place the point of contact beyond the edge.
     """
     run = runs[k]
     if run.circle is None:

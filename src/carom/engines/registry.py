@@ -153,7 +153,10 @@ def adapter_points() -> Mapping[str, AdapterPoint]:
 
 
 def _points_of(distribution: metadata.Distribution) -> list[AdapterPoint]:
-    """Return the adapters of a distribution. If its entry points can't be read, its location serves as the name."""
+    """Return the adapters of a distribution.
+
+    If its entry points can't be read, return one broken adapter, named by the distribution's location.
+    """
     try:
         points = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
     except Exception as error:  # noqa: BLE001 - a damaged file can cause any exception
@@ -260,7 +263,7 @@ def load_adapter(name: str) -> Adapter:
     try:
         adapter: Any = point.load()
         is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties on some versions of Python
-    except AdapterError:  # of a manifest: the message is complete
+    except AdapterError:  # an error about a manifest: the message is complete
         raise
     except Exception as error:
         message = f"the adapter {name!r} can't be loaded from {point.value}: {type(error).__name__}: {error}"
@@ -291,7 +294,7 @@ def unavailable_reason(engine: Engine) -> str:
     """Return why an engine can't be used here (missing or too old); empty if it can. The engine is not imported."""
     try:
         found = not engine.module or importlib.util.find_spec(engine.module) is not None
-    except (ImportError, ValueError):  # the parent package of a dotted name is missing, or has no spec
+    except (ImportError, ValueError):  # the parent package of a dotted name is missing, or a loaded module has no spec
         found = False
     if found:
         return _too_old(engine) if engine.oldest else ""
@@ -312,7 +315,7 @@ def _too_old(engine: Engine) -> str:
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
-@cache  # every run of a worker needs it, and reading it takes as long as some runs
+@cache  # every run of a worker calls this, and reading the metadata takes as long as some runs
 def _installed(distribution: str) -> str:
     """Return the installed release of a distribution; empty if it is not installed, or the name is empty."""
     try:

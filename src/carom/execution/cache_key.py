@@ -23,8 +23,8 @@ class JobKey:
         scene_sha256: Hash of the whole scene, including its name.
         method: Engine and profile.
         dt_s: Step, seconds.
-        phase: Fraction of a step by which the scene begins earlier.
-        versions: Name and version of everything that the numbers depend on, in order of name.
+        phase: Part of a step, 0 to 1, by which the scene begins earlier.
+        versions: Name and version of every distribution that the numbers depend on, in order of name.
         form: Anything else that is requested, such as "drawn" or "timed"; empty otherwise.
     """
 

@@ -28,7 +28,7 @@ CONNECT_S = 10
 #: Number of times that Dask's scheduler repeats an item that was lost with a worker.
 RETRIES = 3
 
-#: Seconds that a cluster may have no worker. A restarted worker is available sooner.
+#: Seconds that a cluster may have no worker. A restarted worker is available before that.
 WORKERLESS_S = 60.0
 #: Seconds between checks of the number of workers.
 LOOK_S = 1.0
@@ -68,12 +68,12 @@ class ClusterPool(Pool):
             raise MissingExtraError(
                 "--scheduler needs distributed, which is not installed", hints=["pip install 'carom[cluster]'"]
             ) from None
-        for name in ("distributed", "distributed.client"):  # they log tracebacks when a cluster is lost
+        for name in ("distributed", "distributed.client"):  # these loggers print tracebacks when a cluster is lost
             logging.getLogger(name).setLevel(logging.CRITICAL)
         self._limits, self._address = (time_limit_s, memory_limit_mb), scheduler
         try:
             self._client: Any = distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
-        except (OSError, ValueError, TypeError) as error:  # includes TimeoutError; a TypeError means missing TLS
+        except (OSError, ValueError, TypeError) as error:  # OSError includes TimeoutError; TypeError means missing TLS
             reason = str(error) or type(error).__name__
             hints = [f"start one with `dask scheduler`, and its workers with `dask worker {scheduler}`"]
             raise ClusterError(f"no Dask scheduler at {scheduler}: {reason}", hints=hints) from None
@@ -131,7 +131,7 @@ class ClusterPool(Pool):
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
         """Cancel the submitted items at the end, or if workers are missing for long.
 
-        Yield a list that gets the reason.
+        Yield a list, to which the reason for a cancellation is added.
         """
         over, gone = threading.Event(), list[str]()
 
@@ -186,7 +186,7 @@ def _carry_out(
 ) -> list[T]:
     """Work on one item in the cluster's worker. Engines keep running between items."""
     if not hasattr(_THREAD_LOCAL, "lane"):
-        _THREAD_LOCAL.lane = Lane(*limits)  # its processes end by themselves when this one ends
+        _THREAD_LOCAL.lane = Lane(*limits)  # its processes end by themselves when this process ends
     return list(work(item, _THREAD_LOCAL.lane))
 
 

@@ -38,7 +38,7 @@ class Codec(Generic[T]):
 
     def dumps(self, value: T) -> bytes:
         """Return a value as one line of JSON, without line feed."""
-        return self._adapter.dump_json((value,))[1:-1]  # without the brackets of the tuple
+        return self._adapter.dump_json((value,))[1:-1]  # remove the brackets of the tuple
 
     def loads(self, line: bytes) -> T:
         """Return the value of a line of JSON.

@@ -114,7 +114,8 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
         require_named(name)
     there_are = adapter_points()
     points = {name: point for name, point in there_are.items() if names is None or name in names}
-    # Every study compares with PIT, so it is queried here too. Otherwise another pool would be started for it later.
+    # Every study compares with PIT, so it is queried here too. Otherwise another pool would have to be started for PIT
+    # later.
     also = {PIT_METHOD.engine} & there_are.keys()
     todo = [
         name
@@ -150,7 +151,8 @@ def _process_key(name: str) -> tuple[str, str]:
 def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
     answers = list(runner.run_each([DescribeTask(names[0], name) for name in names]))
     for name, first_answer in zip(names, answers, strict=True):
-        # A failure after the first query may be caused by an earlier one in the same process, so it is repeated alone.
+        # A query that fails after other queries in the same process may have failed because of them, so it is repeated
+        # alone.
         failed = first_answer.status in (Status.FAILED, Status.CRASHED) and name != names[0]
         answer = runner.run(DescribeTask(name, name)) if failed else first_answer
         if answer.value is not None and answer.value.name == name:

@@ -24,7 +24,7 @@ class Environment:
         system: Operating system, architecture and C library, whose rounding of elementary functions can differ.
         processor: Name of the processor.
         cores: Number of cores that this process may use.
-        versions: Version of every distribution that takes part, by name.
+        versions: Version of every distribution that the run uses, by name.
     """
 
     date: str

@@ -67,7 +67,7 @@ class ForkedProcess:
             if not select.select([self._status], [], [], timeout)[0]:
                 raise TimeoutExpired("carom.execution.watchdog", timeout)
             status = os.read(self._status, array.array("i", [0]).itemsize)
-            # The pipe is empty if the server was killed, together with everything that it had forked.
+            # If the server was killed, everything that it had forked was killed too, and the pipe is empty.
             self._code = array.array("i", status)[0] if status else -signal.SIGKILL
         return self._code
 
@@ -104,7 +104,7 @@ class ForkServer:
 
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         for stream in (sys.stdout, sys.stderr):
-            stream.flush()  # otherwise both processes would write the buffer
+            stream.flush()  # otherwise both processes would write what is in the buffer
         parent = os.getpid()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # about threads of BLAS, which handles forks itself
@@ -150,7 +150,7 @@ class ForkServer:
         return ForkedProcess(pidfds[0], status, (FileIO(requests, "w"), FileIO(answers), FileIO(printed)))
 
     def close(self) -> None:
-        """End the server. Watchdogs that still run end with it."""
+        """End the server. Watchdogs that still run end with the server."""
         with self._lock:
             if self._process < 0:
                 return
@@ -175,7 +175,7 @@ def _serve(requests: socket.socket, parent: int) -> NoReturn:
         if os.getppid() == parent:
             _Server(requests).serve()
         code = 0
-    finally:  # this copy must never continue with the command's own work
+    finally:  # the forked process must never continue with the command's own work
         os._exit(code)
 
 
@@ -183,7 +183,7 @@ def _detach(kept: int) -> None:
     """Detach this process from the command's terminal, signals and files, except the file `kept`."""
     import gc
 
-    gc.disable()  # so that no finalizer runs for an object of the command
+    gc.disable()  # collection is off, so that no finalizer runs for an object of the command
     gc.freeze()
     os.setsid()
     signal.set_wakeup_fd(-1)

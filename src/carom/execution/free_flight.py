@@ -38,10 +38,10 @@ class FreeFlight:
     - The last two steps left every velocity unchanged, to the bit, and moved every disc by its velocity, to the
       rounding of the engine's floats. So the engine neither damps nor pushes nor drifts.
 
-    Then the final state is at the end of these straight paths.
+    If both conditions are met, the final state is at the end of these straight paths.
 
     Attributes:
-        needed_from_s: Time from which `begins` needs every step. Earlier it needs only steps with contacts.
+        needed_from_s: Time from which `begins` needs every step. Before that time, it needs only steps with contacts.
 
     Args:
         scene: The scene.
@@ -53,7 +53,7 @@ class FreeFlight:
         self._scene = scene
         self._dt_s = dt_s
         self._unit = 2.0 ** -MANTISSA_BITS[float_bits]
-        #: The last instants and observations: the quiet steps are between them.
+        #: The last instants and observations, between which the steps were quiet.
         self._seen: deque[tuple[float, Observation]] = deque(maxlen=_QUIET_STEPS + 1)
         self._turns = scene.arrays.turns
         self._look_from_s = self.needed_from_s = 0.0
@@ -79,7 +79,7 @@ class FreeFlight:
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
             return False
         earliest_s = time_s + self._earliest(now, self._scene.duration_s - time_s)
-        # No pair comes near before that time. If one is near now, the test is repeated at increasing intervals.
+        # No pair comes near before that time. While a pair is near, the test is repeated at increasing intervals.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
         self.needed_from_s = self._look_from_s - (_QUIET_STEPS + 0.5) * self._dt_s

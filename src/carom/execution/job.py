@@ -65,7 +65,7 @@ class Method:
         return f"{self.engine}/{self.profile_shown or self.profile}"
 
 
-#: PIT measures the cost of sampling alone: every method is compared with it at the same step.
+#: Every method is compared with PIT at the same step, because PIT has only the errors of sampling.
 PIT_METHOD = Method("pit", "tuned")
 
 
@@ -114,8 +114,8 @@ class JobTask:
         return self.job.engine
 
 
-#: Seconds that an adapter may always take to answer a query, however short the time limit of a run is: its process has
-#: to start first.
+#: Seconds that an adapter may take to answer a query, even if the time limit of a run is shorter, because the adapter's
+#: process has to start first.
 MIN_TIME_LIMIT_S = 20.0
 
 
@@ -174,7 +174,8 @@ class Task(Protocol[T_co]):
         """Carry the task out in the worker process. The answer is validated against the declared return type.
 
         Raises:
-            UnavailableError, UnsupportedError: The task can't be carried out. Any other error is the adapter's.
+            UnavailableError, UnsupportedError: The task can't be carried out. Any other error is an error of the
+                adapter.
         """
 
 

@@ -30,8 +30,8 @@ from carom.support.limits import MOST_VALUES, values_in
 #: Incremented when a field changes its meaning or is removed, but not for a new field with a default.
 JOURNAL_FORMAT = 5
 
-#: Longest line. Reading a longer one would take hundreds of megabytes. A larger entry is not kept, but computed again
-#: after a resume.
+#: Longest line. Reading a longer line would take hundreds of megabytes. A larger entry is not stored, but computed
+#: again after a resume.
 LONGEST_LINE = 64 * 2**20
 _REMOVE = "remove the line, or name another folder"
 #: Bytes read at a time in the backward search for the end of a line.
@@ -43,7 +43,7 @@ T = TypeVar("T")
 
 @runtime_checkable
 class PartialEntry(Protocol):
-    """A value from several tasks that records whether an engine failed in one of them."""
+    """A value from several tasks, which knows whether an engine failed in one of them."""
 
     @property
     def cut_off(self) -> bool:
@@ -90,15 +90,15 @@ class Journal(MemoryJournal[K, T], Closeable):
 
     Args:
         of: Name of the content, in words.
-        kind: Type of the entries. JSON must be able to represent their keys and values.
+        kind: Type of the entries. Keys and values of these must be JSON values.
         path: The file, in an existing folder. The file is created if it does not exist.
         stamp: Options that a resumed run must share with the run that began the journal.
         resume: Whether to continue an existing journal. Without `resume` an existing journal is refused.
         retry: Whether to continue an existing journal, without the entries in which an engine failed.
 
     Raises:
-        InputError: The file exists and neither `resume` nor `retry` is set, has another content, stamp or format, or is
-            being written by another process.
+        InputError: The file exists, and neither `resume` nor `retry` is set, has another content, stamp or format, or
+            is being written by another process.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class Journal(MemoryJournal[K, T], Closeable):
         self._codec = Codec[JournalEntry[K, T]](kind)
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
-            _lock(self._file, path)  # first, so that no entry is read while another process writes
+            _lock(self._file, path)  # the lock comes first, so that no entry is read while another process writes
             if not (resume or retry) and os.fstat(self._file).st_size:
                 hints = ["continue from them by --resume, or name another one"]
                 raise InputError(f"{path} holds results already", hints=hints)
@@ -147,7 +147,7 @@ class Journal(MemoryJournal[K, T], Closeable):
     def _append(self, lines: Iterable[bytes]) -> None:
         data = b"".join(line + b"\n" for line in lines)
         written = os.write(self._file, data)
-        if written != len(data):  # a full disk; the torn line is removed at the next start
+        if written != len(data):  # the disk is full: the torn line is removed at the next start
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
 
@@ -207,7 +207,7 @@ def _describe_difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> s
     if there.get("format") != JOURNAL_FORMAT:
         of = f"it has the format {shortened(repr(there.get('format')))} of another version of Carom"
         return f"{of}, and this version uses {JOURNAL_FORMAT}"
-    # A name in only one of the two is a difference, even if its value is null.
+    # A name that only one of the two has is a difference, even if its value is null.
     names = [name for name in {**here, **there} if (name in there, there.get(name)) != (name in here, here.get(name))]
     return "; ".join(
         f"its {shortened(visible(name))} is {shortened(visible(str(there.get(name, 'absent'))))}, but this study's is "
@@ -230,7 +230,7 @@ def _lock(file: int, path: Path) -> None:
     except ImportError:  # not a POSIX system: there is no lock
         return
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system releases it when the process ends in any way
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system releases the lock however the process ends
     except OSError:
         raise InputError(
             f"{path} is being written by another process; end that one first, or name another folder"
@@ -261,7 +261,10 @@ def _after_line_feed(file: int, end: int) -> int:
 
 
 def _read_lines(file: int, end: int) -> Iterator[bytes]:
-    """Yield the lines up to `end` without line feeds. A line that is too long is truncated just above the limit."""
+    """Yield the lines up to `end` without line feeds.
+
+    A line that is too long is cut just above the limit, so that it is recognised.
+    """
     with open(file, "rb", closefd=False) as stream:
         stream.seek(0)
         while (left := end - stream.tell()) > 0:

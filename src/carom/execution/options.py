@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Setting
 
-#: Seconds for the certified run of a scene, enough for a few thousand impacts of dozens of discs.
+#: Time limit of the certified run of a scene, seconds: enough for a few thousand impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 
 #: The best grade that counts as a violation.
@@ -26,7 +26,7 @@ FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 #: Largest seed of NumPy's generators.
 MOST_SEED = 2**63 - 1
 
-#: Ratio of consecutive steps of a scene, large enough to show an order of convergence.
+#: Ratio between one step of a scene and the next. It is large enough to show an order of convergence.
 REFINEMENT = 4
 REFINEMENTS = 3
 
@@ -43,7 +43,10 @@ def _engine(text: str) -> str:
 
 
 def engine_names(*, stamped: bool = False) -> Any:
-    """Declare the option for engines, by name or manifest. A manifest is registered, and its engine's name returned."""
+    """Declare the option for engines, by name or manifest.
+
+    A manifest is registered, and replaced by the name of its engine.
+    """
     return option(
         None,
         ValueKind("a name", "NAME", name().take, _engine, name().wrong),
@@ -153,7 +156,7 @@ class LimitOptions(DeclaredOptions):
 
 
 def _mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping | tuple):  # the default is an empty tuple of pairs
+    if not isinstance(value, Mapping | tuple):  # the default, an empty tuple, is an empty mapping
         raise TypeError
     return dict(value)
 
@@ -183,9 +186,9 @@ class Options(LimitOptions):
         engines: Names of adapters; by default every one whose engine is installed.
         dts: Steps, seconds; by default those of `default_dts` for each scene.
         profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that an
-            engine has. If two profiles of an engine have the same settings, only the later one is run. A profile whose
-            steps are cut is run only at a scene's coarsest step, unless steps are given: its results do not depend on
-            them.
+            engine has. If two profiles of an engine have the same settings, only the later one is run. A profile that
+            cuts steps is run only at a scene's coarsest step, unless steps are given, because its results do not depend
+            on the step.
         settings: Settings to try instead of the profiles' own, by name. Every requested engine must have the settings.
             A text is converted to the type of the setting.
         phases: Number of sub-step phases at which to run each job in addition to the scene's own, for the spread of

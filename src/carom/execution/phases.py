@@ -15,7 +15,8 @@ import numpy as np
 from carom.comparator import Score
 from carom.model.scene import Scene
 
-#: The golden ratio is hardest to approximate by fractions, so its multiples fill the interval most evenly.
+#: No number is harder to approximate by fractions than the golden ratio, so its multiples fill the interval most
+#: evenly.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -52,7 +53,7 @@ class PhaseSpread:
 
 def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
     """Return quasi-random phases in 0 to 1: multiples of the golden ratio, from a start that depends on the seed."""
-    if not count:  # loading the generator takes longer than a short run
+    if not count:  # loading numpy.random takes longer than a short run
         return ()
     start = float(np.random.default_rng(seed).random())
     return tuple((start + k * _GOLDEN) % 1.0 for k in range(count))

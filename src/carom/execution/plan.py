@@ -45,7 +45,7 @@ ALL_PROFILES = "all"
 
 @dataclass(frozen=True)
 class Plan:
-    """The jobs of a cross-check, with everything they were derived from.
+    """The jobs of a cross-check, and the scenes, engines and methods that they were derived from.
 
     Attributes:
         scenes: The scenes; no two have the same name.

@@ -22,7 +22,10 @@ from carom.support.system import available_cores, available_memory
 
 
 def memory_share(lanes: int) -> float:
-    """Return the megabytes that each of `lanes` worker processes may use. One share is left for everything else."""
+    """Return the megabytes that each of `lanes` worker processes may use.
+
+    An equal share is left for everything else.
+    """
     return available_memory() / (lanes + 1) / 1e6
 
 
@@ -63,7 +66,7 @@ class Pool(TaskRunner):
         """Replace the worker processes, if there are any, so that later tasks run in fresh ones."""
 
     def on_this_machine(self) -> AbstractContextManager[Pool]:
-        """Return a pool whose tasks run on this machine, as run times can be compared only within one machine."""
+        """Return a pool whose tasks run on this machine. Only run times of one machine can be compared."""
         return nullcontext(self)
 
     @abstractmethod
@@ -98,7 +101,7 @@ class Lane(TaskRunner):
     Args:
         time_limit_s: Seconds after which a task without an answer is ended and reported as timed out.
         memory_limit_mb: Megabytes that a process may use; by default `memory_share` of one lane.
-        fork_server: Forks the processes, if there is one.
+        fork_server: The fork server that forks the processes; without one, new interpreters are started.
     """
 
     def __init__(
@@ -182,7 +185,7 @@ class LocalPool(Pool):
     def close(self) -> None:
         """End the worker processes and the threads that wait for their answers."""
         for lane in self._lanes:
-            lane.stop()  # all before the first close, which takes a while
+            lane.stop()  # all are stopped before the first close, which takes a while
         for lane in self._lanes:
             lane.close()
         for thread in self._threads:
@@ -242,7 +245,7 @@ class LocalPool(Pool):
 
 
 class _PendingItems(Generic[Item]):
-    """Items not yet worked on. A lane stays with its engine, whose process then need not be started again."""
+    """Items not yet worked on. A lane continues with the engine that it has, so that no process has to be started."""
 
     def __init__(self, items: Iterable[tuple[str, Item]]) -> None:
         self._items: dict[str, deque[Item]] = {}

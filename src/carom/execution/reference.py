@@ -18,7 +18,7 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.support.formatting import instant
 
-#: Most impacts of a reference in a cross-check. Every row of its tables needs memory for them.
+#: Most impacts of a reference in a cross-check. Memory is needed for every impact.
 MOST_IMPACTS = 200_000
 
 #: Scenes with more discs are certified on request only: bounds for all pairs take 8 MB at 1000 discs.
@@ -91,8 +91,8 @@ def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CER
 
     Args:
         trace: The PIC trace of the scene.
-        asked: True to certify and to score against the certified run. With None the horizon is certified for scenes
-            with three discs or more if python-flint is installed. False not to certify.
+        asked: True to certify and to score against the certified run. None to certify only the horizon, for scenes of
+            three discs or more, if python-flint is installed. False not to certify.
         time_budget_s: Seconds for the certified run.
 
     Raises:
@@ -118,7 +118,7 @@ def _certified(trace: Trace, asked: bool | None, time_budget_s: float) -> Refere
             raise
         return Reference(trace, f"not certified: {error}")
     found = horizon_of(certified, trace)
-    if certified.degeneracy is not None:  # beyond it, the result depends on a convention: PIC's is used
+    if certified.degeneracy is not None:  # beyond this time, a convention decides: PIC's is used
         return Reference(trace, f"certified to impact {len(certified)}; there, {certified.degeneracy}")
     if not asked:
         return Reference(trace, found, None if found.covers_the_scene else found.end_s)

@@ -22,7 +22,7 @@ READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}
 #: Ending of a Planck dump, which is plain data: no engine is needed to read it.
 DUMP = ".json"
 
-#: Limit of a file. A space of 100,000 discs has about 30 MB.
+#: Limit of a file. A pymunk space of 100,000 discs takes about 30 MB.
 MOST_BYTES = 64 * 2**20
 
 

@@ -16,8 +16,9 @@ from carom.execution.job import Answer, Task
 from carom.execution.journal import JournalEntry, MemoryJournal
 from carom.execution.pool import Pool, TaskRunner
 
-#: Most steps of the tasks in a batch together, about a second of work. The cost of sending a batch is then negligible,
-#: and little is lost with one. The limit on the number of tasks keeps the workers evenly busy to the end.
+#: Largest number of steps in a batch, over all its tasks: about a second of work. So the cost of sending a batch is
+#: negligible, and little work is lost with a batch. The limit on the number of tasks keeps the workers evenly busy to
+#: the end.
 BATCH_STEPS = 50_000
 BATCH_TASKS = 16
 
@@ -42,11 +43,11 @@ class DependentTasks(ABC, Generic[T]):
         """Run the tasks and return their common result."""
 
     def complete(self, answer: Answer[Any]) -> Answer[T]:
-        """Turn the result of `run` into the answer for the journal. The study's process runs it."""
+        """Turn the result of `run` into the answer for the journal. This method runs in the study's process."""
         return answer
 
 
-#: Types that a request can contain.
+#: The types of tasks that a request can contain.
 AnyTask = Task[T] | DependentTasks[T]
 
 #: Tasks that are sent together, each with the key of its journal entry.
@@ -81,7 +82,7 @@ def run_tasks(
         requests: The tasks; those with the same key are carried out once.
         pool: Pool that carries out the tasks; it stays open.
         journal: The known answers. New answers are added before they are yielded.
-        alone: Whether tasks are carried out one at a time, with nothing else running.
+        alone: Whether tasks are carried out one at a time, while nothing else runs.
     """
     pending: dict[K, list[TaskRequest[S, K, T]]] = {}
     for request in requests:

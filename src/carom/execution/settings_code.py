@@ -1,4 +1,7 @@
-"""Settings of a profile as code of the engine, ready to paste. The adapter writes the code in a worker process."""
+"""Settings of a profile as code of the engine, ready to paste.
+
+The code is written by the adapter, in a worker process.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ from carom.execution.step_code import changed_lines, step_lines
 from carom.execution.validate_adapter import plain_text
 from carom.model.scene import Disc, Scene, Wall
 
-#: Largest number of characters of a program: a line of 100 for each of 100,000 discs.
+#: Largest number of characters of a program: a line of 100 characters for each of 100,000 discs.
 MOST_CODE = 10_000_000
 
 
@@ -42,7 +45,7 @@ class _CodeTask(AdapterTask):
     dt_s: float
     heading: str
     tried: SettingOverrides = ()
-    #: Whether the profile's limits apply. Settings found by a search may lift them.
+    #: Whether the profile's limits apply. A search can find settings without these limits.
     limited: bool = True
 
     def carry_out(self) -> str:

@@ -14,7 +14,7 @@ from carom.execution.pool import TaskRunner
 from carom.model.trace import Setting, setting_text
 from carom.support.escaping import named_hints
 
-#: The step has an option of its own, since it is part of a job.
+#: The step is not replaced like a setting: it has an option of its own, since it is part of a job.
 STEP = "dt_s"
 
 _BOOLS = {"true": True, "false": False}
@@ -61,7 +61,7 @@ def resolve_settings(
         UnknownNameError: The engine has no such setting.
         InputError: A value has the wrong type.
     """
-    if not asked or not info.profiles:  # the rows of an adapter without declarations show the reason
+    if not asked or not info.profiles:  # if the adapter's declarations are missing, its rows show the reason
         return ()
     answer = runner.run(KnownSettingsTask(info.name, tuple(profiles), dt_s))
     if answer.value is None:

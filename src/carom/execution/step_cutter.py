@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from carom.engines.api import CuttableWorld, World
 from carom.errors import AdapterError
 
-#: Limit for infinitely many impacts at one instant. No scene has more impacts in one step.
+#: Limit for steps with infinitely many impacts. Other steps have far fewer pieces.
 MOST_PIECES = 10_000
 
 

@@ -20,7 +20,7 @@ from carom.execution.pool import Pool
 from carom.execution.reference import require_reference, scene_at_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
 
-#: References that a worker keeps. A few are enough, since the jobs of a batch are sorted by scene and phase.
+#: Number of references that a worker keeps. A few are enough, since the jobs of a batch are sorted by scene and phase.
 REFERENCES_KEPT = 8
 
 
@@ -80,7 +80,7 @@ class ScoreTask(JobTask):
 _reference = lru_cache(maxsize=REFERENCES_KEPT)(solve_reference)
 
 
-#: Opens the journal of a sweep.
+#: Function that opens the journal of a sweep.
 score_journal = partial(Journal[JobKey, Measures], "scores", JournalEntry[JobKey, Measures])
 
 

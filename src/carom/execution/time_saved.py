@@ -15,7 +15,8 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
 from carom.solvers.run import trace_of
 
-#: Number of alternating runs for the median of their ratios: at least, at most, and the seconds after which to stop.
+#: Numbers of alternating runs for the median of their ratios: the least and the largest, and the seconds after which to
+#: stop.
 _LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
 
 #: Limit of the tests of pairs and walls in a run without skipping. With more tests a run would take too long.
@@ -67,7 +68,7 @@ def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     closed = is_closed_form(reference)
 
     def prepare(skipping: bool) -> Callable[[], object]:
-        if closed:  # both from the scene to the trace
+        if closed:  # both times include everything from the scene to the trace
             return partial(solve_pic, scene) if skipping else partial(_event_driven, scene)
         return partial(pic_run(scene, all_pairs=not skipping).advance_to, until_s)
 
@@ -100,7 +101,7 @@ def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
     rounds: list[tuple[float, float]] = []
     started = time.perf_counter()
     while len(rounds) < _LEAST_ROUNDS or (len(rounds) < _ROUNDS and time.perf_counter() - started < _ENOUGH_S):
-        first = len(rounds) % 2 == 0  # the order alternates, since the second run has warm caches
+        first = len(rounds) % 2 == 0  # the order alternates, since the second run of a pair has warm caches
         taken = {skipping: seconds(skipping) for skipping in (first, not first)}
         rounds.append((taken[True], taken[False]))
     ratio = statistics.median(plain_s / with_s for with_s, plain_s in rounds)

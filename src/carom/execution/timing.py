@@ -47,8 +47,8 @@ class Timing:
         advance_s: Seconds to take all steps, without observation.
         runs: Number of runs.
         call_s: Seconds of a call with no steps, if requested; NaN if the adapter does not accept one.
-        ends: Number of final states that differ in at least one bit; 1 if the engine is repeatable. None if read from a
-            file of an older version.
+        ends: Number of final states that differ in at least one bit; 1 if the engine is repeatable. None if the times
+            were read from a file of an older version.
     """
 
     prepare_s: float
@@ -140,7 +140,7 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
     """Take steps and return the seconds, by the world's own clock if it has one."""
     own_clock_s = world.seconds if isinstance(world, TimedWorld) else 0.0
     started = time.perf_counter()
-    if located:  # the cost of cutting steps belongs to the profile
+    if located:  # the time for cutting steps counts, because the profile needs it
         _cut_steps(world, steps, dt_s)
     else:
         world.advance(steps)

@@ -49,7 +49,8 @@ def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
     """Return a text from an adapter, of at most `most` characters, as a plain string.
 
     Raises:
-        AdapterError: The value is not a text, is too long, or is not valid Unicode. The message calls the value `what`.
+        AdapterError: The value is not a text, is too long, or is not valid Unicode. In the message, the value is called
+            `what`.
     """
     if not isinstance(value, str):
         raise adapter_error(f"{what} must be a text, got {_shown(value)}")
@@ -64,7 +65,7 @@ def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
 
 
 def plain_settings(settings: object, of: str) -> dict[str, Setting]:
-    """Return settings as plain numbers, bools and strings. Messages describe their owner by `of`.
+    """Return settings as plain numbers, bools and strings. In messages, the owner of the settings is `of`.
 
     Raises:
         AdapterError: The settings are not a mapping, or a name or value has another type.
@@ -246,9 +247,9 @@ class Validator:
         rows.position_m[row] = found.position_m
         _check_array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2))
         rows.velocity_m_s[row] = found.velocity_m_s
-        if found.warning != "":  # as it is after most steps
+        if found.warning != "":  # most steps have no warning
             plain_text(found.warning, "the warning of an observation")
-        # If the sum of squares is within the limit, so is each number. This fast check runs after every step.
+        # If the sum of squares is within the limit, each number is. This fast check runs after every step.
         numbers = rows.numbers[row]
         if numbers.dot(numbers) <= LARGEST:
             return True
@@ -283,7 +284,7 @@ class Validator:
             )
         of = f"of a contact of bodies {first} and {second}"
         time_s = _number(found.time_s, "time_s", of)
-        # Engines sum their own clocks. A step on either side is more than the rounding of that sum.
+        # Engines sum their own clocks. One more step on either side allows more than the rounding of that sum.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{number(begin_s, 9)} to {number(end_s, 9)} s"
             raise adapter_error(f"time_s {of} must be within the step that reports it, {step}, got {number(time_s, 9)}")

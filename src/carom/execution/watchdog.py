@@ -11,9 +11,9 @@ forked by `carom.execution.fork_server`. The watchdog forks before it loads an a
 Then the watchdog kills all remaining processes and exits with the worker's status.
 
 On Linux the watchdog adopts orphaned descendants of the worker, so that it also finds processes that have left the
-session. A worker whose watchdog was killed is killed by the system. On other systems, processes that have left the
-worker's process group are not found. Two cases are not covered on any system: a program that changes its session
-faster than the search, and one that has left the session before the worker kills the watchdog.
+session. If the watchdog is killed, the system kills the worker. On other systems, processes that have left the worker's
+process group are not found. Two cases are not covered on any system: a program that changes its session faster than the
+watchdog searches, and a program that has left the session before the worker kills the watchdog.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PR_SET_PDEATHSIG = 1
 PR_SET_CHILD_SUBREAPER = 36
 
 
-#: A child has ended; the parent has ended or continues a stopped watchdog; the parent requests the end.
+#: Signals: a child has ended; the parent has ended, or continues a stopped watchdog; the parent requests the end.
 _SIGNALS = (signal.SIGCHLD, signal.SIGCONT, signal.SIGTERM)
 
 
@@ -49,12 +49,12 @@ def watch_worker(parent: int, memory_bytes: int) -> None:
     """
     watchdog = os.getpid()
     set_process_option(PR_SET_CHILD_SUBREAPER, 1)
-    set_process_option(PR_SET_PDEATHSIG, signal.SIGCONT)  # wakes a watchdog that its worker has stopped
+    set_process_option(PR_SET_PDEATHSIG, signal.SIGCONT)  # this signal wakes a watchdog that its worker has stopped
     woken, wake = os.pipe()
     os.set_blocking(wake, False)
     signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
     for number in _SIGNALS:
-        signal.signal(number, lambda *_: None)  # without a handler the signal would not wake the poll
+        signal.signal(number, lambda *_: None)  # without a handler, this signal would not wake the poll
     worker = os.fork()
     if worker:
         _wait_and_clean_up(worker, woken, parent)
@@ -64,7 +64,7 @@ def watch_worker(parent: int, memory_bytes: int) -> None:
     os.close(woken)
     os.close(wake)
     set_process_option(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != watchdog:  # it was killed before the option was set
+    if os.getppid() != watchdog:  # the parent was killed before the option was set
         os._exit(1)
     os.setsid()
     _limit_memory(memory_bytes)
@@ -77,13 +77,14 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
     """Wait until the worker ends or is no longer needed. Kill what is left, and exit with the worker's status.
 
     The worker is no longer needed when the other end of the input is closed, when the parent sends SIGTERM, or when the
-    parent has exited. All three are checked, since a process that the parent has forked can hold the other end open.
+    parent has exited. All three conditions are checked, since a process that the parent has forked can hold the other
+    end of the input open.
     """
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)  # only the worker keeps the answer pipe open
     os.dup2(null, 2)
     poll = select.poll()
-    poll.register(0, 0)  # reports that the other end is closed; the input itself is read by the worker
+    poll.register(0, 0)  # only the closing of the other end is polled; the worker reads the input itself
     poll.register(woken, select.POLLIN)
     status: int | None = None
     while status is None and all(file == woken for file, _ in poll.poll()):
@@ -144,11 +145,12 @@ def _kill(child: int) -> None:
 def _limit_memory(memory_bytes: int) -> None:
     """Limit the memory of this process and of each process that it starts.
 
-    The limit counts writable data. Libraries reserve much more address space than they use, so that is not limited.
+    The limit counts writable data. Address space is not limited, because libraries reserve much more of it than they
+    use.
     """
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     most = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
-    with suppress(ValueError, OSError):  # a system without such a limit
+    with suppress(ValueError, OSError):  # the system has no such limit
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
 
 

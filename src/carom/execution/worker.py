@@ -32,7 +32,8 @@ TASK_END = b"\x1e"
 #: Exit code of a worker that can't answer, since the engine has closed the answer pipe: EX_IOERR of sysexits.
 ANSWERS_CLOSED = 74
 
-#: Seconds between checks whether the watchdog still runs, where the system does not end its child. A check is cheap.
+#: Seconds between checks whether the watchdog still runs, on systems that do not end a worker with its watchdog. A
+#: check is cheap.
 WATCHDOG_CHECK_S = 0.5
 
 T = TypeVar("T")
@@ -90,11 +91,11 @@ def main() -> None:
             if os.getpid() != own_pid:  # the engine has forked this process; only the original answers
                 os._exit(1)
             c_library.fflush(None)  # an engine's output from C can still be buffered
-            with suppress(AttributeError, OSError, ValueError):  # an engine can have closed or replaced it
+            with suppress(AttributeError, OSError, ValueError):  # an engine can have closed or replaced standard output
                 sys.stdout.flush()
             with suppress(OSError):
                 os.write(2, TASK_END)
-            # Each answer is sent at once, so that a crash loses one task only, and the parent knows which.
+            # Each answer is sent at once. So a crash loses one task only, and the parent knows which task.
             try:
                 answers.write(line)
                 answers.flush()

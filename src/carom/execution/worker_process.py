@@ -28,7 +28,7 @@ from carom.execution.worker import ANSWERS_CLOSED, TASK_END, codec_of
 from carom.execution.working_folder import Folder
 from carom.support.escaping import last_words
 
-#: Longer answers are refused. The answer for half a million impacts is shorter.
+#: Longer answers are refused. The answer for half a million impacts is shorter than this.
 MOST_ANSWER_BYTES = 2**27
 #: This many bytes at the end of an engine's output are kept.
 MOST_PRINTED_BYTES = 2**16
@@ -54,7 +54,7 @@ class Worker:
 
     Args:
         memory_bytes: Memory limit of the process, and of each process that it starts.
-        fork_server: Forks the process, if there is one.
+        fork_server: The fork server that forks the process; without one, a new interpreter is started.
     """
 
     def __init__(self, memory_bytes: int, fork_server: ForkServer | None = None) -> None:
@@ -63,7 +63,7 @@ class Worker:
         self._memory_bytes, self._fork_server = memory_bytes, fork_server
         self._process: _Process | None = None
         self._closed = False
-        self._lock = threading.Lock()  # the thread that sends tasks and the one that closes share the process
+        self._lock = threading.Lock()  # the sending thread and the closing thread share the process
         self._folder = Folder()
 
     def run_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
@@ -101,8 +101,8 @@ class Worker:
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
         """Return an answer. A process that gives no answer, or an invalid one, is ended.
 
-        Each wait counts with at most its requested length: while the machine sleeps or this process is stopped, the
-        engine does not run either.
+        A wait counts with at most its requested length, because the engine does not run while the machine sleeps or
+        this process is stopped.
         """
         left_s = time_limit_s
         while (line := process.line()) is None and not process.ended:
@@ -192,7 +192,7 @@ class _Process:
             self._searched = len(self._found)
             if len(self._found) <= MOST_ANSWER_BYTES:
                 return None
-            end = 2 * SHOWN_BYTES  # too long for an answer: its beginning is enough to report it
+            end = 2 * SHOWN_BYTES  # the line is too long for an answer: its beginning is enough for the message
         line = bytes(self._found[:end])
         del self._found[: end + 1]
         self._searched = 0
@@ -229,9 +229,9 @@ class _Process:
     def last_printed(self) -> str:
         """Return a phrase with the last output of the first unanswered task; empty if it printed nothing."""
         self.printed()
-        since = self._tasks_ended - self.answered  # tasks that have ended but are not yet counted as answered
+        since = self._tasks_ended - self.answered  # the tasks that have ended, but whose answers are not yet counted
         parts = self._tail.split(TASK_END)
-        printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output is no longer kept
+        printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output has been dropped
         said = last_words(printed.decode(errors="replace"))
         return f"it last printed: {said}" if said else ""
 
@@ -255,7 +255,7 @@ class _Process:
         for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
             if pipe is not None:
                 pipe.close()  # the watchdog ends when its input does
-        self._popen.terminate()  # in case a forked process holds the other end of the pipe open
+        self._popen.terminate()  # a forked process can hold the other end of the pipe open
         self._selector.close()
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(GRACE_S)
@@ -275,7 +275,7 @@ def _start_watchdog(folder: str, path: str, memory_bytes: int) -> subprocess.Pop
         bufsize=0,
         cwd=folder,
         env={**os.environ, "PYTHONPATH": path},
-        start_new_session=True,  # Ctrl-C in the terminal reaches the parent alone
+        start_new_session=True,  # Ctrl-C in the terminal reaches only the parent
     )
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 PREFIX = "carom-worker-"
 
-#: Lock file. The owner holds it as long as it runs. Only Carom's folders have one.
+#: Lock file. The owner holds it as long as it runs. Folders of other programs have no such file.
 LOCK = "carom.lock"
 WORK = "work"
 
@@ -25,7 +25,7 @@ class Folder:
     """
 
     def __init__(self) -> None:
-        import fcntl  # missing on systems without worker processes
+        import fcntl  # this module is missing on systems without worker processes
 
         _clear_abandoned()
         self._root = Path(tempfile.mkdtemp(prefix=PREFIX))
@@ -44,7 +44,7 @@ class Folder:
 
 @cache
 def _clear_abandoned() -> None:
-    """Remove the folders whose owners were killed. This runs once per process."""
+    """Remove folders that remain because their owners were killed. This runs once per process."""
     import fcntl
 
     for root in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):

@@ -31,7 +31,7 @@ class Surd(NamedTuple):
             return int(p > 0 or q > 0)
         if p <= 0 and q <= 0:
             return -1
-        larger = p * p - q * q * self.square  # above 0 if the whole part decides the sign
+        larger = p * p - q * q * self.square  # above 0 if the rational part decides the sign
         return (larger > 0) - (larger < 0) if p > 0 else (larger < 0) - (larger > 0)
 
 
@@ -68,8 +68,8 @@ class _Line:
         self.turn = 1 if edge.bulge > 0 else -1
 
     def holds(self, place: Place) -> bool:
-        """Whether a point on the edge's line or circle is on the edge itself, ends included."""
-        if self.circle is not None:  # a counterclockwise arc is on the right of its chord
+        """Whether a point on the edge's line or circle is on the edge itself, including its ends."""
+        if self.circle is not None:  # a counterclockwise arc is to the right of its chord
             return place.side(self.a, self.along) * self.turn <= 0
         return place.ahead(self.a, self.along) >= 0 and place.ahead(self.b, self.along) <= 0
 
@@ -113,7 +113,7 @@ def _is_at(place: Place, point: tuple[Number, Number]) -> bool:
 
 
 def _span(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, float]:
-    """Return a box that contains an edge despite rounding: least and greatest x and y."""
+    """Return a box that contains an edge despite rounding: its least and greatest x and y, metres."""
     xs, ys = zip(edge.a, edge.b, strict=True)
     box = [min(xs), min(ys), max(xs), max(ys)]
     if circle is not None:
@@ -129,7 +129,7 @@ def _place_at(point: tuple[Number, Number]) -> Place:
 
 
 def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
-    """Yield the points that two edges share. For a shared stretch, yield its ends."""
+    """Yield the points that two edges share. If two edges share a stretch, yield its ends."""
     candidates: Iterator[Place]
     if one.circle is not None and one.circle == other.circle:
         middles = (_middle(line, one.circle) for line in (one, other))
@@ -148,10 +148,13 @@ def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
 
 
 def _middle(line: _Line, circle: ExactCircle) -> Place:
-    """Return the middle of an arc. Overlapping arcs of one circle may share no other point than this and joints."""
+    """Return the middle of an arc.
+
+    The only point that overlapping arcs of one circle share, apart from joints, may be this one.
+    """
     x, y, radius2 = circle
     ex, ey = line.along
-    # The middle is one radius from the centre, across the chord: on the right of a counterclockwise arc.
+    # The middle is one radius from the centre, perpendicular to the chord: to the right for a counterclockwise arc.
     square = radius2 / (ex * ex + ey * ey)
     return Place(Surd(x, line.turn * ey, square), Surd(y, -line.turn * ex, square))
 

@@ -58,8 +58,8 @@ class Damping:
     def latest(self, seconds: float) -> float:
         """Return the greatest undamped time that `damped` converts to at most `seconds`; both are 0 or more.
 
-        A time that is converted back is then never later than the given one. The result differs from `undamped` by a
-        few floats, because both functions round.
+        So a time that is converted back is never later than the given time. The result differs from `undamped` by a few
+        floats, because both functions round.
         """
         return damped_time.latest_undamped(self.per_s, seconds)
 

@@ -141,7 +141,7 @@ class DiscArrays:
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
-        """Refuse sizes for which results are not exact to rounding. Small speeds and coordinates are allowed.
+        """Refuse sizes for which results are not exact to rounding. Small speeds and coordinates are always allowed.
 
         Raises:
             InputError: The message names the attribute, the value and the limits.
@@ -223,7 +223,7 @@ class DiscArrays:
         """Whether friction can act at all."""
         return self.rubs_discs or self.rubs_walls
 
-    @cached_property  # uncached, it takes a quarter of the time of solving two discs
+    @cached_property  # without the cache, this takes a quarter of the time of solving two discs
     def turns(self) -> bool:
         """Whether discs spin or can start to spin. If not, a run stores no spins."""
         return self.rubs or bool(np.any(self.spins))

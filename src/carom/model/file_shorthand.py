@@ -23,7 +23,9 @@ _LENGTHS = {
 
 
 def written_out(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file with its shorthand expanded. Malformed values stay; the scene refuses them later.
+    """Return the content of a file with its shorthand expanded.
+
+    Malformed values are not changed; the scene refuses them later.
 
     Raises:
         SceneError: `length_unit`, `pixels_per_metre` or a `shape` is unknown, or conflicts with another field.

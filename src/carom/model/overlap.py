@@ -1,6 +1,8 @@
-"""Search for overlaps at the start. No motion leads to an overlap, so a run that starts in one has no unique answer.
+"""Search for overlaps at the start.
 
-Scenes and arrays follow the same rule. Two immovable bodies may overlap, since that has no effect.
+Bodies never move into an overlap, so a run that starts with one has no unique answer.
+
+The same rule applies to scenes and to arrays. Two immovable bodies may overlap, since that has no effect.
 """
 
 from __future__ import annotations
@@ -22,8 +24,8 @@ Numbers = NDArray[np.intp]
 #: Most overlaps of each kind that a message names. Many overlapping discs would fill pages.
 NAMED = 10
 
-#: A search whose reaches are larger by this factor misses no overlap by rounding. The factor has 16 units of relative
-#: rounding (2^-52): a gap needs 4 of them, and the comparison of the search 8.
+#: With reaches that are larger by this factor, the search misses no overlap because of rounding. The factor adds 16
+#: units of relative rounding (2^-52): a gap needs 4 of them, and the comparison of the search 8.
 _ROUNDED_UP = 1.0 + 2.0**-48
 
 
@@ -95,7 +97,8 @@ def overlaps(
 def _find_disc_overlaps(
     position: Floats, radius: Floats, movable: NDArray[np.bool_], size: Floats, name: str
 ) -> Iterator[Overlap]:
-    # The tolerance of a pair is at least the mean of two others: those of each disc paired with a disc of its own size.
+    # The tolerance of a pair of discs is at least the mean of two tolerances: for each disc, the tolerance with a disc
+    # of its own size.
     reach = radius * _ROUNDED_UP - input_rounding(size) / 2.0
     for first, second in near_pairs(position, reach, movable):
         if not len(first):  # most scenes are small, and the following steps take longer than the search

@@ -48,7 +48,7 @@ class Drive(NamedTuple):
     def along(cls, legs: Iterable[tuple[float, Vector]]) -> Drive:
         """Return the path with legs that begin at given times with given velocities.
 
-        The displacement at the begin of each leg is an exact sum, rounded once.
+        The displacement at the beginning of each leg is an exact sum that is rounded once.
         """
         given = list(legs)
         if len(given) == 1:  # the usual case

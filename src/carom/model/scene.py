@@ -192,7 +192,7 @@ class Scene(Drawn, Model):
 
     left_out = (*_OF_FRICTION, "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
 
-    # Control characters would reach terminals and reports unchanged.
+    # Control characters are refused, since they would reach terminals and reports unchanged.
     name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
     description: str = ""
     discs: Annotated[tuple[Disc, ...], AfterValidator(_at_least_one), Field(json_schema_extra={"minItems": 1})]
@@ -288,7 +288,7 @@ class Scene(Drawn, Model):
         )
         return own if any(material != scene for material in own) else None
 
-    # The arrays are not a field: a copy may have other discs, and another process builds its own arrays.
+    # The arrays are not copied or pickled: a copy may have other discs, and another process builds its own arrays.
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
         return ((name, value) for name, value in super().__iter__() if name != "arrays")
@@ -391,9 +391,8 @@ def as_scene(scene: Scene | str) -> Scene:
 def steps_to_cover(duration_s: float, dt_s: float) -> int:
     """Return the number of steps of length `dt_s` that cover a duration, 0 or more. The last step may end later.
 
-    The quotient is computed exactly. Both numbers may be rounded (2 and 1/240, for example). The quotient of rounded
-    numbers differs from the intended whole number by up to 2 units of 2^-53, one for each number. This difference must
-    not add a step.
+    The quotient is computed exactly. Both numbers may be rounded, for example 1/240. So their quotient may differ from
+    the intended whole number, by a fraction of up to 2^-53 for each number. This difference must not add a step.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
@@ -458,7 +457,7 @@ def _parse(path: Path) -> dict[str, Any]:
             ]
         )
     try:
-        from carom.support.data_files import read_data  # imports parsers, which only files need
+        from carom.support.data_files import read_data  # imported here, since only files need the parsers
 
         content = read_data(path, path.suffix)
     except InputError as error:

@@ -137,7 +137,7 @@ class LocalTruth:
             outside of windows and of rest. A disc has at most one row of each kind, and none if it moved freely.
         ahead: Number of turns outside of windows that a contact margin explains: the pair would have met soon
             after.
-        slip_counts: In how many steps of a disc velocity or spin changed, and in how many the position did.
+        slip_counts: Numbers of steps of discs in which the velocity or spin changed, and in which the position did.
         resting_steps: Number of steps of discs that belonged to a resting pair.
         sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if none did.
         sinks_s: First time at which a pair sank in a step by more than a free fall of that step; NaN if none did.

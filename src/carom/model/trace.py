@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.step_windows import LocalTruth, States
 
-#: Value of a setting of a method.
+#: Type of the value of a setting.
 Setting = float | int | bool | str
 
 
@@ -65,7 +65,7 @@ IMPACT_DTYPE = np.dtype(
     ]
 )
 
-#: Spins of the two bodies just before and just after an impact, radians a second, counterclockwise; 0 for a wall.
+#: Spins of an impact's two bodies, just before and just after it, radians a second, counterclockwise; 0 for a wall.
 SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
 
 #: Edge of a finite wall that was hit: its number in the file (-1 for none) and its kind, see `EdgeKind`.
@@ -224,7 +224,7 @@ def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.flo
 
 
 class Outcome(Enum):
-    """How a run ended. Reports show the value as a sentence.
+    """How a run ended. The value is a sentence for reports.
 
     Examples:
         >>> carom.solve_pic("classics/gas", max_impacts=3).outcome.name

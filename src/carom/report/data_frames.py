@@ -35,7 +35,7 @@ def to_pandas(thing: object) -> DataFrame:
 
 
 def _error_name(metric: str) -> str:
-    """Return the column name of a metric. Errors without a unit are relative to the scene's own scales."""
+    """Return the column name of a metric. A column without a unit is relative to the scene's own scales."""
     name, _, unit = metric.rpartition("_")
     return f"{name}_error_{unit}" if unit in {"s", "rad"} else f"{metric}_error"
 

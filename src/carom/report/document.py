@@ -48,7 +48,7 @@ class Cell:
 
     Attributes:
         text: The text.
-        note: Smaller text next to the text, such as the number behind a word.
+        note: A note in smaller letters after the text, such as the number that a word is based on.
         short: Shorter text for a terminal, instead of text and note.
         title: The full explanation, which a page shows as a tooltip.
         css: CSS class for colours on a page.
@@ -111,7 +111,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table. Each item is a row, and the first column names it.
+    """A table. Each item is a row, and the first column contains its name.
 
     Attributes:
         columns: The columns.
@@ -121,7 +121,8 @@ class Table:
         folded: Label that opens the table on a page; empty if the table is open from the start.
         css: CSS class for the layout on a page.
         only: Media that show the table.
-        packed: Whether a page compresses the rows until the table is opened, because there are many.
+        packed: Whether a page stores the rows in compressed form until the table is opened, because there are many
+            rows.
     """
 
     columns: Sequence[Column]
@@ -195,7 +196,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Figure:
-    """A drawing, made as SVG when a page needs it.
+    """A drawing that is made as SVG when a page needs it.
 
     Attributes:
         draw: Returns the drawing; with the argument True, its version for a phone.
@@ -246,7 +247,10 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replays:
-    """Data for the replay script of a page: the runs of each scene by name. They are packed when a page needs them."""
+    """Data for the replay script of a page: the runs of each scene by name.
+
+    The runs are packed when a page needs them.
+    """
 
     pack: Callable[[], Iterable[tuple[str, str]]]
     only: Media = PAGE
@@ -295,7 +299,7 @@ class Headline:
 
     @classmethod
     def of(cls, sentences: Iterable[str]) -> Headline:
-        """Return a headline from one or more sentences. The first one is the answer."""
+        """Return a headline from one or more sentences. The first sentence is the answer."""
         first, *more = sentences
         return cls(first, tuple(more))
 

@@ -26,7 +26,7 @@ def step(dt_s: float) -> str:
 
 
 def time_left(left_s: float) -> str:
-    """Format the rest of a budget for a progress line; empty where there is no limit, or it is used up."""
+    """Format the rest of a budget for a progress line; empty if there is no limit, or if the budget is used up."""
     return f", at most {left_s:.0f} s left" if 0.5 < left_s < math.inf else ""
 
 
@@ -43,7 +43,7 @@ def part(share: float) -> str:
 
 
 def percent(share: float) -> str:
-    """Format a fraction in per cent; as absent if it is NaN."""
+    """Format a fraction in per cent; with the sign for an absent number if it is NaN."""
     return ABSENT if math.isnan(share) else f"{number(100.0 * share)} %"
 
 
@@ -63,7 +63,7 @@ def count(n: int, one: str, many: str = "") -> str:
 
 
 def lost(missed: int, invented: int) -> str:
-    """Format the numbers of missed and invented impacts, without zeros: -1 +2."""
+    """Format the numbers of missed and invented impacts that are not 0, such as -1 +2."""
     return " ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented))
 
 

@@ -10,7 +10,7 @@ from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.errors import UnknownNameError
 from carom.report.outcome_marks import GRADED, Mark
 
-#: Common terms for which reports use another word.
+#: Common terms, each with the word that reports use instead.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}
 
 

@@ -181,7 +181,7 @@ def _score_rows(score: Score) -> Iterator[str]:
         "missed": str(len(score.missed)),
         "invented": str(len(score.spurious)),
     }
-    if not math.isnan(score.price_paid):  # an unmeasured error has no row
+    if not math.isnan(score.price_paid):  # an error that was not measured has no row
         rows["error / PIT's"] = formatting.number(score.price_paid)
     for metric in dataclasses.fields(score.total):
         unit = {"s": " s", "rad": " rad"}.get(metric.name.rpartition("_")[2], "")

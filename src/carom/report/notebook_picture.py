@@ -31,7 +31,7 @@ def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | 
 def picture(
     draw: Callable[[Axes], None], title: str, size_in: tuple[float, float] = SIZE_IN, *, narrow: bool = False
 ) -> str:
-    """Draw on new axes and return the picture as SVG. A narrow one fits a phone.
+    """Draw on new axes and return the picture as SVG. A narrow picture fits a phone.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.

@@ -74,7 +74,7 @@ class Mark(Enum):
 
 _OF_GRADE = {grade: Mark[grade.name] for grade in Grade}
 
-#: The grade of each mark that has one.
+#: The grade of each mark that has a grade.
 GRADED = {mark: grade for grade, mark in _OF_GRADE.items()} | {Mark.EXACT_32: Grade.EXACT}
 _RANKS = {mark: list(Grade).index(grade) for mark, grade in GRADED.items() if grade is not Grade.UNGRADED}
 #: Marks of runs without the errors of checking once per step.

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from carom.model.trace import Trace
 from carom.report.tracks import Track, Turning, reference_tracks, turnings
 
-#: Number of straight pieces of a parabola. Each differs from the parabola by 1/576 of its height at most, which is less
-#: than a line's width in any picture.
+#: Number of straight pieces of a parabola. A piece differs from the parabola by at most 1/576 of the parabola's height,
+#: which is less than a line's width in any picture.
 _PIECES_OF_A_PARABOLA = 24
 
 

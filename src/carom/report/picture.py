@@ -31,15 +31,15 @@ _WIDTH_IN = 3.3
 #: Smallest and largest height of a picture, as a fraction of its width. Empty room fills the rest.
 _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
-#: Largest size of a picture in extents of the reference. An engine may throw discs far away, and the scene must not
-#: shrink to a dot.
+#: Largest size of a picture, over the extent of the reference. An engine may throw discs far away, and the picture must
+#: not shrink the scene to a dot.
 _WIDEST = 1.6
 #: Largest number of impacts that are drawn as circles. More circles would hide the paths, so they are drawn as dots.
 _MOST_STANDS = 8
 #: Largest number of frames that are drawn as dots. More dots would merge into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
-#: Number of straight parts for a whole circle. They differ from it by 1/2000 of its radius.
+#: Number of straight parts for a whole circle. These parts differ from the circle by 1/2000 of its radius.
 ARC_PARTS = 100
 
 #: Opacity of a driven body at its final position.
@@ -276,7 +276,7 @@ def _drawn(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[
         yield from _drawn_outline(axes, wall.outline, alpha)
         return
     low, high = limits
-    reach = 4.0 * float(np.max(high - low))  # beyond the picture's edge on every side
+    reach = 4.0 * float(np.max(high - low))  # the ends of the line are outside of the picture on every side
     normal = np.array(wall.normal)
     along = np.array([-normal[1], normal[0]])
     # Use the wall's point nearest to the picture's middle, because the given point may be far away.
@@ -335,7 +335,7 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
         axes.plot(along, times, color=colour, linewidth=1.2)
         _number(axes, k, np.array([along[0], 0.0]))
     for wall in scene.half_planes():
-        if abs(wall.normal[axis]) > math.sqrt(0.5):  # the wall is across the line of motion
+        if abs(wall.normal[axis]) > math.sqrt(0.5):  # the wall is perpendicular to the line of motion
             end = low if wall.normal[axis] > 0 else high
             begin = wall.point_m[axis]
             if wall.driven:

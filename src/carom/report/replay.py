@@ -30,7 +30,8 @@ from carom.report.results_file.lines_of_rows import line_of, reasons_of
 from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
 from carom.support.escaping import visible
 
-#: Decimal digits of positions over the scene's extent: a tenth of the largest error of a track.
+#: Decimal digits of positions, relative to the scene's extent. The last digit is a tenth of the largest error of a
+#: track.
 _SHARP = 6
 #: Largest error of the exact path while a disc slides, rolls or rests, over the scene's extent: a hundredth of a pixel
 #: in a picture of a hundred pixels. Such a path consists of many flights of constant acceleration.
@@ -151,8 +152,8 @@ def _rounded(meeting: tuple[float, float, float | None], places: int) -> list[fl
 def meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
     """Yield each impact's contact point, metres, and the seconds for which the bodies would overlap in free flight.
 
-    They approach in the first half of this time. The time is None at walls, if something slows discs, or if one of two
-    discs falls and the other does not.
+    The bodies approach in the first half of this time. The time is None for impacts on walls, if something slows discs,
+    or if only one of two discs falls.
     """
     scene, tracks = reference.scene, reference_tracks(reference)
     for impact in reference.impacts:
@@ -191,8 +192,8 @@ def _of_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
 def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
     """Return the instant at which a replay shows a fault, seconds: the reported time, or the best view of a miss.
 
-    The best view of a miss is half-way through the overlap, when it is deepest, but at most two steps late. A longer
-    overlap does not cause the miss.
+    A miss is best seen half-way through the overlap, when the overlap is deepest, but at most one step after the true
+    instant, because a longer overlap does not cause a miss.
     """
     if row.get("reported") is not None:
         return float(row["reported"])
@@ -203,7 +204,7 @@ def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
 def first_fault(rows: list[Json]) -> int | None:
     """Return the row at which a replay pauses: the first missed or invented impact, otherwise the largest error.
 
-    The first inexact impact would not do: it may be only a twentieth of a step late.
+    The first inexact impact would be a poor choice, because it may be only a twentieth of a step late.
     """
     for k, row in enumerate(rows):
         if row["flag"] == "missed" or (row["flag"] == "invented" and row["reported"] is not None):
@@ -256,7 +257,7 @@ def _of_track(track: Track, places: int | None) -> list[list[float]]:
     columns = (track.time_s, *track.position_m.T)
     if places is None:
         return [column.tolist() for column in columns]
-    # Not NumPy's rounding, which multiplies first and overflows for a large number.
+    # This is not NumPy's rounding, which first multiplies and so overflows for a large number.
     return [columns[0].tolist(), *([round(value, places) for value in column.tolist()] for column in columns[1:])]
 
 
@@ -316,7 +317,7 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
 
 
 def _invented(k: int, local: LocalErrors) -> str:
-    """Describe the cause of a spurious impact, as far as the run's own state before it shows."""
+    """Describe the cause of a spurious impact, if the run's own state before it shows a cause."""
     if k in local.spurious:
         return "the bodies do not meet from the run's own state before the impact"
     if math.isnan(local.velocity[k]):
@@ -350,7 +351,7 @@ def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
         pit = {True: "PIT also misses it", False: "PIT finds it"}
         return {"cause": "" if score.pit_missed is None else pit[k in score.pit_missed]}
     met = trace.local_truth.meetings
-    # A late engine passes through after the true instant, an early one before it.
+    # With a late engine, bodies pass through each other after the true instant, with an early engine before it.
     near = np.abs(met["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
     passed = met[(met["first"] == impact["first"]) & (met["second"] == impact["second"]) & met["missed"] & near]
     if not len(passed):

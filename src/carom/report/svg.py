@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Colours of figures. On a page, each becomes a CSS variable, which the dark mode redefines.
+# Colours of figures. On a page, each colour becomes a CSS variable, which the dark mode redefines.
 INK = "#1b2330"
 MUTED = "#66707f"
 GRID = "#d8dde4"
@@ -52,7 +52,7 @@ _VARIABLES = {
 }
 
 _STYLE = {
-    "svg.fonttype": "none",  # text stays text: smaller, and readable by search and screen readers
+    "svg.fonttype": "none",  # text is not converted to paths, so that it is small, and can be searched and read aloud
     "text.parse_math": False,  # a name may contain a dollar sign
     "font.family": "sans-serif",
     "font.size": 9.0,
@@ -136,7 +136,7 @@ def _look(engine: str) -> tuple[str, str]:
     if engine == "pic":
         return SERIES[0], _MARKERS[0]
     lap = len(SERIES) - 1
-    # The name of an unknown engine defines its style, which another engine may share.
+    # An unknown engine gets a style by its name. Another engine may have the same style.
     n = _ENGINES.index(engine) if engine in _ENGINES else crc32(engine.encode()) % (lap * len(_MARKERS))
     return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # 7 colours and 8 marks: 56 styles
 
@@ -240,7 +240,7 @@ def error_scale(axes: Axes, name: str, errors: Iterable[float], *, narrow: bool 
     strip = (top / bottom) ** (_STRIP / (1.0 - _STRIP))
     foot = bottom / math.sqrt(strip)
     apart = math.ceil((high - low) / _MOST_TICKS) if narrow else 1
-    ticks = [10.0**k for k in range(high, low - 1 + narrow, -apart)][::-1]  # no room for the lowest label on a phone
+    ticks = [10.0**k for k in range(high, low - 1 + narrow, -apart)][::-1]  # a phone has no room for the lowest label
     labels = [f"≤ {formatting.number(THRESHOLDS.rounding)}", *map(formatting.number, ticks)]
     axes.set(**{f"{name}scale": "log", f"{name}lim": (bottom / strip, top), f"{name}ticks": [foot, *ticks]})
     axes.set(**{f"{name}ticklabels": labels})
@@ -267,7 +267,7 @@ def name_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
 
     A thin line leads from the end of a line to its name.
     """
-    axes.set_xlim(axes.get_xlim())  # fix the limits, and with them the positions of all ends
+    axes.set_xlim(axes.get_xlim())  # this fixes the limits, and so the positions of all ends
     axes.set_ylim(axes.get_ylim())
     apart = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
     to_axes = axes.transData + axes.transAxes.inverted()
@@ -318,7 +318,7 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
 
     buffer = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    # Ids of parts are hashes. With the label as a salt, they differ between figures and are reproducible.
+    # Ids of parts are hashes. With the label as a salt, ids differ between figures and are reproducible.
     with mpl.rc_context({"svg.hashsalt": label + " (narrow)" * narrow}):
         figure.savefig(buffer, format="svg", transparent=True, metadata=nothing)
     text = buffer.getvalue()
@@ -330,7 +330,7 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     text = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", text)
     used = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
     text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
-    # Round coordinates to a hundredth of a point. Numbers between tags are text and stay.
+    # Round coordinates to a hundredth of a point. Numbers between tags are text and are not changed.
     text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
     # Remove blanks around the letters of paths, and indents of elements.
     text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s*([A-Za-z])\s*", r"\1", path[0]), text)
@@ -347,6 +347,6 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
 
 def alone(svg: str) -> str:
     """Convert a drawing of a page to a separate SVG file, which needs XML namespaces."""
-    svg = re.sub(r"</?a\b[^>]*>", "", svg)  # links lead to parts of the page
+    svg = re.sub(r"</?a\b[^>]*>", "", svg)  # the links are removed, since they lead to parts of the page
     names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
     return svg.replace("<svg ", f"<svg {names} ", 1) + "\n"

@@ -17,10 +17,10 @@ from carom.model.trace import Flight, Trace, free_flights
 Array = NDArray[np.float64]
 
 #: A sampled state is dropped if the flight between its neighbours passes it within this fraction of the scene's extent.
-#: That is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth in the largest picture.
+#: This is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth of a pixel in the largest picture.
 SHARPNESS = 1e-5
-#: Number of pieces of a slide. Each piece has a constant spin, which causes an angle error of 1/576 of the angle by
-#: which the change of spin turns the disc.
+#: Number of pieces of a slide. The spin is constant in each piece. This causes an error of the angle of 1/576 of the
+#: angle by which the change of spin turns the disc.
 _PIECES_OF_A_SLIDE = 12
 
 
@@ -132,7 +132,7 @@ def turnings(trace: Trace) -> tuple[Turning, ...]:
 
 
 def reference_tracks(trace: Trace) -> tuple[Track, ...]:
-    """Return the free flights of each disc from impact to impact. They are exact for a trace without steps."""
+    """Return the free flights of each disc from impact to impact. The flights are exact for a trace without steps."""
     discs = trace.scene.discs
     times = [[0.0] for _ in discs]
     places = [[np.array(disc.position_m, dtype=np.float64)] for disc in discs]
@@ -154,8 +154,8 @@ def reference_tracks(trace: Trace) -> tuple[Track, ...]:
 def _knots(flight: Flight) -> list[float]:
     """Return the times of a flight's knots, up to its end. With damping, a flight needs several knots.
 
-    Between two knots at a distance h in time, a disc has an error of up to c v h^2 / 8. It must be at most `SHARPNESS`
-    of the flight's length. When less than that is left of the flight, the disc is drawn at rest.
+    Between two knots at a distance h in time, a disc has an error of up to c v h^2 / 8. The error must be at most
+    `SHARPNESS` of the flight's length. When less than that is left of the flight, the disc is drawn at rest.
     """
     lasted, rate = flight.end_s - flight.begin_s, flight.damping.per_s
     way, begun = flight.damping.undamped(lasted), flight.begin_s
@@ -169,8 +169,8 @@ def _knots(flight: Flight) -> list[float]:
 def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     """Return tracks through the kept states; or from the impacts, if no states were kept or the impacts explain them.
 
-    A method that advances to the instant of an impact turns discs between two states. Then its impacts show more than
-    its states.
+    If a method advances to the instants of impacts, discs turn between two states. The impacts of such a method show
+    more than its states.
 
     Args:
         trace: The run.
@@ -194,14 +194,14 @@ def _fall(trace: Trace, disc: int) -> Array:
 
 
 def _finite(track: Track) -> Track:
-    """Return a track up to its first non-finite number. After that the disc stays at its last position."""
+    """Return a track up to its first non-finite number. After that number, the disc stays at its last position."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
     return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
 
 
 def _passes(track: Track, times: Array, places: Array, near: float) -> bool:
-    """Whether a track passes through the states. A track that is not finite does not."""
+    """Whether a track passes through the states. Return False for a track that is not finite."""
     away = np.abs(track.at(times) - places)
     return bool(np.isfinite(away).all() and away.max() <= near)
 

@@ -20,9 +20,9 @@ MAX_STEPS = 2**31 - 1
 #: errors of a hundred units in the last place would be a tenth of the value.
 MANTISSA_BITS = {32: 23, 64: 52}
 
-#: Rules by which an engine combines the coefficients of two bodies, each from 0 to a largest value. Each function
-#: returns the smallest and largest coefficient of a wall that are possible with a coefficient of two discs. "pair"
-#: means no combination: all coefficients are possible.
+#: Rules by which an engine combines the coefficients of two bodies, each from 0 to a largest value. Given the
+#: coefficient of two discs, each function returns the smallest and largest possible coefficient of a wall. "pair" means
+#: that pairs have independent coefficients: all are possible.
 COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
     "pair": lambda _, most: (0.0, most),
     "one": lambda pair, _: (pair, pair),
@@ -115,8 +115,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
             return f"the scene has {need.value}, which this method does not support{suffix}"
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
-        # The error occurs with semi-implicit and explicit Euler. With whole steps, the late detection cancels the
-        # error.
+        # The semi-implicit and the explicit Euler method have this error. In whole steps, the late detection of impacts
+        # cancels this error.
         gained = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
             f"discs fall onto bodies that do not fall, and this profile cuts its steps. An engine's step of {dt_s:g} "
@@ -195,7 +195,7 @@ def _supports(capabilities: Capabilities, need: Need) -> bool:
             return capabilities.posts or capabilities.arcs
         case Need.FRICTION:
             return capabilities.friction[1] > 0.0
-        case Need.RESTITUTION:  # declared as a range, which is checked separately
+        case Need.RESTITUTION:  # this need is declared as a range and checked separately
             return True
         case _:
             return bool(getattr(capabilities, need.name.lower()))
@@ -226,8 +226,8 @@ def _can_turn(disc: Disc) -> bool:
 def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
     """Refuse a scene that the declared capabilities exclude, for the same reason as the harness.
 
-    The harness alone checks the closing speed below which contacts are inelastic: it belongs to a profile, and
-    `prepare` gets only settings.
+    The closing speed below which contacts are inelastic is checked only by the harness, because it belongs to a
+    profile, and `prepare` gets only settings.
 
     Args:
         engine: Name of the engine in messages.

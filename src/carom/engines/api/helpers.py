@@ -11,12 +11,12 @@ from carom.model.scene import Disc, Scene
 
 Vector = tuple[float, float]
 
-#: A coefficient whose square is 0 in 64-bit floats; the least positive float is 2**-1074. The coefficient is a power of
-#: two, so multiplying and dividing by it is exact.
+#: A coefficient whose square is 0 in 64-bit floats, in which the least positive number is 2**-1074. The coefficient is
+#: a power of two, so multiplying and dividing by it is exact.
 VANISHING = 2.0**-600
 
 #: Long walls replace half-planes. The walls are long enough for this number of impacts on driven bodies. A paddle or a
-#: piston has few; for a disc that is crushed, no number is enough.
+#: piston has few such impacts; for a disc that is crushed, no number is enough.
 DRIVEN_IMPACTS = 32
 
 

@@ -63,13 +63,13 @@ class Engine:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Declared capabilities of an engine. These alone decide which scenes the harness skips.
+    """Declared capabilities of an engine. The harness skips a scene only because of these declarations.
 
     Attributes:
         walls: Half-plane walls.
         segments: Walls of straight edges, from both sides.
         arcs: Walls of arcs and circles, from both sides.
-        posts: Circles, from outside; implied by `arcs`.
+        posts: Circles, from outside only; implied by `arcs`.
         wall_materials: Whether walls can have a restitution and friction of their own.
         immovable_discs: Discs of infinite mass.
         driven_walls: Walls that move at a velocity of their own.
@@ -159,8 +159,8 @@ class Accuracy:
             speed.
         energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. Less than a millionth is
             ignored.
-        margin_m: Largest gap at which bodies collide, metres, as with speculative contacts. Results of bodies that are
-            thicker by this gap are then accepted: see `carom.conformance.contact_margin`.
+        margin_m: Largest distance at which bodies already collide, metres, as with speculative contacts. Results for
+            bodies that are thicker by this distance are then accepted: see `carom.conformance.contact_margin`.
     """
 
     late_steps: float = 0.0
@@ -286,13 +286,16 @@ class World(Protocol):
         """The settings in use, read back from the engine if possible."""
 
     def advance(self, steps: int) -> None:
-        """Take `steps` steps. The call is timed, so keep it as close to the engine's own loop as possible."""
+        """Take `steps` steps.
+
+        Steps are timed, so the implementation should be as close to the engine's own loop as possible.
+        """
 
     def observe(self) -> Observation:
         """Return the present state and the contacts of the last step. The call is not timed."""
 
     def close(self) -> None:
-        """Release the engine's resources. Called once, also after an error."""
+        """Release the engine's resources. This method is called once, also after an error."""
 
 
 @runtime_checkable
@@ -369,8 +372,8 @@ class CodedAdapter(Adapter, Protocol):
     def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
         """Return a program or a model that gives the same digits as the world from `prepare`, without Carom.
 
-        The engine must not be imported. A program takes the steps of the scene, then prints one line ``x y vx vy spin``
-        for each disc.
+        The method must not import the engine. A program takes the steps of the scene, then prints one line ``x y vx vy
+        spin`` for each disc.
 
         Args:
             scene: The scene.

@@ -28,7 +28,7 @@ def _gap(discs: Sequence[Disc], point: Point, normal: Point) -> float:
     gaps = [0.0] if not discs else []
     for disc in discs:
         gap = (disc.position_m[0] - px) * nx + (disc.position_m[1] - py) * ny - disc.radius_m
-        # A centre and a corner are each rounded to half a unit of their own size, and so is the normal.
+        # A centre, a corner and the normal are each rounded by up to half a unit in the last place.
         rounding = 2.0**-50 * (math.hypot(*disc.position_m) + math.hypot(px, py) + disc.radius_m)
         gaps.append(0.0 if -rounding <= gap < 0.0 else gap)
     return min(gaps)
@@ -39,7 +39,7 @@ def one_coefficient(what: str, values: Sequence[float], most: float, dropped: li
 
     Args:
         what: Name of the coefficient in reports.
-        values: Values of the file for each pair of bodies.
+        values: The coefficients in the file, one for each pair of bodies.
         most: Largest value in a scene.
         dropped: List to which losses are added.
     """
@@ -48,7 +48,7 @@ def one_coefficient(what: str, values: Sequence[float], most: float, dropped: li
     found = max(values)
     if found - min(values) > 2.0**-50 * found:  # more than the rounding of a product and of two roots
         dropped.append(f"{what}: values from {min(values):g} to {found:g}; the greatest is used")
-    # The product of two rounded roots of 1 may be a unit above 1.
+    # Rounded roots of 1 can have a product above 1, by a unit in the last place.
     if found > most * (1 + 2.0**-50):
         dropped.append(f"{what}: {found:g} is reduced to {most:g}")
     return min(found, most)

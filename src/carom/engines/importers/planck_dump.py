@@ -194,7 +194,10 @@ def _groups_of_faces(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Poin
 
 
 def _face(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
-    """Yield the right side of a line from a to b, as a point and the unit normal. A line without length has none."""
+    """Yield the right side of a line from a to b, as a point and the unit normal.
+
+    Yield nothing for a line without length.
+    """
     x, y = b[0] - a[0], b[1] - a[1]
     length = math.hypot(x, y)
     if length > 0.0:

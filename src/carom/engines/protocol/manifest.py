@@ -23,11 +23,11 @@ from carom.support.fields import said_of
 
 #: Name of a manifest file.
 MANIFEST = "engine.toml"
-#: Reference of the fields for authors.
+#: Document that explains the fields to authors.
 PAGE = "see docs/reference/engine-protocol.md#the-manifest"
 #: If a setting has a wrong type, Pydantic appends the name of the first type that it tried to the location.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
-#: A manifest is a page of text. Larger files are refused.
+#: Larger files are refused. A manifest is a page of text, far below this limit.
 MOST_BYTES = 2**20
 
 
@@ -57,7 +57,7 @@ def _enums_by_name(table: object) -> object:
 
 
 def _finite(setting: Setting) -> Setting:
-    """Refuse infinity and NaN, which are not numbers in JSON. The program would get a string."""
+    """Refuse infinity and NaN, which are not numbers in JSON. The program would get a string instead."""
     if isinstance(setting, float) and not math.isfinite(setting):
         raise ValueError(f"must be finite, as JSON requires, got {setting}")
     return setting

@@ -18,7 +18,7 @@ from carom.support.data_files import without_doubles
 from carom.support.escaping import last_words
 from carom.support.fields import said_of
 
-#: Longer answers are refused. A million discs with their contacts take half of this.
+#: Longer answers are refused. A million discs with their contacts take half of this size.
 MOST_ANSWER_BYTES = 256 * 2**20
 #: Number of characters shown of an invalid answer.
 SHOWN = 120
@@ -122,7 +122,7 @@ class Program:
                 if file == self._requests.fileno():
                     try:
                         unsent = unsent[os.write(file, unsent) :]
-                    except BrokenPipeError:  # the program closed its input or ended; its answers show which
+                    except BrokenPipeError:  # the program closed its input or ended; its next answer shows which
                         unsent = unsent[:0]
                     if not unsent:
                         self._poll.unregister(file)
@@ -135,7 +135,7 @@ class Program:
                     return None
         line = bytes(self._answered[:end])
         del self._answered[: end + 1]
-        if unsent:  # the answer came before the whole request was sent
+        if unsent:  # the program has answered before it got the whole request
             self._poll.unregister(self._requests)
         return line
 

@@ -57,7 +57,7 @@ class Server:
     def __init__(self, adapter: Adapter, version: str) -> None:
         self._adapter, self._version = adapter, version
         self._worlds: dict[int, World] = {}
-        self._saved: dict[tuple[int, int], object] = {}  # saved states can be objects of the engine, so they stay here
+        self._saved: dict[tuple[int, int], object] = {}  # kept here, because saved states can be objects of the engine
         self._numbers = count(1)
 
     def answer(self, line: str | bytes) -> dict[str, Any]:
@@ -216,7 +216,7 @@ def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence
 
 def _profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
     own = profile.capabilities
-    # In a manifest, a profile inherits the engine's capabilities: only differences are written.
+    # A profile in a manifest inherits the engine's capabilities, so only differences are written.
     able = {} if own is None else {"capabilities": _find_differing(own, adapter.capabilities)}
     return {
         "description": profile.description,

@@ -7,7 +7,7 @@ columns, lines, far outliers, radii of all sizes. Immovable discs may overlap ea
 that is near none of them visits only the root of their tree.
 
 One comparison of floats decides whether two discs are near. Rounding is monotone, so if a node fails the comparison,
-all of its discs do. The pairs are therefore exactly those found by comparing all pairs.
+all of its discs fail it. So the result is exactly the pairs that a comparison of all pairs finds.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-#: How many distances between discs and walls are computed at once. A few arrays of this size take tens of megabytes.
+#: Number of distances between discs and walls that are computed at once. A few arrays of this size take tens of
+#: megabytes.
 _DISTANCES = 2**20
 
 

@@ -27,7 +27,7 @@ _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("ro
 #: Number of table columns that fit on a phone.
 _MOST_ACROSS = 3
 
-#: Export keywords of modules. They are removed, because a page joins all scripts into one.
+#: Export keywords of modules. Imports are removed, because a page joins all scripts into one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
 #: Imports, comment lines and indents of modules. They are removed from pages. No string spans several lines.
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
@@ -93,7 +93,7 @@ def _template(name: str) -> Template:
 def page_script(*names: str) -> str:
     """Return several scripts as one, with the code that unpacks their data."""
     own = resources.files("carom.report") / "templates"
-    shared = resources.files("carom") / "web"  # drawing code shared with the play page
+    shared = resources.files("carom") / "web"  # these modules are shared with the play page
     every = ("unpack.js", *names) if names else ()
     texts = (((shared if name == "stage.js" else own) / name).read_text(encoding="utf-8") for name in every)
     return "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts)
@@ -120,7 +120,7 @@ def _packed_rows(table: Table) -> str:
 
 def _packed_cell(cell: Cell) -> str | dict[str, str]:
     """Return a cell for `rows.js`, which shows words and symbols, but no bars or links."""
-    # Escape control characters here: the writer of the page's file can't see into packed data.
+    # Control characters are escaped here, because the writer of the page's file can't see into packed data.
     said = {name: visible(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)}
     if cell.link or cell.shares or cell.anchor or cell.part is not None:
         raise ValueError(f"a cell of a packed table can't have a link, bar, meter or anchor: {cell!r}")

@@ -43,7 +43,7 @@ def _block(block: Block) -> Iterator[str]:
             for pair in block.items:
                 sides = ", ".join(pair.sides)
                 yield f"- **{_text(pair.heading)}** ({_text(sides)}). {_text(' '.join(pair.caption))}"
-        case blocks.Figures() | blocks.Replays():  # pages only; tables have the same numbers
+        case blocks.Figures() | blocks.Replays():  # drawings are for pages only; tables have the same numbers
             pass
 
 

@@ -131,7 +131,10 @@ def _cell(cell: Cell) -> RichText:
 
 
 def _bar(shares: Sequence[Share]) -> RichText:
-    """Return a bar from the shares' own symbols, so that it is readable without colours. Every share is visible."""
+    """Return a bar that consists of each share's own symbol, so that it is readable without colours.
+
+    Every share is visible.
+    """
     spare, bar = _BAR - len(shares), RichText()
     done, total = 0, sum(share.size for share in shares)
     for share in shares:

@@ -123,7 +123,7 @@ def _lines(path: Path) -> Iterator[bytes]:
     try:
         with path.open("rb") as file:
             number = 0
-            while line := file.readline(MOST_BYTES[".json"] + 1):  # a name may contain other line separators
+            while line := file.readline(MOST_BYTES[".json"] + 1):  # other line separators may be part of a name
                 number, size, found = number + 1, size + len(line), values_in(line)
                 values += found
                 for what, kind, bytes_, count in (
@@ -139,7 +139,7 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 
 def _local(score: Score) -> dict[str, int | float]:
-    """Return the median and the largest of each local error. All impacts would make lines too long.
+    """Return the median and the largest of each local error. The errors of all impacts would make lines too long.
 
     Kinds that no impact has are omitted, such as spin errors if no disc spins.
     """

@@ -19,7 +19,7 @@ from carom.execution.timing import Timing
 from carom.model.trace import Outcome, Setting
 from carom.support.limits import LARGEST, SMALLEST
 
-#: A step that a run can have.
+#: Type of a step: seconds, in the range that a run can have.
 Step = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
 
 
@@ -65,7 +65,7 @@ class VerdictLine:
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """The outcome that a run took, if the scene has no unique answer."""
+    """Comparison of a run with the possible outcomes of a scene that has no unique answer."""
 
     admissible: tuple[str, ...]
     nearest: int | None

@@ -37,10 +37,10 @@ from carom.report.files import FORMATS
 from carom.report.results_file.lines import RowLine, Summary
 from carom.support.escaping import shortened, shown
 
-#: Fields of a score for spins. They are written only if a disc of the scene spins.
+#: Fields of a score for spins. These fields are written only if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
-#: Fields of a timing that files of earlier versions lack. They are not written if absent.
+#: Fields of a timing that files of earlier versions lack. Such fields are not written if they are absent.
 _LATER = frozenset({"ends"})
 
 
@@ -50,7 +50,7 @@ def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
     leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
-    kind: Any = type(line)  # for mypy, a class whose objects have no hash has none itself
+    kind: Any = type(line)  # for mypy, a class whose objects have no hash has no hash itself
     return _JSON(_form(kind).dump_python(line, mode="json", exclude=leave_out or None))
 
 
@@ -73,7 +73,8 @@ def read_row(text: bytes, path: Path, number: int) -> RowLine:
     """Parse another line of a file. A field that may be null may also be missing.
 
     Raises:
-        InputError: It is not JSON, or a field is missing or has a wrong type. The message names file, line and field.
+        InputError: The line is not JSON, or a field is missing or has a wrong type. The message names file, line and
+            field.
     """
     try:
         return cast("RowLine", _form(cast("Any", RowLine)).validate_json(text))
@@ -111,7 +112,7 @@ def records_schema() -> dict[str, Any]:
 
 
 def _named(schema: Any, parts: dict[str, Any]) -> Any:
-    """Return a schema in which references replace named parts, and add these to `parts`."""
+    """Return a schema in which references replace named parts, and add these parts to `parts`."""
     if isinstance(schema, list):
         return [_named(item, parts) for item in schema]
     if not isinstance(schema, dict):
@@ -161,7 +162,7 @@ def _written(hint: Any) -> Any:
     if dataclasses.is_dataclass(hint):
         return Annotated[hint, _Fields()]
     if origin in (Union, UnionType):
-        if type(None) in parts:  # null has its own meaning here and is not NaN
+        if type(None) in parts:  # here, null has a meaning of its own, other than NaN
             parts = tuple(_FINITE if part is float else part for part in parts if part is not type(None))
             return Union[tuple(map(_written, parts))] | None  # noqa: UP007 - the number of types varies
         return Union[tuple(map(_written, parts))]  # noqa: UP007 - the number of types varies

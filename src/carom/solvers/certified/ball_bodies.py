@@ -1,9 +1,9 @@
 """State of all discs in ball arithmetic: every operation gives a ball that contains the true result.
 
 The float64 numbers of the scene are the exact input. Each disc is stored at an exact reference instant: a float64 just
-before its last impact. So the uncertainty of the impact's time enters the position only through the change of velocity,
-and the instant itself needs no rounding. Between the reference instant and the impact, the present path is extended
-backwards.
+before its last impact. So the uncertainty of the impact's time affects the position only through the change of
+velocity, and the reference instant needs no rounding. Between the reference instant and the impact, the present path is
+extended backwards.
 
 Under uniform gravity, states of movable discs are relative to a frame that falls from rest at time 0. The frame adds
 ``g t^2 / 2`` to a position and ``g t`` to a velocity. In the falling frame paths are straight, and walls move.
@@ -55,7 +55,10 @@ def _pull(scene: Scene, shape: Plane | Round) -> int:
 
 
 class PairLaw(NamedTuple):
-    """Constants of a pair of discs at the working precision. Shares are parts of the change of relative velocity."""
+    """Constants of a pair of discs at the working precision.
+
+    A share is the part of the change of relative velocity that a disc gets.
+    """
 
     reach: arb
     reach2: arb
@@ -108,10 +111,10 @@ class BallBodies:
         fastest_drive: A bound on the speeds of driven bodies, metres a second.
         turns: Whether spins are stored: see `carom.DiscArrays.turns`.
         spin: Spin of each disc, radians a second.
-        inverse_inertia_ratio: Inverse inertia factor of each disc, 1/k; 0 for one that does not turn.
-        inverse_mass: Inverse mass of each disc; 0 for one that no impact moves.
-        met: For each disc, when it last met each kind of partner, oldest first. The key is the obstacle's body number,
-            or 0 for any disc.
+        inverse_inertia_ratio: Inverse inertia factor of each disc, 1/k; 0 for a disc that does not turn.
+        inverse_mass: Inverse mass of each disc; 0 for a disc that no impact moves.
+        met: For each disc, the times of its last impact with each kind of partner, oldest first. The key is the
+            obstacle's body number, or 0 for any disc.
         last_met: For each disc, a float64 no less than the time of any of its impacts; 0 before the first.
         partner: Body that each disc met last; None before its first impact.
         acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
@@ -162,7 +165,7 @@ class BallBodies:
         return len(self.x)
 
     def lower_precision(self, bits: int) -> None:
-        """Lower the working precision if the balls have grown so wide that more bits are meaningless."""
+        """Lower the working precision if the balls are so wide that the last bits are meaningless."""
         ctx.prec = bits
         self._legs.clear()
         self._pair_laws.clear()
@@ -199,7 +202,7 @@ class BallBodies:
     def untouched(self, *bodies: int) -> bool:
         """Whether none of these bodies is a disc that has had an impact.
 
-        All states are then those of the exact start.
+        The states of such bodies are known from the exact start.
         """
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
@@ -397,7 +400,7 @@ class BallBodies:
             thick = ZERO if radius is None else arb(radius) + ball(obstacle.half_width)
             level = px * nx + py * ny + thick * length
             turn = arb(self.materials[obstacle.wall].restitution) + 1
-            if ny.is_zero() or nx.is_zero():  # then the fractions of |n|^2 are 1 and 0 exactly
+            if ny.is_zero() or nx.is_zero():  # if so, the fractions of |n|^2 are exactly 1 and 0
                 xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
             else:
                 xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2

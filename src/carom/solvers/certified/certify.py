@@ -26,9 +26,9 @@ def certify(
 ) -> CertifiedTrace:
     """Run a scene with proven bounds on every number: times, velocities and final positions.
 
-    The float64 values of the scene are the exact input. Only certified comparisons choose the next impact; if they
-    don't decide, the run is repeated at a higher precision. An event that no precision decides ends the run, and is
-    reported. An interrupt (Ctrl-C) ends the run, too. The result contains everything that was certified until then.
+    The float64 values of the scene are the exact input. The next impact is chosen only by certified comparisons. If
+    these can't decide, the run is repeated at a higher precision. An event that no precision decides ends the run, and
+    is reported. An interrupt (Ctrl-C) ends the run, too. The result contains everything that was certified until then.
 
     Args:
         scene: The scene, or its name in the catalogue.
@@ -37,12 +37,13 @@ def certify(
         max_impacts: Stop after this many impacts; None for no limit.
         time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
         max_precision_bits: Greatest precision, bits.
-        tie_bits: An event is called degenerate if it is not decided when its bodies are known to this many bits.
-        progress: Called at intervals with impacts so far, time reached in seconds, and bits of precision.
+        tie_bits: An event counts as degenerate if it is still undecided when its bodies are known to this many bits.
+        progress: Function that is called at intervals, with the number of impacts so far, the time reached in seconds,
+            and the precision in bits.
 
     Returns:
-        The trace with its radii. The trace's final state is that at the end, or at the last certified impact if the run
-        ended earlier.
+        The trace with its radii. The final state of the trace is the state at the end, or at the last certified impact
+        if the run ended earlier.
 
     Raises:
         MissingExtraError: python-flint is not installed.

@@ -16,8 +16,8 @@ class BallGround(NamedTuple):
 
     Attributes:
         body: Body number of the obstacle.
-        nx: x component of the normal, like `ny`. The normal has any length, and is exact if the wall's is. (ny, -nx) is
-            along the ground.
+        nx: x component of the normal, like `ny`. The normal has any length above 0, and is exact if the wall's normal
+            is. (ny, -nx) is along the ground.
         level: The line's distance from the origin along the normal.
         presses: Component of gravity into the ground.
         along: Component of gravity along the ground.
@@ -63,7 +63,7 @@ class GlideState(NamedTuple):
 
 
 class Bounce(NamedTuple):
-    """The last impact of a disc: time, body, speed after it, and whether friction held slip and spin."""
+    """The last impact of a disc: its time, the body, the speed after it, and whether friction held slip and spin."""
 
     time: arb
     body: int
@@ -87,7 +87,7 @@ class BallMode(NamedTuple):
 
 
 class End(NamedTuple):
-    """End of a mode without an impact: the wait, the time, and the cause.
+    """End of a mode without an impact: the wait until the end, the time, and the cause.
 
     The slip becomes 0 (`slip`), the rim speed becomes 0 (`rim`), or the centre is over the end of its face (`over`).
     """
@@ -150,7 +150,7 @@ class ContactStates:
         bounces: The last impact of each disc on a straight obstacle.
         landings: Ends of bounces that are known to precede all other events of the disc.
         stops: When each disc stops on a table; None for a disc at rest, or without a table.
-        launched: How each disc has left the end of a face; None for other discs.
+        launched: How each disc that left the end of a face did so; None for other discs.
         barred: Body numbers of obstacles that each disc certainly does not meet during its present motion.
     """
 

@@ -2,12 +2,12 @@
 
 The law of contact is as in `core/contact_law.h`, and the transitions are as in `core/contact.h`, in balls. Quantities
 that the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a path with its own
-acceleration. For an impact the disc is released from its wall. After the impact it returns or stays free. An undecided
-event ends the run and is named.
+acceleration. For an impact, the disc is released from its wall. After the impact, the disc returns to the wall or stays
+free. An undecided event ends the run, and the result names it.
 
-Bounces are applied one by one until the requested digits can't distinguish them from the last. Then all remaining
-bounces may be alike: all of them slip in one direction or none slips, and likewise for the spin. Such bounces are
-summed as a geometric series.
+Bounces are computed one by one until the requested digits can't distinguish their times from the time of the last
+bounce. The remaining bounces are summed as a geometric series if they are alike: if all of them slip in one direction,
+or none of them slips, and likewise for the spin.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ class BallContacts:
         c = ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
         most = (arb(material.friction) * ground.presses, c * ground.presses)
         resists = not c.is_zero()
-        if resists and slip.is_zero():  # then speed and rim speed cancel exactly
+        if resists and slip.is_zero():  # in this case, speed and rim speed cancel exactly
             speed = ZERO if rim.is_zero() else speed
             rim = ZERO - speed
         signs = sign(slip), sign(rim) if resists else 0
@@ -318,8 +318,8 @@ class BallContacts:
     def consider_landing(self, i: int, tolerance: arb | None) -> bool:
         """Let disc `i` land after all remaining bounces, if they are alike and no other event can come before.
 
-        The bounces must end within the fraction `tolerance` of the time so far. None means that this and the
-        surroundings were checked before.
+        The bounces must end within the fraction `tolerance` of the time so far. None if this, and that no other event
+        can come before, is known.
         """
         bodies, bounce = self._bodies, self._states.bounces[i]
         if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach each other, if any.
 
-    What follows from such a state is not certain. Discs are not compared with the walls with which they have `begun` in
+    The motion after such a state is not certain. Discs are not compared with the walls with which they have `begun` in
     contact, and not with finite walls.
     """
     for i, j in _near_bodies(bodies):
@@ -51,13 +51,18 @@ def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy
 
 
 def exactly_grazing(bodies: BallBodies, i: int, j: int) -> bool:
-    """Whether two discs on their first paths just touch in passing, or do not move at all: neither is an impact."""
+    """Whether two discs on their first paths only touch in passing, or do not move at all.
+
+    Neither case is an impact.
+    """
     _, d, a = _root_form(bodies, i, j)
     return d == 0 or a == 0
 
 
 def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
-    """Whether a disc on its first path, a parabola, turns back exactly where it touches a half-plane: no impact.
+    """Whether a disc on its first path, a parabola, turns back exactly where it touches a half-plane.
+
+    This is no impact.
 
     The condition is ``s^2 = 2 a (P - r |n|)``, with s, a and P the speed, gravity and the centre's offset along n.
     """
