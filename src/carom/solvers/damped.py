@@ -1,6 +1,7 @@
 """Runs with damping: a run without damping, with its times and velocities converted. See `carom.model.damping`.
 
-PIC runs without damping as far as the damped discs get. Instants and velocities are then converted back.
+PIC runs without damping until the discs have moved as far as the damped discs do. Instants and velocities are then
+converted back.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
-    # The least time that is mapped to the window's begin is the float after the greatest that is mapped to before it.
+    # The least time that is converted to the start of the window is the float after the greatest time that is converted
+    # to an earlier one.
     least = -math.inf if begin <= 0.0 else math.nextafter(damping.latest(math.nextafter(begin, -math.inf)), math.inf)
     return replace(options, contact_duration_s=0.0, window_s=(least, end if end < 0.0 else damping.latest(end)))
 

@@ -8,10 +8,10 @@ from carom.model.trace import body_name
 def standstill_impacts(bodies: int) -> int:
     """Return the number of impacts at one instant after which time counts as no longer advancing.
 
-    Equal discs in a line make at most n(n-1)/2 impacts, all at one instant if they touch. Two discs with masses 1:100
-    in front of a wall make 31, with 1:10,000 314. A hundred times the square of the number of bodies allows all of
-    these. The limit ends a run at a standstill after milliseconds. For many bodies the limit is ten million impacts
-    more than a line has, which take some seconds.
+    Equal discs in a line make at most n(n-1)/2 impacts, all at one instant if they touch. In front of a wall, two discs
+    with masses 1:100 make 31 impacts, and with masses 1:10,000 314. A limit of a hundred times the square of the number
+    of bodies allows all of these. The limit ends a run at a standstill after milliseconds. For many bodies the limit is
+    ten million impacts more than a line has, which take some seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 

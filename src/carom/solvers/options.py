@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from carom.solvers.units import Units
 
 ALWAYS = (-math.inf, math.inf)
-#: More impacts than any run has. Compiled loops use it for no limit.
+#: A number of impacts that no run reaches. Compiled loops use it for no limit.
 NO_LIMIT = 2**62
 
 

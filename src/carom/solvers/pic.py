@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 
-#: Numbers of impacts per disc, for two discs that don't meet and for two that do.
+#: Numbers of impacts of each disc, for two discs that don't meet and for two discs that meet.
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
@@ -34,7 +34,7 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
     `all_pairs` computes all pairs at each event; it changes no result.
     """
-    from carom.solvers.event_driven.run import EventDrivenRun  # imported late: the closed form does not need it
+    from carom.solvers.event_driven.run import EventDrivenRun  # imported here, because the closed form does not need it
     from carom.solvers.units import run_in_ordinary_units
 
     def make(start: Start, units: Units) -> Run:
@@ -82,7 +82,7 @@ def solve_pic(
         progress: Called at intervals with the number of impacts so far and the time reached.
 
     Returns:
-        The trace. The trace's final state is that at the end, or at the last impact if the run ended earlier.
+        The trace. The final state of the trace is the state at the end, or at the last impact if the run ended earlier.
 
     Raises:
         InputError: An option is outside its range, or not supported under gravity or with damping.

@@ -73,7 +73,7 @@ class Request(NamedTuple):
             places.append(run.positions())
         if not self.samples_s:
             return outcome, None
-        if outcome is Outcome.COMPLETED:  # the last sample is the end
+        if outcome is Outcome.COMPLETED:  # the last sample is the state at the end
             del reached[-1], places[-1]
         return outcome, Samples(np.array(reached), np.array(places).reshape(len(reached), *run.positions().shape))
 

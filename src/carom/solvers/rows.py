@@ -52,7 +52,8 @@ CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 class RecordedImpacts:
     """Impacts in order, a `carom.solvers.run.RunImpacts`, in the memory that compiled code wrote.
 
-    `edges_of` finds the edges of contacts, which are rows of `CONTACT_DTYPE`. Without this function there are no edges.
+    `edges_of` finds the edges of contacts, which are rows of `CONTACT_DTYPE`. Without this function, the run has no
+    edges.
     """
 
     def __init__(

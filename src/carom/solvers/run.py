@@ -73,7 +73,7 @@ class Run(Protocol):
 
     @property
     def time_s(self) -> float:
-        """Time that the run has reached, seconds from the start."""
+        """Time that the run has reached, seconds since the start."""
 
     @property
     def log(self) -> RunImpacts:
@@ -108,7 +108,7 @@ class Run(Protocol):
 
 
 class SeenRun:
-    """A wrapper of a run, for other units or damping. A subclass overrides what it converts."""
+    """A wrapper of a run, for other units or damping. A subclass overrides the methods whose results it converts."""
 
     def __init__(self, run: Run, rows: SeenRows) -> None:
         self.log = SeenLog(run.log, rows)

@@ -1,7 +1,7 @@
 """Units of a run: a scene with extreme sizes runs in units in which its numbers are ordinary.
 
 The units are powers of two, so a change of units rounds nothing, and scenes that differ by powers of two have the same
-digits. Most scenes are ordinary and keep their units.
+digits. Most scenes have ordinary numbers and keep their units.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 _LEAST = 1.0 / ORDINARY
-#: Exponent of the greatest speed. This speed is above 1, to leave more room for slower discs. It is below `ORDINARY`,
-#: so that a gravity which causes this speed in the shortest scene is not too large.
+#: Exponent of the greatest speed. This speed is above 1, to leave more room for slower discs. The speed is below
+#: `ORDINARY`, so that a gravity which causes this speed in the shortest scene is not too large.
 _FASTEST = 100
 
 

@@ -44,7 +44,7 @@ def shown(value: object) -> str:
     """Return a value as text for a message, 60 characters at most."""
     try:
         text = repr(value)
-    except ValueError:  # an integer with more digits than Python prints
+    except ValueError:  # the value is an integer with more digits than Python prints
         return "an integer with too many digits"
     except RecursionError:
         return "a value nested too deeply to show"
@@ -53,7 +53,7 @@ def shown(value: object) -> str:
 
 def near(name: str, known: Iterable[str]) -> str:
     """Return a question that suggests the known name nearest to an unknown one; empty if none is near."""
-    import difflib  # imported late, because `import carom` loads this module, and few messages need it
+    import difflib  # imported here, because `import carom` loads this module, and few messages need it
 
     found = difflib.get_close_matches(name, list(known), n=1)
     return f"did you mean {found[0]!r}?" if found else ""

@@ -61,7 +61,7 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
         raise ValueError("must not be of length zero")
     # A vector that this function returned stays unchanged, so that a saved wall loads as an equal one. The vector's
     # length differs from 1 by at most 3 units of relative rounding (2^-53): two from the length, one from the division.
-    # Computing the length adds two more.
+    # The computation of the length adds two more units.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
         return (x, y)
     # Scaling by the larger component first keeps 1e-200 and 1e200 from under- and overflowing in the length.
@@ -71,7 +71,8 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
     return (x / length, y / length)
 
 
-# The bounds precede the validator. After the validator they would be enforced, but missing from the JSON Schema.
+# The bounds precede the validator. If they came after the validator, they would be checked, but missing from the JSON
+# Schema.
 _Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
 Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
@@ -132,7 +133,7 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
     for item in items:
         location = tuple(item["loc"])
         cause = item.get("ctx", {}).get("error")
-        if isinstance(cause, SceneError):  # raised by a nested model: only its location must be added
+        if isinstance(cause, SceneError):  # a nested model has raised it: only the location must be added
             for problem in cause.problems:
                 yield problem._replace(field=location + problem.field)
             continue

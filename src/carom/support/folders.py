@@ -27,9 +27,10 @@ _SAYS = "Carom replaces the files that it wrote here.\n"
 #: Temporary folders next to the files: of files being written, and of committed files.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
-#: Longer names are cut. With an ending and a temporary name they then stay below the 255 bytes of most systems.
+#: Longer names are cut. So names with an ending, and temporary names, are shorter than the limit of 255 bytes of most
+#: systems.
 _LONGEST_NAME = 100
-#: Windows interprets these as devices, with any text after the first full stop.
+#: Windows interprets these names as devices, even if a full stop and other text follow.
 _DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\.|$)")
 _PLAIN = re.compile(r"[a-z0-9][a-z0-9_-]*(/[a-z0-9][a-z0-9_-]*)*")
 
@@ -90,7 +91,7 @@ def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
         yield
     finally:
         if not marked and folder.is_dir() and os.access(folder, os.R_OK) and set(os.listdir(folder)) <= {MARKER}:
-            (folder / MARKER).unlink(missing_ok=True)  # another process that claimed it has removed it
+            (folder / MARKER).unlink(missing_ok=True)  # another process that has claimed the folder has removed it
             if new:
                 folder.rmdir()
 
@@ -185,7 +186,7 @@ def _remove(folder: Path) -> None:
 
 
 def _settle(folder: Path) -> None:
-    """Synchronise a folder's names to the disk. Systems that can't open folders do so themselves."""
+    """Synchronise a folder's names to the disk. Systems that can't open a folder synchronise its names themselves."""
     if hasattr(os, "O_DIRECTORY"):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:

@@ -41,11 +41,11 @@ MOST_WALLS = 1_000
 
 #: Most legs of a driven body: PIC visits each until the next impact.
 MOST_LEGS = 10_000
-#: Most discs in one picture. More discs would show nothing, and take megabytes.
+#: Most discs in one picture. Drawings of more discs would show nothing, and take megabytes.
 MOST_DISCS_DRAWN = 64
 #: Most bytes and values of a file by its ending. `values_in` counts values, and in TOML also lines. The largest scene
-#: fits into JSON easily; each value takes up to 100 bytes of memory. TOML takes ten times as long to read. Lines of
-#: JSON are results, each within the limits of JSON; 1e5 rows take 310 MB and half of these values.
+#: fits into JSON easily; each value takes up to 100 bytes of memory. TOML takes ten times as long to read. Each line of
+#: a JSON lines file is within the limits of JSON; 1e5 rows of results take 310 MB and half of these values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
 #: Most parts of a dotted key of TOML. The time of reading grows with the square of their number. A scene needs one
@@ -56,7 +56,7 @@ MOST_KEY_PARTS = 4
 MOST_JOBS = 1024
 MOST_PHASES = 1024
 MOST_ROUNDS = 1024
-#: Most steps of a series. More steps would be too close together for their errors to differ.
+#: Most steps of a series. With more steps, neighbouring steps would be too similar to differ in their errors.
 MOST_SERIES = 256
 #: Default time limit of an engine, seconds, after which it is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0

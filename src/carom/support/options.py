@@ -68,10 +68,10 @@ class Option:
     Attributes:
         kind: Kind of the values, or of each item of a list.
         what: Description for `--help`.
-        flags: Names in the shell, the shown one first; empty if it is not in the shell.
+        flags: Names in the shell, beginning with the name that is shown; empty if the shell does not have the option.
         many: Whether it is a list.
-        stamped: Whether results in a journal depend on it, apart from their keys.
-        default: Default in words, if the value is not enough.
+        stamped: Whether results in a journal depend on this option, apart from their keys.
+        default: Description of the default, if the value is not enough.
     """
 
     kind: ValueKind
@@ -151,7 +151,10 @@ class DeclaredOptions:
 
     @property
     def stamp(self) -> dict[str, Any]:
-        """Options on which results in a journal depend, apart from their keys. A resumed run needs equal ones."""
+        """Options on which results in a journal depend, apart from their keys.
+
+        A resumed run must have equal values of these options.
+        """
         return {name: getattr(self, name) for name, one in declared(self).items() if one.stamped}
 
 
@@ -266,7 +269,7 @@ def _text(value: Any) -> str:
 
 
 def name() -> ValueKind:
-    """Return the kind of names. The existence of names is checked elsewhere."""
+    """Return the kind of names. Whether the names exist is checked elsewhere."""
     return ValueKind("a name", "NAME", _text, wrong=(5, None, True, 0.5, ["x"]))
 
 

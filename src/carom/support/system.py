@@ -17,6 +17,6 @@ def available_cores() -> int:
 def available_memory() -> int:
     """Return the machine's memory in bytes, or the limit of a container."""
     whole = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    with suppress(OSError, ValueError):  # no control group, or one without a limit, which it calls "max"
+    with suppress(OSError, ValueError):  # there is no control group, or its limit is "max", which means no limit
         whole = min(whole, int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii")))
     return whole

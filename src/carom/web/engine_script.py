@@ -34,7 +34,7 @@ class PageEngine:
         script: Script for the page.
         licence: Text of the package's licence, which must accompany the package.
         lacks: Features of the page's scenes that the engine lacks.
-        shared: Script shared by all adapters. The page runs it once before the engines.
+        shared: Script shared by all adapters. The page runs the script once, before the engines.
     """
 
     name: str

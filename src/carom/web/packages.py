@@ -19,7 +19,8 @@ class Package:
         script: Script file of the package, relative to its folder.
         exported: Name of an ECMAScript module's default export; empty for a script that sets ``module.exports``.
         binary: WebAssembly file of the package; empty if the script contains it.
-        closed: Replacements for code that needs Node or that the page's policy forbids. Each occurs once in the script.
+        closed: Replacements for code that needs Node or that the page's policy forbids. Each replaced text occurs once
+            in the script.
     """
 
     script: str
@@ -58,7 +59,7 @@ _BOX2D_CALLERS = {
     return retType.isVoid ? undefined : emval_returnValue(toReturnWire, destructorsRef, value);
   };""",
 }
-#: Replacement for the clock that cannon-es takes from Node.
+#: Replacement for the clock for which cannon-es needs Node.
 _CANNON_CLOCK = {
     "const performance = require('perf_hooks') && require('perf_hooks').performance || {};": (
         "const performance = globalThis.performance;"

@@ -19,7 +19,7 @@ from carom.web.engine_script import PageEngine
 SOURCES = Path(__file__).parent
 #: The solvers, compiled from `carom/core` by `carom.web.build`.
 CORE = SOURCES / "core.wasm"
-#: The modules of the page. Each comes after those that it imports.
+#: The modules of the page. Each module comes after the modules that it imports.
 MODULES = (
     *("arithmetic", "rational", "driving", "outline", "features", "obstacles", "quartic", "core", "units"),
     *("stage", "places", "index", "scene", "compare", "started"),

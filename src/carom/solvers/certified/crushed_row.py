@@ -1,8 +1,7 @@
 """Discs in a row between two bodies that leave them no room. The row is on a line of any direction.
 
-The mirror image of a motion is a motion. So by symmetry discs stay on a line if their centres are exactly on it and
-nothing moves, pulls or turns them off. The room of the discs is the distance between the ends of the row minus their
-widths. The room is linear in time.
+By symmetry, discs stay on a line if their centres are exactly on it and nothing moves, pulls or turns them off. The
+room of the discs is the distance between the ends of the row minus their widths. The room is linear in time.
 """
 
 from __future__ import annotations
@@ -111,7 +110,7 @@ def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Whether no other body can come near: there is none, or no other moves and one end of the row is at rest."""
+    """Whether no other body can come near: there is none, or all others and one end of the row are at rest."""
     scene = bodies.scene
     others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     others = [body for body in others if body not in row]
@@ -160,7 +159,7 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         return dot(away, away)
 
     facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
-    # A disc never leaves its side of a wall. A disc on a line with two vertices meets the nearer.
+    # A disc never leaves its side of a wall. If two vertices are on the line of the row, a disc meets the nearer one.
     rounds = [
         (away2(shape), one)
         for one in fits

@@ -3,8 +3,8 @@
 A disc meets a face like a half-plane. A disc meets a vertex or an arc's outer side like another disc, at the earlier
 root of ``|d + t u| = R``, and an arc's inner side at the later root. Under gravity the instant is where a quartic falls
 through zero. In all cases the contact must be on the edge. Near an end of the edge it may be undecided whether the disc
-meets the edge or its continuation. The outline of the thickened wall joins both smoothly, so the time and the state
-after are the hulls of both. Everything is relative to the wall, on one leg of its path if it is driven.
+meets the edge or its continuation. The outline of the thickened wall is smooth there, so the time and the state after
+the impact are the hulls of both cases. Everything is relative to the wall, on one leg of its path if it is driven.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg
     launch = bodies.contacts.launch(i, second)
     if (
         launch is not None
-    ):  # the gap and its rate were 0 then, so the next contact is where the remaining powers fall through 0
+    ):  # at that instant the gap and its rate were 0, so the next contact is where the remaining powers fall through 0
         fall = next(falls_of(launch.powers), None)
         if fall is None:
             return None
@@ -153,7 +153,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     if c < 0 and not shape.inside:  # the disc is within the circle, on the other side of the arc or next to it
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
-        # At the point nearest to the centre, or as far from it as the ball of D allows.
+        # The contact is at the point nearest to the centre, or as far from that point as the ball of D allows.
         wait = ((ZERO - b) - _root(d)).union(_root(d) - b) / a
         if shape.sector is not None and _place(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
             return None
@@ -189,7 +189,7 @@ def _foot(stretch: Between, x: arb, y: arb) -> On:
 
 
 def _place(sector: Between, x: arb, y: arb) -> On:
-    """Return the position of a direction in a sector, counterclockwise from the sector's begin."""
+    """Return the position of a direction in a sector, counterclockwise from the start of the sector."""
     (fx, fy), (lx, ly) = sector
     turns = []
     for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
@@ -287,6 +287,6 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
             return None
     if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
         return None
-    if speed.is_zero():  # then the disc glides or rests, or the surface bends away from it
+    if speed.is_zero():  # in this case the disc glides or rests, or the surface bends away from it
         return (Degenerate.RESTING_CONTACT, gap) if pull < 0 or not (pull >= 0) else None
     return (Degenerate.OVERLAPPING_START if gap < 0 else Degenerate.TOUCHING_START), gap

@@ -8,12 +8,12 @@ from flint import arb
 
 #: Relative error of rounding to a float64, slightly increased.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: A ball with this accuracy, bits, has a radius smaller than this increase.
+#: A ball that is accurate to this number of bits has a radius smaller than this increase.
 NEGLIGIBLE_RADIUS_BITS = 100
 #: Relative margin of a length or a speed: far above float64's rounding, yet so small that a search finds few more
 #: pairs.
 SLACK = 2.0**-40
-#: Far above subnormal numbers, and above numbers with subnormal rounding errors.
+#: A number far above subnormal numbers, and above numbers with subnormal rounding errors.
 SMALLEST = 2.0**-900
 
 
@@ -71,7 +71,7 @@ def quotient(part: arb, length: arb) -> tuple[float, float]:
         return 0.0, 0.0
     if min(part.rel_accuracy_bits(), length.rel_accuracy_bits()) >= NEGLIGIBLE_RADIUS_BITS:
         divided, divisor = float(part), float(length)
-        value = divided / divisor  # each is off by less than two halves of a unit, and the quotient by another half
+        value = divided / divisor  # each conversion is off by less than a unit, and the quotient by half a unit
         if min(abs(value), abs(divided), divisor) > SMALLEST:
             return value, abs(value) * 6.0 * ROUNDING
     return nearest(+(part / length))

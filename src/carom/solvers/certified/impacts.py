@@ -1,6 +1,6 @@
 """Effect of an impact on discs, in ball arithmetic.
 
-Some cases are linear: walls, and discs that move exactly on one line parallel to an axis. Linear cases are computed by
+Some cases are linear: walls, and discs that move exactly on one line parallel to an axis. These are computed with
 linear identities, in which errors do not grow. Friction is added. If it is not decided whether two bodies stick or
 slide, the hull of both is used, since friction is continuous between the two. A state after an impact is given at
 `Meeting.at`, before the impact, on the new path extended backwards.
@@ -122,7 +122,7 @@ def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
 
 
 def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
-    """Set a disc to the hull of the states after two possible impacts, of which one happens. Return the impact."""
+    """Set a disc to the hull of the states after two possible impacts, one of which happens. Return the impact."""
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     begun, time = [state[i] for state in states], bodies.time[i]
     other = _carry_out(bodies, seam.other)
@@ -141,7 +141,10 @@ def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallI
 
 
 def _edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
-    """Return the edge of a finite wall that was hit, and its kind; of several, the one at the position."""
+    """Return the edge of a finite wall that was hit, and its kind.
+
+    If several edges form the feature, return the edge at the position of the impact.
+    """
     obstacle = bodies.obstacles[wall_index(meeting.second)]
     if obstacle.kind is None:
         return NO_EDGE
@@ -196,7 +199,7 @@ def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[
 def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
     """Return velocities and positions after an impact along one axis, each as a mean of the values before.
 
-    In ``x + share (gap)`` the error of x would count twice. In a mean of both positions the error hardly grows.
+    In ``x + share (gap)`` the error of x would count twice. In a mean of both positions, the error hardly grows.
     """
     return (
         law.keep_i * vi + law.share_i * vj,
@@ -221,7 +224,7 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
     elif not law.m_xy.is_zero():
         x, y = law.m_xx * x + law.m_xy * y + law.shift_x, law.m_xy * x + law.m_yy * y + law.shift_y
         vx, vy = law.m_xx * vx + law.m_xy * vy, law.m_xy * vx + law.m_yy * vy
-    elif law.ny.is_zero():  # an exact 1 must not cost a rounding
+    elif law.ny.is_zero():  # a factor that is exactly 1 must not cause rounding
         x, vx = law.m_xx * x + law.shift_x, law.m_xx * vx
     else:
         y, vy = law.m_yy * y + law.shift_y, law.m_yy * vy

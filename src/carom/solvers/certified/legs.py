@@ -35,7 +35,7 @@ class BallLeg(NamedTuple):
 
 def legs_of(drive: Drive) -> tuple[BallLeg, ...]:
     """Return the legs of a path. A leg begins at the exact sum of the legs before it."""
-    found, x, y = [], Fraction(0), Fraction(0)  # part of the displacement that is not velocity times time
+    found, x, y = [], Fraction(0), Fraction(0)  # the part of the displacement that is not velocity times time
     before = (Fraction(0), Fraction(0))
     for leg in drive.legs:
         begin, (u, v) = Fraction(leg.begin_s), map(Fraction, leg.velocity)

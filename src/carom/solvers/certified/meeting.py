@@ -45,7 +45,7 @@ class PairApproach(NamedTuple):
 
     def slip(self) -> arb:
         """Return the tangential relative speed of the discs at contact, times their distance."""
-        if self.pull is None:  # u x d does not change along straight paths
+        if self.pull is None:  # the cross product u x d does not change along straight paths
             return self.ux * self.dy - self.uy * self.dx
         x, y = self.offset()
         return (self.ux + self.pull[0] * self.wait) * y - (self.uy + self.pull[1] * self.wait) * x
@@ -89,8 +89,7 @@ class Meeting(NamedTuple):
         time: Ball that contains the time of impact; if undecided, the earliest possible time.
         latest: Float64 upper bound of `time`.
         decided: Whether the impact is certain.
-        resting: Whether the impact is undecided because the bodies may already be in contact, and not because of a
-            graze.
+        resting: Whether the reason why the impact is undecided is possible contact of the bodies, and not a graze.
         turning: Whether the impact is undecided because a driven body may start another leg before.
         proven: Whether the contact is certain, and only the order of impacts is undecided.
         near: Geometry of two discs, of a disc and a wall with gravity along its normal, or of a finite wall.

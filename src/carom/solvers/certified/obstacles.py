@@ -1,9 +1,9 @@
 """Exact features of walls that discs meet: half-planes, faces, vertices, and both sides of arcs.
 
 All numbers are rational functions of those in the scene. A finite wall's obstacles are its features, in the order of
-`carom.core.wall_features.features_of`. A face and an arc's side have a continuation at each end. A continuation is a
-vertex, or the same side of a neighbour that continues them without a kink. A disc at a joint without a kink touches
-both neighbours alike.
+`carom.core.wall_features.features_of`. A face and an arc's side have a continuation at each end. This is a vertex or,
+if the wall continues without a kink, the same side of the neighbour. A disc at a joint without a kink touches both
+sides in the same way.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def _stop(side: Obstacle, arc: Round, way: Exact) -> Obstacle:
 
 
 def _link(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
-    """Set the continuation of a side at an end of its run. A clockwise arc has it at the other end."""
+    """Set the continuation of a side at an end of its run. For a clockwise arc, this is the other end of the sector."""
     at_begin, at_end = sides[number].neighbours
     at_the_end = bool(end) == (run.turn >= 0)
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))

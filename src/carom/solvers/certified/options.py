@@ -8,7 +8,8 @@ from carom.support.options import DeclaredOptions, option, seconds, whole
 
 MOST_DIGITS = 10_000
 
-#: Default largest precision. It is enough for half a million impacts of 64 discs at packing .4, in about an hour.
+#: Default largest precision. This precision is enough for half a million impacts of 64 discs at packing .4, in about an
+#: hour.
 MAX_PRECISION_BITS = 65536
 
 #: Limit of the largest precision: sixteen times the default. One exponential of a number of this length takes about a

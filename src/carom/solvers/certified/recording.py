@@ -65,7 +65,8 @@ def enclosed(x: arb, y: arb) -> Vector:
 class Recording:
     """The log of a run: its impacts as far as they are known to the requested digits.
 
-    The log is kept over all attempts, each of which has a higher precision. Recorded impacts are not recorded again.
+    The log is kept over all attempts. Each attempt has a higher precision than the one before. Recorded impacts are not
+    recorded again.
 
     Attributes:
         digits: Requested decimal digits.
@@ -120,7 +121,7 @@ class Recording:
         return max([0.0, *(row.values.time_s for row in impacts), *(row.values.time_s for row in modes)])
 
     def ambiguous(self) -> tuple[int, ...]:
-        """Return no rows: a certified run ends before an impact without a unique answer."""
+        """Return an empty tuple, because a certified run ends before an impact without a unique answer."""
         return ()
 
     def begin_again(self) -> None:
@@ -136,7 +137,7 @@ class Recording:
             self._pending.append(event)
 
     def convert(self) -> bool:
-        """Convert the added events. Return False at the first that is not known to the requested digits."""
+        """Convert the added events. Return False at the first event that is not known to the requested digits."""
         with ctx.workprec(self.bits):
             try:
                 return all(self._take(event) for event in self._pending)
@@ -185,7 +186,7 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = nearest(time)
         velocities = [enclosed(*after[:2]), enclosed(*after[2:])]
-        # These radii include float64's own rounding. If that alone exceeds the limit, the balls' radii decide.
+        # These radii include float64's own rounding. If this rounding alone exceeds the limit, the balls' radii decide.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False

@@ -102,9 +102,9 @@ class CertifiedTrace(ByValue, Drawn):
         digits: The requested decimal digits.
         decimals: For more than 15 digits: time and velocities after each impact, ``(t, x1, y1, x2, y2)``, and the spins
             of its discs after it if anything turns. Every digit of these decimal numbers is right, to one unit in the
-            last. Empty if float64 can represent the digits.
+            last digit. Empty if float64 can represent the digits.
         ending: How the run ended.
-        degeneracy: The event that stopped the run; None if none did.
+        degeneracy: The event that stopped the run; None if the run was not stopped.
         commuted: Pairs of indices of impacts whose order is unknown and irrelevant.
         precision_bits: Initial bits of the last attempt.
         bits_lost: Bits of accuracy lost in the worst disc until the end.

@@ -1,7 +1,7 @@
 """Certified run: impact after impact at one precision, repeated at a higher one if that precision does not decide.
 
-The order of impacts that is certified at one precision is kept at the next. Only the dynamics is computed again. As the
-balls grow, the working precision is lowered, so that no meaningless bits are computed.
+The next attempt keeps the order of impacts that one precision has certified, and only computes the dynamics again. As
+the balls grow, the working precision is lowered, so that no meaningless bits are computed.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ if TYPE_CHECKING:
 _CHUNK = 32
 #: Bits of the first attempt in addition to the requested digits: enough for some hundreds of impacts in most scenes.
 _FIRST_BITS = 160
-#: Bits by which the working precision exceeds the best known disc's accuracy.
+#: Bits by which the working precision exceeds the accuracy of the disc that is known best.
 _GUARD_BITS = 24
 #: The precision is raised to an eighth more than the bits lost so far predict. The precision is raised by at most a
 #: factor of eight, since the first impacts predict little, and by at least half.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: The working precision is lowered if its useful fraction is less than this.
+#: Least useful fraction of the working precision. If less is useful, the precision is lowered.
 _LOWER_AT = 0.9
 #: Outcomes with infinitely many impacts.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
@@ -71,7 +71,7 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Result of an attempt: its end, or an event that was not decided; neither if the balls became too wide."""
+    """Result of an attempt: its end, or an event that was not decided. Both are None if the balls became too wide."""
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
@@ -150,7 +150,7 @@ class CertifiedRun:
         attempt = self._attempt
         while stop.ending is None:
             stop = self._judge(attempt.advance(goal), attempt)
-            if attempt.has_replayed:  # the attempt before it can't improve the estimate any more
+            if attempt.has_replayed:  # an earlier attempt can't improve the estimate any more
                 self._attempt = attempt
             if stop.ending is None:
                 self.precision_bits = self._next_bits(attempt, stop, goal)
@@ -374,7 +374,7 @@ class Attempt:
                 return Stop(None, undecided.degeneracy if self._log.convert() else None)
             if choice is None or at_limit:
                 return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
-            if not choice.meeting.time <= goal.time:  # within the last unit of a time that is not a float64
+            if not choice.meeting.time <= goal.time:  # an impact within the last unit of a time that is no float64
                 if choice.meeting.time > goal.time:
                     return self._end(Ending.COMPLETED)
                 selection.is_at_the_end(choice.meeting)

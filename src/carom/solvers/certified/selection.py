@@ -1,4 +1,6 @@
-"""Selection of the next impact by certified comparisons. If they can't decide, the impact is reported as undecided.
+"""Selection of the next impact by certified comparisons.
+
+If the comparisons can't decide, the impact is reported as undecided.
 
 The event with the least lower bound is solved in balls, which raises its bound. When the least bound belongs to a
 solved event, its rivals are also solved: all events whose bounds do not exceed its time. The event is next if it is
@@ -94,7 +96,7 @@ class Selection:
                     return Choice(meeting, False)
                 continue
             limit, rivals = -math.inf, [(bound, disc, body)]
-            while (latest := self._latest(rivals)) > limit:  # a rival's time may reach further than the first's
+            while (latest := self._latest(rivals)) > limit:  # a rival's time may reach further than the first time
                 limit, rivals = latest, bounds.up_to(latest)
             unsolved = [rival for rival in rivals if rival[1:] not in meetings]
             if not unsolved:
@@ -186,7 +188,7 @@ class Selection:
         # Both discs may move at 5 (13 with friction) times the fastest speed, for twice the window and from `at` to the
         # window.
         length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
-        gained = bodies.strongest_pull() * (window.upper() + length)  # the velocities are those at time 0
+        gained = bodies.strongest_pull() * (window.upper() + length)  # the velocities are values at time 0
         reach = bodies.pair_law(i, j).reach + 2 * most * (fastest + gained) * length
         return bool(dx * dx + dy * dy > reach * reach)
 
@@ -205,7 +207,7 @@ class Selection:
     def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], when: arb) -> Degeneracy:
         bodies = self.bodies
         involved = sorted({body for m in meetings for body in (m.first, m.second)})
-        if kind is Degenerate.RESTING_CONTACT:  # the disc with the last impact drives one of them into the other
+        if kind is Degenerate.RESTING_CONTACT:  # the disc of the last impact may drive one of them into the other
             last = [bodies.partner[body] for body in involved if body >= 0]
             involved = sorted({*involved, *(body for body in last if body is not None)})
         proven = all(m.proven for m in meetings) or (

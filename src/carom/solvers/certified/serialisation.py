@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 _FORMAT = "carom certified run, 1"
 NUMBERS = ("digits", "precision_bits", "bits_lost", "replays")
-#: Rows and final state of a run: the field of the trace, and the field of the radii. Fields that are None, since
-#: nothing turns or is in contact, are left out.
+#: Rows and final state of a run: for each, the field of the trace, and the field of its radii. Fields that are None,
+#: since nothing turns or is in contact, are left out.
 ROWS = {"impacts": IMPACT_DTYPE, "spins": SPIN_DTYPE, "modes": MODE_DTYPE}
 FINAL = ("final_position_m", "final_velocity_m_s", "final_spin_rad_s")
 RADII = {"radii": IMPACT_DTYPE, "spin_radii": SPIN_DTYPE, "mode_radii": MODE_DTYPE}

@@ -1,8 +1,8 @@
 """Instants at which a polynomial of balls falls through zero: certain, certainly none, or undecided.
 
 The time from now on is halved until, on each piece, the polynomial or its slope has one sign by Taylor's expansion
-about the middle. A fall is certain if only pieces of negative slope separate a place above zero from one below. What
-remains open is so near to a touch of zero that this precision can't decide it.
+about the middle. A fall is certain if only pieces of negative slope separate a place above zero from one below. A piece
+that remains open is so near to a touch of zero that this precision can't decide it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from carom.solvers.certified.legs import ZERO
 
 #: The lengths of the first pieces are the horizon times powers of two, with exponents from minus this number to 0.
 _FIRST = 8
-#: A piece is left open after this many halvings more than half of the bits, where a touch of zero is visible. A piece
-#: is also left open if the polynomial changes along it by at most this many times the radius of its balls.
+#: A piece is left open after a number of halvings: this number plus half of the bits, at which a touch of zero is
+#: visible. A piece is also left open if the polynomial changes along it by at most this many times the radius of its
+#: balls.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 
@@ -32,7 +33,7 @@ class Fall(NamedTuple):
 class _Piece(NamedTuple):
     low: arb
     high: arb
-    slope: int  # its sign; 0 if that is open
+    slope: int  # the sign of the slope; 0 if the sign is open
 
 
 def squared_gap(
@@ -40,7 +41,7 @@ def squared_gap(
 ) -> list[arb]:
     """Return the squared distance from the origin minus a squared reach, by powers of time; its negative from inside.
 
-    `place`, `velocity` and `pull`, the acceleration, are the present ones.
+    `place`, `velocity` and `pull`, the acceleration, are present values.
     """
     (x, y), (u, v), (a, b) = place, velocity, pull
     powers = [x * x + y * y - reach2, 2 * (x * u + y * v), u * u + v * v + x * a + y * b, u * a + v * b]
@@ -165,7 +166,7 @@ def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
 def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
     """Return the zero between two instants, between which the polynomial falls, as narrowly as its balls permit.
 
-    Both instants are kept, because one ball around them would reach further, where there may be another zero.
+    Both instants are kept, because one ball around both would reach further, and there may be another zero.
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def undamped(damping_per_s: float, time: arb) -> arb:
-    """Return the time in which an undamped disc moves as far as a damped one does in a given time."""
+    """Return the time in which an undamped disc moves as far as a damped disc does in a given time."""
     return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
@@ -52,7 +52,7 @@ def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
 
 
 def stop(bodies: BallBodies, meeting: Meeting) -> None:
-    """Leave a disc where it has stopped."""
+    """Give a disc that has stopped a path at rest."""
     i = meeting.first
     bodies.x[i], bodies.y[i] = bodies.place_at(i, meeting.time)
     bodies.vx[i] = bodies.vy[i] = ZERO

@@ -2,8 +2,8 @@
 
 `stick` is the limit between sticking and sliding in `core/impact.h`.
 
-Forces are clipped, which is continuous. If it is not decided on which side of a limit a force is, its ball contains
-both.
+Forces are limited, which is a continuous function. If it is not decided on which side of a limit a force is, its ball
+contains both cases.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def cut(x: arb, most: arb) -> arb:
 
 
 def stick(sticking: arb, most: arb) -> BallFrictions:
-    """Return what friction alone removes: enough for sticking, but at most `most`, the limit of the cone."""
+    """Return what friction alone removes: as much as sticking needs, but at most `most`, the limit of the cone."""
     return BallFrictions(cut(sticking, most), ZERO, sticks=_within(sticking, most), blocks=False)
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from carom.core.wall_features import WallFeature
     from carom.model.disc_arrays import DiscArrays
 
-#: Marks the end of a face behind which the wall goes on smoothly: `NO_OBSTACLE` of state.h.
+#: Number that marks the end of a face behind which the wall goes on smoothly: `NO_OBSTACLE` of state.h.
 NO_OBSTACLE = -1
 
 

@@ -68,7 +68,7 @@ class RunState(NamedTuple):
     time_s: float
     reached: tuple[float, float]
     fixed: Mapping[str, Any]  # what impacts don't change, by name, except radii and masses, which the kernel stores
-    ended: Outcome | None  # how an impact has ended the run
+    ended: Outcome | None  # the way in which an impact has ended the run
     notes: tuple[str, ...]
 
 
@@ -149,7 +149,7 @@ class EventDrivenRun:
             start, obstacles, duration_s, acceleration, contact_s, standstill, cell_factor, all_pairs
         )
         self._ended: Outcome | None = None
-        self._reached: tuple[float, float] = (0.0, 0.0)  # since the epoch, as an instant: see instant.h
+        self._reached: tuple[float, float] = (0.0, 0.0)  # the time since the epoch, as an instant: see instant.h
         self._obstacles = obstacles
         self._fixed = _fixed_of(start, contact_s) | {"acceleration": acceleration}
         if self.options.record == "all":
@@ -291,7 +291,7 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
         _require_equal(name, discs[field], theirs[field])
     for name, value in fixed.items():
         other = state.fixed[name]
-        if (value is None) != (other is None):  # only the inertia can be None; no spins are stored then
+        if (value is None) != (other is None):  # only the inertia can be None, if no spins are stored
             has, got = ("with", "without") if other is None else ("without", "with")
             raise InputError(f"resume must be the state of a run {has} friction or spin, like this run, got one {got}")
         if isinstance(value, np.ndarray):

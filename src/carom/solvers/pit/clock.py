@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class FrameClock:
     """Instants of the frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
-    A frame has a length in seconds or a rate in frames per second. The unused one is 1, so that neither is rounded
-    twice.
+    A frame has a length in seconds or a rate in frames per second. The field that is not used is 1, so that neither
+    number is rounded twice.
     """
 
     step_s: float = 1.0
@@ -40,7 +40,9 @@ class FrameClock:
         return frame * self.step_s / self.rate_hz
 
     def frames_before(self, time_s: float) -> int:
-        """Return the number of frames before a time. A frame that differs from it only by rounding is not counted.
+        """Return the number of frames before a time.
+
+        A frame that differs from this time only by rounding is not counted.
 
         Raises:
             InputError: The time is not a finite number of seconds, 0 or more.

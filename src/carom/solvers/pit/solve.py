@@ -63,7 +63,7 @@ class FrameRun:
 
     @property
     def frames(self) -> int:
-        """Frames passed: tested, or skipped because no test at them could find anything."""
+        """Number of frames passed: tested, or skipped because no test could find anything there."""
         return self._loop.frames
 
     @property

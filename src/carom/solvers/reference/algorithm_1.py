@@ -108,7 +108,7 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
 
 
 def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
-    """Return whether two discs approach and also touch or overlap: the test of PIT."""
+    """Return whether two discs approach while they touch or overlap: the test of PIT."""
     if first.inverse_mass == second.inverse_mass == 0.0:
         return False
     dx, dy = second.x - first.x, second.y - first.y
@@ -117,7 +117,7 @@ def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
 
 
 def does_wall_interfere(disc: MovingDisc, wall: HalfPlane) -> bool:
-    """Return whether a disc approaches a half-plane and also touches or overlaps it."""
+    """Return whether a disc approaches a half-plane while it touches or overlaps it."""
     x, y, nx, ny = wall
     approaches = disc.vx * nx + disc.vy * ny < 0.0
     return approaches and (disc.x - x) * nx + (disc.y - y) * ny <= disc.radius

@@ -2,7 +2,8 @@
 
 The printed algorithm applies one impact in a frame, but the paper's figure 9 needs several. Here a frame ends when it
 has no more impacts, as in the figure. The run computes all pairs at each impact, without a queue, as the paper does.
-The state of a disc is stored at its last impact, so frames add no rounding: all bits are those of `carom.solve_pic`.
+The state of a disc is stored at its last impact, so frames add no rounding, and all bits are the same as with
+`carom.solve_pic`.
 """
 
 from __future__ import annotations

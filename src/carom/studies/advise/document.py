@@ -39,7 +39,7 @@ from carom.support.folders import write_files
 #: Name of the study in its output folders.
 PURPOSE = "advise"
 
-#: From this number of steps on, only the first and the last are named.
+#: If there are at least this many steps, only the first and the last are named.
 _MANY = 4
 
 
@@ -302,7 +302,7 @@ def _rate(dt_s: float) -> str:
 
 
 def _rates(trials: Iterable[StepTrial]) -> str:
-    """Return rates as a list. If there are many, return the first, the last and their number."""
+    """Return rates as a list. If there are many steps, return the first, the last and their number."""
     rates = [_rate(trial.dt_s) for trial in trials]
     return formatting.listed(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
 

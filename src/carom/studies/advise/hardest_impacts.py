@@ -10,8 +10,8 @@ from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, wall_index
 from carom.studies.advise.sampling_limit import ContactWindow, PairLimit, pair_limit
 
-#: Smallest impact parameter of a graze, over the contact distance: cos 30°. Above it, the overlap is less than half as
-#: long as head-on.
+#: Smallest impact parameter of a graze, over the contact distance: cos 30°. With a larger parameter, the overlap lasts
+#: less than half as long as in a head-on impact.
 GRAZE = math.cos(math.pi / 6)
 
 
@@ -46,8 +46,8 @@ class HardImpact:
         time_s: Time of the impact.
         first: The disc.
         second: The other disc, or a wall.
-        limit: The allowed steps. For discs with friction, they are computed without friction, which suffices to choose
-            starts.
+        limit: The allowed steps. For discs with friction, the limits are computed without friction, which suffices to
+            choose starts.
         cause: Reason why the impact allows no larger step.
     """
 

@@ -92,7 +92,7 @@ class Advice:
         scene: The scene, up to the end of its reliable reference.
         demand: Required accuracy.
         impacts: Impacts of the reference.
-        hardest: The hardest impacts, beginning with the hardest.
+        hardest: Some of the hardest impacts, beginning with the hardest one.
         closed_form: The steps of PIT; None if they have no closed form.
         sampling: Search result of PIT, for comparison, if there is no closed form.
         answers: One entry per engine and profile.
@@ -100,7 +100,7 @@ class Advice:
         phases: Number of evenly spread starts at which each step was tested.
         budget_steps: Budget of each search, in engine steps.
         swept: Methods whose engine sweeps fast bodies, so that no body passes through another in a step.
-        located: Methods whose steps Carom cuts. No setting of the engine does this.
+        located: Methods whose steps Carom cuts. No setting of the engine cuts steps.
         code: The engine's code for one frame at the recommended step, by method, if the adapter writes code.
         environment: Machine and versions.
         command: The command that repeats the study; empty if it was called from Python.

@@ -37,7 +37,8 @@ class ContactWindow:
     @property
     def length_s(self) -> float:
         """Seconds from contact to the closest approach, if there were no impact."""
-        # A product of two sums: for a graze, the difference of squares would be mostly rounding.
+        # The difference of squares is computed as a product of two sums, because for a graze the difference itself
+        # would be mostly rounding.
         inside = (self.reach_m - abs(self.miss_m)) * (self.reach_m + abs(self.miss_m))
         return math.sqrt(max(inside, 0.0)) / self.speed_m_s
 
@@ -88,7 +89,8 @@ def direction_limit(
         return (centre[0] + sign * radius * math.cos(place), centre[1] + sign * radius * math.sin(place))
 
     reference = after(0.0)
-    # A disc that is left at rest has no direction. Its velocity before and the change cancel to rounding.
+    # A disc that an impact leaves at rest has no direction. Its velocity before the impact and the change then cancel,
+    # except for rounding.
     if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
         return math.inf
     heading = math.atan2(reference[1], reference[0])
@@ -145,7 +147,7 @@ class PairLimit:
 
     @property
     def dt_s(self) -> float:
-        """The largest step that meets both."""
+        """The largest step that meets both requirements."""
         return min(self.miss_dt_s, self.direction_dt_s)
 
 

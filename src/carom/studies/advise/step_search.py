@@ -19,8 +19,9 @@ CONFIRM = 64
 #: numbers.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: A result must hold at all steps of the grid down to this many octaves below it. This suffices if the error is
-#: proportional to the step there, because it then keeps falling. Otherwise one more octave is required.
+#: A result must also pass at all smaller steps of the grid, down to this many octaves below it. If the error is
+#: proportional to the step there, this suffices, because the error keeps falling. Otherwise one more octave is
+#: required.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
@@ -30,8 +31,8 @@ LONGEST = OCTAVES_BELOW + 1
 OCTAVES_COVERED = 3
 
 #: Largest variation of a constant. An error is proportional to the step if error over step varies by at most a quarter
-#: over these octaves, and does not depend on the step if the error varies by at most a quarter. Its order is then
-#: within 0.16 of 1 (over two octaves), or 0.11 of 0 (over three).
+#: over these octaves, and does not depend on the step if the error varies by at most a quarter. In the first case, its
+#: order is within 0.16 of 1 (over two octaves), in the second within 0.11 of 0 (over three).
 SAME = 1.25
 
 #: The finest tested step, as a fraction of a frame or of the step that the hardest impact allows.
@@ -57,8 +58,8 @@ class StepRange:
         in_frame: The largest passing step that divides a frame, also confirmed; None if there is none.
         down_to_s: The finest tested step, seconds; NaN if none was tested.
         fails: The finest failing step, which is the next larger one; None if none fails.
-        coarser_passes: Steps that pass although a finer one fails, the largest first.
-        finer_failures: Steps that fail although a larger one passes, the largest first.
+        coarser_passes: Steps that pass although a finer step fails, the largest first.
+        finer_failures: Steps that fail although a larger step passes, the largest first.
     """
 
     passes: StepTrial | None
@@ -70,7 +71,7 @@ class StepRange:
 
     @property
     def monotone(self) -> bool:
-        """Whether all tested steps pass that are finer than a passing step."""
+        """Whether all tested steps that are finer than a passing step also pass."""
         return not self.finer_failures
 
 
@@ -84,7 +85,8 @@ class Advised:
         never_misses: Steps at which no start misses or invents an impact.
         demand: Steps that meet the whole accuracy target.
         ending: Reason why no further step was tested.
-        refused_s: The finest step that the method refuses, seconds; None if it refuses none. Larger steps were not run.
+        refused_s: The finest step that the method refuses, seconds; None if it refuses no step. Larger steps were not
+            run.
         refusal: Reason of the refusal; empty for none.
     """
 
@@ -117,7 +119,7 @@ class Advised:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A step that a search requests, and its number of evenly spread starts."""
+    """A step that a search requests, with the number of evenly spread starts."""
 
     dt_s: float
     even: int
@@ -142,13 +144,13 @@ def grid_of(scene: Scene, guess_s: float) -> Iterator[float]:
 def in_a_frame(dt_s: float, frame_rate_hz: float) -> int | None:
     """Return the number of steps per frame; None if it is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
-    # Both numbers have two operations with one rounding each.
+    # Two operations compute each of the two numbers, with one rounding each.
     whole = round(times)
     return whole if whole and abs(times - whole) <= 8 * 2.0**-53 * whole else None
 
 
 class StepSearch:
-    """Search for the largest step of one method. It requests the next step to test and takes the result.
+    """Search for the largest step of one method. The search requests the next step to test and takes the result.
 
     Args:
         scene: The scene.
@@ -246,7 +248,7 @@ class StepSearch:
             self._confirmed.add(dt_s)
         self._left -= trial.steps
         self._share = trial.steps / most
-        # An engine that fails at a huge step may run at a smaller one.
+        # An engine that fails at a huge step may run at a smaller step.
         if trial.reason and dt_s <= self._frame_s:
             self._ending = SearchEnding.BROKE
             return False
@@ -312,6 +314,6 @@ def _reaches(run: Sequence[StepTrial], octaves: int) -> bool:
 
 
 def _same(values: Sequence[float]) -> bool:
-    """Whether positive numbers agree within a quarter. They do not if one is NaN or infinite."""
+    """Whether positive numbers agree within a quarter. Return False if one of them is NaN or infinite."""
     sound = all(0.0 < value < math.inf for value in values)
     return sound and max(values, default=0.0) <= SAME * min(values, default=0.0)

@@ -32,7 +32,7 @@ JUST_BEFORE = 1e-3
 #: A run continues for this many steps after the scene's end, so that all impacts before it are reported.
 BEYOND_STEPS = LATEST_STAMP_STEPS + 1
 
-#: Number of references that a worker caches. The next method reuses those of one step's starts.
+#: Number of references that a worker caches. The next method reuses the references of the starts of one step.
 REFERENCES_KEPT = 128
 
 
@@ -114,7 +114,7 @@ class StepTrial:
         return not self.reason and self.lost == 0
 
     def meets(self, demand: Demand) -> bool:
-        """Whether the accuracy target is met. It is not if the direction is unknown."""
+        """Whether the accuracy target is met. The target is not met if the direction is unknown."""
         allowed = demand.miss_probability
         few = self.never_misses if allowed == 0.0 else not self.reason and self.lost_even <= allowed * self.even
         return few and self.direction_error_rad <= demand.direction_error_rad

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from carom.execution.sweep import Measures
 
 
-#: Errors whose run time is reported if an engine reaches them.
+#: Targets of the error. The run time of each target that an engine reaches is reported.
 TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
 
 

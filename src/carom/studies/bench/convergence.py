@@ -13,8 +13,8 @@ from carom.comparator.thresholds import THRESHOLDS
 
 CONFIDENCE = 0.95
 
-#: Smallest order that counts as converging. Sampling alone has order 1. With an order below half of that, more than
-#: four times the steps are needed to halve an error, so smaller steps do not help.
+#: Smallest order that counts as converging. Sampling alone has order 1. With an order below half of this, an error is
+#: halved only by more than four times as many steps, so smaller steps do not help.
 LEAST_ORDER = 0.5
 
 

@@ -117,7 +117,8 @@ class _Drawing:
             self.axes.plot(*zip(*(place for place, _ in kept), strict=True), **style)
             for (x, y), point in kept:
                 sound = self.kind is Diagram.TIME_DT or point.sound
-                # If impacts are missed or invented, the error is that of the other impacts, so the mark is a cross.
+                # If impacts are missed or invented, the error is only the error of the other impacts, so the mark is a
+                # cross.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in kept:
@@ -148,7 +149,7 @@ class _Drawing:
             axes.set_xlim(min(times) / 1.6, 1.6 * max(times))
         else:
             steps = sorted({point.dt_s for point in points}, reverse=True)
-            axes.set_xlim(max(steps) * 1.2, min(steps) / 1.2)  # from coarse to fine, left to right
+            axes.set_xlim(max(steps) * 1.2, min(steps) / 1.2)  # the left end of the axis has the coarse steps
             axes.set_xticks(steps, [formatting.step(dt_s).removesuffix(" s") for dt_s in steps], fontsize=7.5)
             axes.set_xlabel("step, s")
             axes.minorticks_off()

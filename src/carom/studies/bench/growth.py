@@ -28,7 +28,7 @@ from carom.studies.bench.own_methods import OWN_METHODS, with_own_methods
 SIZES = (10, 100, 300, 1_000, 3_000, 10_000)
 OWN_SIZES = (*SIZES, 30_000, 100_000)
 
-#: Packing of the gas. Every disc has room to move, and most meet another one within a second.
+#: Packing of the gas. Every disc has room to move, and most discs meet another disc within a second.
 PACKING = 0.3
 DT_S = 1 / 240
 #: Number of steps of a run: a simulated second, because few of a hundred discs meet in less time.
@@ -111,7 +111,7 @@ class GrowthKey:
         versions: Names and versions of all packages that affect the cost.
         machine: See `carom.execution.environment.Environment.machine`.
         gravity: Whether the discs fall.
-        steps: Number of steps; 30 in journals of an earlier version.
+        steps: Number of steps. In journals of an earlier version, it is always 30.
     """
 
     discs: int
@@ -227,7 +227,7 @@ def growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(wanted):
             before = time.perf_counter()
-            # Each engine has its own share of the budget, and the time that finished engines have left over.
+            # Each engine has its own share of the budget, and the time that finished engines have not used.
             all_left_s = 2 * budget_s - (before - started)
             to_run = {(one.name, falls) for _, falls, one in wanted[done:]}
             shares_s = {
@@ -267,7 +267,7 @@ def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: f
     """Return the reason to omit a run, according to the previous runs; an empty text if it may be tried."""
     if left_s <= 0:
         return "its share of the budget was used up; raise --budget"
-    if own and own[-1].reason:  # a failure with fewer discs also occurs with more
+    if own and own[-1].reason:  # a method that failed with fewer discs also fails with more discs
         first = next(point for point in own if point.reason)
         return f"failed with {first.discs} discs"
     ran = [point for point in own if not point.reason]

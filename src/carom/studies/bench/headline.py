@@ -43,7 +43,7 @@ def answers(bench: Bench) -> Iterator[str]:
 
 
 def _range(points: list[Point]) -> str:
-    """Return the least and the largest run time, once if they are equal."""
+    """Return the least and the largest run time as text; a single time if they are equal."""
     spent = sorted((point.timing.advance_s for point in points if point.timing), key=lambda time: time.median)
     return f" in {' to '.join(dict.fromkeys(milliseconds(time) for time in (spent[0], spent[-1])))} ms" if spent else ""
 

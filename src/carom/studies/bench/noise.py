@@ -54,7 +54,7 @@ class NoiseProbe:
         for _ in range(9):
             self._loops = max(1, round(self._loops * PROBE_S / self._work()))
             trials.append(self._loops)
-        self._loops = round(statistics.median(trials[3:]))  # the first few only determine the size
+        self._loops = round(statistics.median(trials[3:]))  # the first measurements only determine the size
         self._times: list[float] = []
 
     def take(self) -> None:

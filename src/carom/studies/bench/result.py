@@ -104,7 +104,8 @@ class SceneBench:
     Attributes:
         scene: The scene.
         curves: One entry per engine and profile.
-        front: Points that no other point except PIC's beats in both error and run time, from fast to exact.
+        front: The points that no other point beats in both error and run time, except for PIC's points; from fast to
+            exact.
         cheapest: The point of smallest run time that meets the target; None if there is none.
         noise: Spread of fixed work while this scene was timed; None if it was not timed.
         rounds: Number of rounds of the timing pass.
@@ -134,7 +135,7 @@ class SceneBench:
         return []
 
     def cheapest_engine(self, target: float) -> Point | None:
-        """Return the cheapest point of all engines that reaches a target; None if none does."""
+        """Return the cheapest point of all engines that reaches a target; None if no point does."""
         return cheapest([point for curve in self.engines for point in curve.points], target)
 
 
@@ -185,7 +186,7 @@ def best_first(curves: Iterable[Curve]) -> list[Curve]:
         best = curve.best
         if best is None:
             return (True, True, math.inf, math.inf, math.inf)
-        # Errors that look equal in tables count as equal. Then the faster method is better.
+        # Errors that look equal in tables count as equal. For equal errors, the faster method is better.
         error = 0.0 if best.error <= THRESHOLDS.rounding else float(f"{best.error:.1e}")
         return (False, not best.sound, best.lost / max(1, best.expected), error, run_s(best))
 

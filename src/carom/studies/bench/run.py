@@ -56,7 +56,7 @@ def work_precision(
         UnknownNameError: An engine or profile does not exist.
     """
     started = time.perf_counter()
-    with pool:  # ends its processes before the timing pass
+    with pool:  # the pool is closed here, so that its processes end before the timing pass
         infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
         profiles = select_profiles(infos, plan.profiles)
         infos = with_own_methods(infos, plan.engines, pool, own=plan.own)

@@ -53,7 +53,10 @@ def error_text(error: float, kind: ErrorKind) -> str:
 
 
 def reached(bench: Bench) -> list[float]:
-    """Return the targets that engines reach on a scene, from coarse to fine. Rounding is last, for exact results."""
+    """Return the targets that engines reach on a scene, from coarse to fine.
+
+    The last target is rounding, for exact results.
+    """
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     every = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
     asked = sorted({bench.plan.target, *TARGETS}, reverse=True)
@@ -78,7 +81,7 @@ def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -
         Column("at", lambda curve: _step(curve, curve.best), "step", number=True),
         *(
             Column(error_text(target, kind), partial(_cost, scene, target), "ms", number=True, only=only)
-            # A terminal shows the run time of exact results once: next to their error.
+            # A terminal shows the run time of exact results only once, next to their error.
             for target, only in zip(targets, _shown_where(targets, exact=IN_FULL), strict=True)
         ),
         Column("order", lambda curve: _order(curve.order)),
@@ -88,7 +91,10 @@ def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -
 
 
 def _shown_where(targets: Sequence[float], exact: Media = EVERYWHERE) -> list[Media]:
-    """Return the media that show each target. A terminal shows only the finest ones, and rounding where asked."""
+    """Return the media that show each target.
+
+    A terminal shows only the finest targets, and rounding only on request.
+    """
     errors = sum(target > THRESHOLDS.rounding for target in targets)
     hidden = max(0, errors - TARGETS_SHOWN)
     return [IN_FULL] * hidden + [EVERYWHERE] * (errors - hidden) + [exact] * (len(targets) - errors)
@@ -135,7 +141,7 @@ class _Method(NamedTuple):
         """Return the median run time for a target over that of PIC; NaN if none is known."""
         cheap = [(scene, cheapest(curve.points, target)) for scene, curve in self.curves]
         costs = [run_s(point) / run_s(scene.exact) for scene, point in cheap]
-        known = [cost for cost in costs if 0 < cost < math.inf]  # an untimed point has no cost
+        known = [cost for cost in costs if 0 < cost < math.inf]  # a point that was not timed has no cost
         return statistics.median(known) if known else math.nan
 
     def rank(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:

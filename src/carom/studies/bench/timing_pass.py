@@ -1,7 +1,8 @@
 """Timing pass: unobserved runs, one at a time, in several rounds of random order. Ratios are of times in one round.
 
-One time covers all steps in as few calls as the adapter allows. Another one includes the world's preparation. Two more
-times measure the cost without collisions: Python's call into the world, and the same number of steps of an empty world.
+The first time covers all steps, in as few calls as the adapter allows. The second one includes the preparation of the
+world. Two more times show the cost without collisions: Python's call into the world, and the same number of steps of an
+empty world.
 """
 
 from __future__ import annotations
@@ -237,7 +238,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         for turn in range(rounds):
             began = time.perf_counter()
             if turn >= LEAST_ROUNDS and began + last_s > until_s:
-                rounds = turn  # slower than in the warm-up
+                rounds = turn  # the visits are slower than the warm-up
                 break
             for place, k in enumerate(draw.permutation(len(tasks))):
                 at = list(tasks)[k]
@@ -300,7 +301,10 @@ def _warm_up(
 
 
 def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
-    """Return the number of rounds that fit. If the smallest number does not fit, omit the most expensive methods."""
+    """Return the number of rounds that fit.
+
+    If the smallest number of rounds does not fit, omit the most expensive methods.
+    """
 
     def round_s() -> float:
         return sum(max(cost, VISIT_S) for cost in costs.values())
@@ -320,7 +324,7 @@ def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: fl
 
 def _summary(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
     calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
-    # All k-th visits are in round k, so both sides of a ratio ran under the same conditions.
+    # The k-th visits of all methods are in round k, so both times of a ratio were measured under the same conditions.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
     ratios = tuple(own.advance_s / base.advance_s for own, base in rounds)
     return CellTiming(

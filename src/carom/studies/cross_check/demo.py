@@ -79,7 +79,7 @@ def demo(path: str | Path | None = None) -> Demo:
 
 
 def _missed() -> Replay:
-    """Return the replay of the first method that misses an impact. PIT always does in this scene."""
+    """Return the replay of the first method that misses an impact. PIT always misses an impact in this scene."""
     reference = solve_pic(_SCENE)
     for name in _methods():
         try:
@@ -92,7 +92,10 @@ def _missed() -> Replay:
 
 
 def _methods() -> Iterator[str]:
-    """Yield methods in the order of trial. Other engines are only looked up if the first does not miss."""
+    """Yield methods in the order of trial.
+
+    Other engines are only looked up if the first one does not miss an impact.
+    """
     yield _FIRST
     yield from (info.name for info in engines() if info.available and info.engine != "Carom" and info.name != _FIRST)
     yield PIT_METHOD.engine

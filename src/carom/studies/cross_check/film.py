@@ -55,8 +55,8 @@ class _Moving(NamedTuple):
 def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     """Return both runs side by side as an animation, on one clock and to one scale, with the outcome of each impact.
 
-    Discs of each side's run are solid, exact positions grey, and last frames dashed. A cross marks a missed impact.
-    Each frame flashes.
+    On each side, the discs of the run are solid, exact positions are grey, and last frames are dashed. A cross marks a
+    missed impact. Each frame flashes.
     """
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
@@ -71,7 +71,7 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     left, right = figure.subplots(1, 2)
     pictures = [(left, limits), (right, limits)]
     failing, held_s = list[int](), None
-    near: list[Artist] = []  # shown while the film is slow
+    near: list[Artist] = []  # the inset and its frame, shown while the film is slow
     if (fault := first_fault(rows)) is not None:
         failing, at = rows[fault]["bodies"], rows[fault].get("at")
         held_s = held_at_s(rows[fault], None if at is None else places[at][2], observed)
@@ -85,7 +85,7 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     crosses: list[tuple[float, Artist]] = []
     driven: list[tuple[Axes, Drive, Artist]] = []
     for axes, within in pictures:
-        axes.set(xticks=(), yticks=())  # numbers would take most of the drawing time
+        axes.set(xticks=(), yticks=())  # no tick labels, which would take most of the drawing time
         drawn = zip(scene.walls, draw_walls(axes, scene, within, ends=False), strict=True)
         driven += [(axes, wall.drive, artist) for wall, artists in drawn if wall.driven for artist in artists]
         moving += _discs(axes, scene, exact if axes is left else seen, times)
@@ -125,7 +125,10 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
 
 
 def _times(scene: Scene, held_s: float | None) -> Array:
-    """Return the scene's time in each frame, seconds. It is slower before the first fault, and pauses there."""
+    """Return the scene's time in each frame, seconds.
+
+    The film is slower before the first fault, and pauses at the fault.
+    """
     step_s, now, before = scene.duration_s / (_FILM_S * FRAMES_PER_S), 0.0, list[float]()
     while held_s is not None and now < held_s:
         before.append(now)
@@ -169,7 +172,7 @@ def _draw_frames(
     axes: Axes, scene: Scene, seen: Sequence[Track], times: Array, dt_s: float, failing: Sequence[int]
 ) -> Iterator[_Moving]:
     """Draw the discs at the last frame of a run, and at earlier frames while these fade."""
-    # The last frame of the run at each frame of the film. The summand prevents that rounding loses one.
+    # The last frame of the run at each frame of the film. The summand prevents the loss of a frame by rounding.
     looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
     yield from _discs(axes, scene, seen, looks * dt_s, fill=False, linestyle="--", path=False)
     alone = len(scene.discs) > _CROWD and bool(failing)

@@ -24,7 +24,7 @@ from carom.report.results_file.lines_of_rows import line_of, reasons_of, summary
 
 T = TypeVar("T")
 
-#: Carom's own methods, with which engines are compared.
+#: Carom's own methods. Engines are compared with these.
 _OWN = frozenset({"pic", "pit"})
 #: Reason for a missing row: `carom.execution` drops a profile that has the settings of another one.
 NOT_PLANNED = "not run separately: at this step it has the settings of another profile of the engine"
@@ -182,7 +182,7 @@ class GridCell:
         if not self.scored or self.mark in (Mark.EXACT, Mark.EXACT_32):
             return ""
         velocity, spin = self.errors.velocity, self.errors.spin  # if no disc spins, spin is NaN
-        # A late head-on impact still gives right velocities, so the time is shown instead.
+        # If a head-on impact is late, its velocities are still right, so the time error is shown.
         if velocity <= self.rounding and not spin > self.rounding and self.time_error_s:
             side = "late" if self.errors.time_s > 0 else "early"
             return f"{formatting.steps(abs(self.errors.time_s), self.line.dt_s)} {side}"

@@ -66,7 +66,7 @@ def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
     second = "tuned" if "tuned" in others else next(iter(others), first)
     shipped, tuned = by_profile[first], by_profile[second]
     misses, sampled = _describe_misses(grid, shipped), _describe_sampled(grid, tuned)
-    if columns[0].own:  # sampling error is PIT's own
+    if columns[0].own:  # without an engine, PIT would be compared with itself
         return f"{formatting.capitalised(misses)}."
     if first == second:
         return f"{_settings(first)}: {misses}; {sampled}."
@@ -136,7 +136,7 @@ def _describe_reference(results: Results) -> str:
 def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the numbers of runs by grade."""
     asked, what = [column for column in grid.columns.values() if not column.own], "engine run"
-    if not asked:  # with Carom's own methods only, PIT is compared with PIC
+    if not asked:  # if only Carom's own methods ran, PIT is compared with PIC
         asked = list(columns) or list(grid.columns.values())
         labels = {column.label for column in asked}
         what = f"{labels.pop()} run" if len(labels) == 1 else "run"

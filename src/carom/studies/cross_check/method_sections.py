@@ -60,7 +60,7 @@ _COUNTED = {
 
 
 def methods_section(grid: Grid) -> Section:
-    """Return a section with all methods, best first; for a single scene also the errors of each run."""
+    """Return a section with all methods, best first. For a single scene, add the errors of each run."""
     methods, alone = grid.compared, len(grid.rows) == 1
     impacts = _find_impacts(grid, methods)
     heading = f"{grid.rows[0].name}: every" if alone else "Every"

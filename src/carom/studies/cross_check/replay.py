@@ -77,7 +77,8 @@ class Replay:
             page = self.html()
         except MissingExtraError:
             return None
-        # The sandbox isolates the page from the notebook. The height fits pictures and buttons on a phone.
+        # The sandbox isolates the page from the notebook. With this height, a phone shows both pictures and the
+        # buttons.
         frame = 'sandbox="allow-scripts" style="width:100%;height:54em;border:0"'
         return f'<iframe title="replay" {frame} srcdoc="{escape(page)}"></iframe>'
 

@@ -229,7 +229,7 @@ def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | s
 
 
 def _pit_job(job: Job) -> Job:
-    """Return the job of PIT on the same scene at the same step. Its errors are the cost of sampling."""
+    """Return the job of PIT on the same scene at the same step. PIT's errors are the cost of sampling."""
     return replace(job, method=PIT_METHOD)
 
 

@@ -39,7 +39,7 @@ class EngineCost:
 
     Attributes:
         column: The engine and profile.
-        cells: Its cells for scenes with a unique answer in which PIT was run.
+        cells: The profile's cells for scenes that have a unique answer and were run with PIT.
     """
 
     column: GridColumn

@@ -126,7 +126,7 @@ def _replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | None:
 
 
 def unscored_section(grid: Grid) -> Section:
-    """Return a section with cells that were not run or scored. A terminal shows only those that a user can act on."""
+    """Return a section with cells that were not run or scored. A terminal shows only cells that a user can act on."""
     every = tuple(map(_describe_not_run, grid.unrun))
     important = tuple(_describe_not_run(one) for one in grid.unrun if one.everywhere or one.mark in _ACTIONABLE)
     run = {column.engine for column in grid.columns.values()}

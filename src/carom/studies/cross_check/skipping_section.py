@@ -68,7 +68,7 @@ def _without(saved: SkippedTime | None) -> str:
 
 
 def _diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
-    """Draw the run times of each scene as SVG: a line from the time with skipping to that without."""
+    """Draw the run times of each scene as SVG: a line from the time with skipping to the time without skipping."""
     with drawing():
         width, height, left = 4.0 if narrow else 9.0, 0.7 + 0.24 * len(found), 1.9
         figure = new_figure(width, height)

@@ -64,7 +64,7 @@ class Trend:
     Attributes:
         parts: Steps as fractions of each scene's coarsest step, beginning with 1.
         coarsest_s: Smallest and largest of the scenes' coarsest steps, seconds.
-        series: One per column of the grid. Equal profiles of Carom's own methods share one.
+        series: One per column of the grid. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.
         left_out: Names of the other scenes, by reason.
     """
@@ -241,7 +241,7 @@ def _wrong_chart(trend: Trend, narrow: bool = False) -> str:
 
 def _x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
     axes.set_xscale("log")
-    # From coarse to fine, left to right.
+    # The left end of the axis has the coarse steps.
     axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
     axes.set_xticks(trend.parts, [formatting.part(part) for part in trend.parts])
     axes.minorticks_off()

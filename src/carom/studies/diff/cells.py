@@ -51,7 +51,7 @@ class DiffCell:
     verdicts: tuple[str, ...]
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
-    pair: int = 0  # from 1: number of the requested pair of names to which the cell belongs; 0 for none
+    pair: int = 0  # number, from 1, of the requested pair of names that contains the cell; 0 if no pair does
 
     @property
     def was_run(self) -> bool:
@@ -74,7 +74,7 @@ def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
         cells.extend(_cell(summary, line, references, shared) for line in lines)
     except InputError:
         raise
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # valid types, but an invalid cell
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # the types are valid, but the cell is not
         raise InputError(
             f"{file}, line {len(cells) + 2}: not a cell of a cross-check ({error!r})",
             hints=["run the cross-check again"],

@@ -38,7 +38,7 @@ _COLUMNS = (
 )
 
 
-#: Changes with equal kind, grades, settings and versions. The first has the largest growth.
+#: Changes with equal kind, grades, settings and versions. The first change has the largest growth.
 _Group = list[Change]
 
 

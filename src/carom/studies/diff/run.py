@@ -139,8 +139,8 @@ class Change:
     def telling(self) -> BeforeAfter | None:
         """The most important changed number; None if none changed.
 
-        It is a number that moved in the direction of the change. Missed or spurious impacts come first, then errors
-        over the scene's scales, errors with a unit, and verdicts. Among equals it is the first, because errors of
+        The number moved in the direction of the change. Missed or spurious impacts come first, then errors over the
+        scene's scales, errors with a unit, and verdicts. Among equal numbers, the first is taken, because errors of
         impacts cause errors of the final state.
         """
         way = -1.0 if self.kind is Kind.BETTER else 1.0
@@ -295,7 +295,8 @@ def _measured(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
 
 def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
     grew = _badness(now) - _badness(was) if _graded(was, now) else 0
-    # Numbers of impacts come first: errors of impacts that only one run has found can't be compared.
+    # The numbers of impacts are compared first, because errors of impacts that only one run has found can't be
+    # compared.
     impacts = sum(measure.growth for measure in measures if measure.counts)
     growths = [impacts] if impacts else [measure.growth for measure in measures]
     rose, fell = any(growth > 0 for growth in growths), any(growth < 0 for growth in growths)

@@ -1,1 +1,4 @@
-"""Study: changes between releases of an engine. Releases come from its registry and run with the present adapter."""
+"""Study: changes between releases of an engine.
+
+Releases are installed from the engine's registry and run with the present adapter.
+"""

@@ -26,7 +26,7 @@ from carom.support.versions import require_version
 #: Time limits of listing and installing, seconds. Listing takes seconds; the largest tested release, 300 MB, takes half
 #: a minute.
 LISTING_S, INSTALLING_S = 60.0, 600.0
-#: Largest number of bytes read from a client's output. A list of a thousand releases has a hundredth of this.
+#: Largest number of bytes read from a client's output. A list of a thousand releases has a hundredth of this size.
 MOST_PRINTED_BYTES = 2**22
 
 _NAME = re.compile(r"(@[a-z0-9][a-z0-9._-]*/)?[A-Za-z0-9][A-Za-z0-9._-]*")
@@ -55,7 +55,7 @@ class Client(Protocol):
 
 
 class Pip:
-    """The pip of this environment. It installs releases as wheels in a folder that is first on the path."""
+    """The pip of this environment, which installs releases as wheels in a folder that is first on the path."""
 
     def listed(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists for a package."""
@@ -84,7 +84,7 @@ class Pip:
 
 
 class Npm:
-    """npm. It installs a release with its requirements in the `node_modules` of a folder."""
+    """npm, which installs a release with its requirements in the `node_modules` of a folder."""
 
     def listed(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists for a package."""
@@ -156,7 +156,7 @@ def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) ->
             stdin=subprocess.DEVNULL,
             stdout=printed,
             stderr=said,
-            cwd=folder or elsewhere,  # not in the user's folder, which may contain an .npmrc
+            cwd=folder or elsewhere,  # not the user's folder, which may contain an .npmrc
             start_new_session=True,
         )
         try:
@@ -164,7 +164,7 @@ def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) ->
         except subprocess.TimeoutExpired:
             raise ClientError(f"{client} did not finish within {most_s:g} s") from None
         finally:
-            if process.poll() is None:  # time limit or Ctrl-C: also ends child processes
+            if process.poll() is None:  # after the time limit or Ctrl-C, child processes are ended too
                 with suppress(ProcessLookupError):
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()

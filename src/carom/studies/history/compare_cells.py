@@ -279,8 +279,8 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     A change is attributed to the engine if the settings read back are equal and the motion differs. The motion differs
     if the ranges of one number over at least `FEWEST_PHASES` phases do not overlap. The numbers are the errors of final
     velocities and of positions, and coordinates. The gap between the ranges must exceed rounding and what phases in
-    between may add. Such a change does not depend on contact listeners, and no phase explains it. Otherwise the
-    reported contacts changed, or the phase explains the change. If velocities change without a reported impact, the
+    between may add. Such a change does not depend on contact listeners, and can't be explained by the phase. Otherwise
+    the reported contacts changed, or the phase explains the change. If velocities change without a reported impact, the
     adapter does not observe every contact, and the change is not judged.
     """
     a, b = old.own.value, new.own.value
@@ -290,7 +290,7 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
         return CellChange(Moved.NOTHING)
     if a.settings != b.settings:
         return CellChange(Moved.ASKED, ", ".join(_differing(a.settings, b.settings)))
-    if a.half_seen or b.half_seen:  # contacts that the adapter misses would count as the engine's change
+    if a.half_seen or b.half_seen:  # contacts that the adapter misses would count as changes of the engine
         return CellChange(Moved.UNSEEN)
     if not differs(a, b):
         return CellChange(Moved.ROUNDING)

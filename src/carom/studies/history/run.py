@@ -62,7 +62,7 @@ class Release:
 
     @property
     def unseen(self) -> bool:
-        """Whether it reported no contact in any cell with an impact, so that its results are meaningless."""
+        """Whether the release reported no contact in any cell with an impact, so that its results are meaningless."""
         ran = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
         return bool(ran) and all(one.unseen for one in ran)
 

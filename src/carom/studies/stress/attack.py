@@ -16,9 +16,9 @@ from carom.model.trace import Outcome, Trace, Vector, kinetic_energy
 from carom.studies.stress.true_motion import TrueMotion
 from carom.support.formatting import number
 
-#: Error at which a method fails: a tenth of the change by impacts is too much for any purpose. Every engine's usual
-#: error at a sensible step is smaller. So an attack finds where a method fails, not its accuracy. The error before the
-#: failure is shown separately.
+#: Error at which a method fails: a tenth of the change by impacts is too much for any purpose. At a sensible step, the
+#: usual error of every engine is smaller. So an attack finds where a method fails, not its accuracy. The error before
+#: the failure is shown separately.
 TOLERANCE = 0.1
 
 
@@ -60,15 +60,17 @@ class Attack:
         axis: Varied quantity, in words, with its unit.
         harmless: Value at the harmless end, where every sound method should pass.
         absurd: Value at the absurd end, which is larger or smaller.
-        trials: Makes the scenes of a value. They differ in the phase of the impact, and a method must pass all of them.
+        trials: Makes the scenes of a value. These scenes differ in the phase of the impact, and a method must pass all
+            of them.
         truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
         quick_absurd: Value at the absurd end in the quick form, which is nearer.
         whole: Whether the axis has whole numbers only.
-        rungs: Number of values per decade that are tried up to the first failure. It is larger if a method can fail and
-            then pass by luck.
-        full_only: Whether its runs are too long for the quick form.
-        last: A value beyond the absurd end without a logarithm, such as a gap of 0. It is tried, but not bisected.
+        rungs: Number of values per decade that are tried up to the first failure. This number is larger if a method can
+            fail at a value and pass at the next by luck.
+        full_only: Whether the attack's runs are too long for the quick form.
+        last: A value beyond the absurd end without a logarithm, such as a gap of 0. This value is tried, but is not
+            part of a bisection.
     """
 
     name: str
@@ -91,7 +93,7 @@ class Attack:
         a_decade = self.rungs / 2 if quick else self.rungs
         rungs = max(4, math.ceil(decades * a_decade) + 1)
         values = [self.harmless * (end / self.harmless) ** (k / (rungs - 1)) for k in range(rungs)]
-        # Round values are easy to read.
+        # Values are rounded, so that they are easy to read.
         values = [float(f"{value:.3g}") for value in values[:-1]] + [end]
         if self.whole:
             values = sorted({round(value) * 1.0 for value in values}, reverse=end < self.harmless)

@@ -1,7 +1,7 @@
 """Attacks with a disc on a wall under gravity: restitution, friction, rolling resistance, and slopes at thresholds.
 
-Each scene is a disc of unit mass on the line y = 0. The direction of gravity makes a slope, so that no rotation rounds
-positions. The motion is continuous in the slope, so both sides of a threshold have the same limit.
+Each scene is a disc of unit mass on the wall y = 0. The direction of gravity makes a slope, so that no rotation rounds
+positions. The motion depends continuously on the slope, so it has the same limit on both sides of a threshold.
 """
 
 from __future__ import annotations

@@ -139,7 +139,7 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     columns += counted("relation", "hold", SpotEnding.HOLDS)
     columns += counted("complaint", "seen", SpotEnding.STILL_DOES)
     columns += [Column("fails first", partial(_weakest, results, attacks), only=PAGE)] if attacks else []
-    if attacks and len(results.methods) > SENTENCES:  # with fewer methods they are the answer
+    if attacks and len(results.methods) > SENTENCES:  # with fewer methods, these sentences are the answer
         yield Lines(tuple(_sentence(results, attacks, method, short=True) for method in results.methods), TERMINAL)
     yield Table(columns, results.methods, css="methods")
     if attacks:
@@ -150,7 +150,7 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
 
 
 def _heat(results: StressResults, lines: list[Line], method: Method) -> Cell:
-    """Return the number of a group's tests that a method passes; on a terminal, a character per test."""
+    """Return the number of tests of a group that a method passes. A terminal gets a character for each test."""
     spots = [(line, results.spots[line.name, method.name]) for line in lines]
     ran = [spot.ending for _, spot in spots if spot.ending is not SpotEnding.NOT_RUN]
     passed = ran.count(SpotEnding.STANDS)
@@ -203,7 +203,7 @@ def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Sec
     """Yield the table of all lines of one kind, and the evidence for its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
-        Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # a page shows the axis with the evidence
+        Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # on a page, the axis is shown with the evidence
     ]
     columns += [Column(method.engine, partial(_cell, results, method), method.profile) for method in results.methods]
     table = Table(columns, lines, note=NOTES[kind], css="grid", only=IN_FULL)
@@ -318,7 +318,7 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
             if most == fewest:
                 best, worst = f"{each}{does} {most}", ""
             yield f"{_named(passed[most])} {best} of {formatting.count(len(kinds[kind]), WORDS[kind])}{worst}."
-        if partly and (kind != "attack" or len(partly) <= FEW):  # sentences by method have the numbers
+        if partly and (kind != "attack" or len(partly) <= FEW):  # the numbers are in the sentences about each method
             said = f": {formatting.listed(partly)}" if len(partly) <= FEW else ""
             methods = formatting.count(len(partly), "method")
             yield (

@@ -112,7 +112,10 @@ def _wall_width(value: float, phase: float) -> Trial:
     "√(1 - s²)); 28 decimal digits from the stored scene",
 )
 def _wall_end(value: float, phase: float) -> Trial:
-    """Make a trial of a disc that passes the end of a wall. The normal there points from the end to the centre."""
+    """Make a trial of a disc that passes the end of a wall.
+
+    At the end, the normal points from the end to the disc's centre.
+    """
     height = _RADIUS_M * (1.0 - value)
     offset = Decimal(height) / Decimal(_RADIUS_M)  # of the stored scene
     along = (1 - offset * offset).sqrt()
@@ -188,7 +191,7 @@ def _corner(value: float, phase: float) -> Trial:
 def _legs(value: float, phase: float) -> Trial:
     """Make a trial of a wall that moves three steps forwards and one back, and strikes a disc on its last leg.
 
-    In half of its last leg, the wall is further than ever before.
+    The impact is half-way through the last leg, where the wall is further than ever before.
     """
     legs, until_s = int(value), _until(phase)
     lasts = until_s / (legs - 0.5)

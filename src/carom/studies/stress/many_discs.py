@@ -31,7 +31,7 @@ CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)
 
 _RADIUS_M = 0.25
 _SPEED_M_S = 1.2
-_TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle: directions are spread evenly and never align
+_TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle spreads directions evenly, and no two are equal
 
 _DIGITS = "brute force with 240 decimal digits from the stored scene"
 _ELASTIC = "conservation of energy in elastic impacts"
@@ -53,7 +53,7 @@ def _trial(
     walls: Sequence[Wall] = (),
     restitution: float = 1.0,
 ) -> Trial:
-    """Make a trial of discs. By default it is judged by their true motion."""
+    """Make a trial of discs. By default, the judge compares the trace with their true motion."""
     scene = attacked(name, shows, discs, duration_s, frame_rate_hz=rate_hz, walls=walls, restitution=restitution)
     return Trial(scene, judge(scene) if judge else velocity_judge(true_motion(scene), scene))
 
@@ -212,10 +212,10 @@ def _restitution(restitution: float) -> list[Trial]:
         if restitution > CRITICAL_RESTITUTION:
             try:
                 return velocity_judge(true_motion(scene, most_impacts=300), scene)
-            except UndecidedError:  # too near the critical value to compute all impacts
+            except UndecidedError:  # the value is too near the critical value to compute all impacts
                 pass
-        # Infinitely many impacts close every gap in finite time. Then the discs move with their centre of mass, which
-        # is at rest.
+        # Infinitely many impacts close every gap in finite time. After that, the discs move with their centre of mass,
+        # which is at rest.
         return closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3)
 
     shows = f"Three equal discs in a line approach each other with restitution {number(restitution, 4)}."
@@ -237,8 +237,8 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
     count = math.ceil(math.pi / angle) - 1
-    # In the plane (root V, v) the initial direction has the angle pi. Unfolded, it is constant. Folded back, the angle
-    # is pi - count angle after an even number of impacts, and mirrored after an odd number.
+    # In the plane (root V, v) the initial direction has the angle pi. Unfolded, it is constant. After an even number of
+    # impacts, the angle of the velocities is pi - count angle; after an odd number, it is mirrored.
     out = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(out) * speed, 0.0), (math.cos(out) * speed, 0.0)]
     # The light disc has all the energy at its greatest speed. The heavy one is reversed.

@@ -9,7 +9,7 @@ from carom.execution.options import LimitOptions, engine_names, profile_names
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 from carom.support.options import flag, option, seconds
 
-#: Time limit of a run in the quick form, seconds. No scene of the quick form takes a second.
+#: Time limit of a run in the quick form, seconds. Each scene of the quick form takes less than a second.
 QUICK_TIME_LIMIT_S = 10.0
 
 

@@ -14,7 +14,7 @@ from carom.support.formatting import number
 
 RATE_HZ = 240.0
 
-#: Phases of the impact. A method can be lucky at one phase, so each value is tried at several.
+#: Phases of the impact. A method can be lucky at one phase, so each value is tried at several phases.
 PHASES = (0.13, 0.52, 0.89)
 
 #: Numbers of steps before and after the impact. A contact by a spring takes time: 24 steps at MuJoCo's usual stiffness

@@ -1,4 +1,4 @@
-"""Relations between runs, which need no known answers: rotating, mirroring or scaling a scene does so to its result.
+"""Relations between runs, which need no known answers. If a scene is rotated, mirrored or scaled, so is its result.
 
 An engine that violates a relation is wrong in at least one of the two scenes. Absolute lengths, speeds and times in an
 engine (slops, thresholds, margins) fail under a change of units.
@@ -26,7 +26,7 @@ from carom.studies.stress.result import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
 #: Largest deviation at which a relation holds. Three impacts multiply rounding by a few hundred, and sums over a few
-#: hundred steps add as much. An absolute slop that matters is larger by orders of magnitude.
+#: hundred steps add as much. The effect of an absolute slop is larger by orders of magnitude.
 HOLDS = 1e-9
 
 #: A coefficient at which no impact of `superballs` slides. Every engine supports it.
@@ -45,7 +45,7 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Relation:
-    """A relation between two runs of one method.
+    """A relation between two runs of the same method.
 
     Attributes:
         name: Short name, as on the command line.

@@ -55,7 +55,7 @@ class Spot:
         method: Name of the method.
         ending: Outcome of the cell.
         value: The size at which the method fails, or the largest tested size if it passes. For a relation or a
-            complaint, it is the deviation. None if there is no number.
+            complaint, the number is the deviation. None if there is no number.
         stands_at: The largest passed size; None if there is none.
         error: The error at `stands_at`, in the measure of the attack; None if there is none.
         reason: Reason of a failure, or of a missing number.
@@ -155,7 +155,7 @@ class StressResults:
         environment: Machine and versions.
         command: The command that repeats the campaign.
         quick: Whether this is the quick form.
-        elapsed_s: Elapsed seconds, without those before a resumption.
+        elapsed_s: Elapsed seconds, without the time before a resumption.
     """
 
     lines: tuple[Line, ...]

@@ -2,8 +2,8 @@
 
 Every float of a scene is exactly a decimal number, so the conversion loses nothing. After each impact, the textbook
 quadratic is solved for all pairs; with hundreds of digits its cancellation does not matter. The motion is computed
-twice, the second time with twice as many digits. The result must agree in both. If the order of impacts differs, there
-is no result. The module does not use Carom's solvers and physics.
+twice, the second time with twice as many digits. Both computations must give the same result. If they differ in the
+order of impacts, no result is returned. The module does not use Carom's solvers and physics.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from carom.model.trace import Vector, wall_body, wall_index
 #: digits in the discriminant. A chain of impacts loses about one digit per impact.
 DIGITS = 120
 
-#: Largest relative difference of two passes that agree. It is far below a float's rounding, and far above the lost
-#: digits.
+#: Largest relative difference of two passes that agree. This is far below the rounding of a float, and far above the
+#: error of the lost digits.
 AGREEMENT = Decimal("1e-30")
 
 

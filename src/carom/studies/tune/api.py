@@ -104,7 +104,10 @@ def _draw(found: Tuning, axes: Axes) -> None:
 
 
 def _shown(judged: Judged) -> float:
-    """Return the position of an error on the axis. An exact result is at rounding, and NaN is not drawn."""
+    """Return the position of an error on the axis.
+
+    An exact result is drawn at the error of rounding, and NaN is not drawn.
+    """
     if math.isnan(judged.price):
         return math.nan
     return min(max(judged.price, THRESHOLDS.rounding), 1.0 / THRESHOLDS.rounding)

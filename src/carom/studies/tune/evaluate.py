@@ -19,7 +19,8 @@ from carom.execution.timing import time_run
 from carom.model.scene import Scene
 from carom.studies.tune.objective import Judged
 
-#: Number of references, and of runs of PIT, that a worker caches. It is larger than the number of scenes in a search.
+#: Number of references, and of runs of PIT, that a worker caches. This number is larger than the number of scenes in a
+#: search.
 _KEPT = 256
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -28,8 +29,8 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 def judged_by(score: Score) -> Judged:
     """Return the parts of a score that a search needs.
 
-    If a trajectory has diverged from the reference's, its impacts match by chance. Then the error over PIT's and the
-    missed and invented impacts are those of the steps from the run's own states.
+    If a trajectory has diverged from the reference's, its impacts match by chance. In this case, the error over PIT's
+    and the missed and invented impacts are taken from the steps, which start from the run's own states.
     """
     local = score.local_truth
     if score.parted_s is not None and local is not None:
@@ -83,7 +84,7 @@ class Jury:
             to their end.
         pool: Worker pool, which stays open.
         notes: Journal of results, to which new ones are added.
-        timed: Whether steps are timed. Then one job runs at a time.
+        timed: Whether steps are timed. If so, only one job runs at a time.
     """
 
     def __init__(

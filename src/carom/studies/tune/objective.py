@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 
-#: Number of parts of the scale from `THRESHOLDS.rounding` to its reciprocal. Each is a factor of 1.7.
+#: Number of parts of the scale from `THRESHOLDS.rounding` to its reciprocal. Each part is a factor of 1.7.
 _PARTS = 100
 
 
@@ -64,7 +64,7 @@ class Merit:
     Attributes:
         wrong: Number of scenes that are wrong or did not run.
         behind: Number of scenes that are neither exact nor close.
-        error: Mean error over PIT's on a logarithmic scale: 0 is rounding, 50 is the cost of sampling.
+        error: Mean error over PIT's on a logarithmic scale: 0 means rounding, and 50 an error as large as PIT's.
         cost: Median over scenes of the run time over that of the first profile; 1 without timing.
     """
 
@@ -79,7 +79,7 @@ class Merit:
         return self.wrong, self.behind, self.error
 
     def beaten_by(self, other: Merit) -> bool:
-        """Whether another rank is at least as good by every criterion except run time, and better by one."""
+        """Whether another rank is at least as good in every criterion except run time, and better in one of them."""
         own, its = self.respects, other.respects
         return own != its and all(b <= a for a, b in zip(own, its, strict=True))
 
@@ -92,7 +92,7 @@ class Merit:
 def error_part(judged: Judged) -> float:
     """Return a scene's error over PIT's on a logarithmic scale from 0 (rounding) over 1/2 (PIT's error) to 1.
 
-    Without such an error the grade decides: an exact or close scene without an impact has 0, a wrong one has 1.
+    Without an error, the grade decides: an exact or close scene without an impact has 0, a wrong scene has 1.
     """
     if judged.wrong or math.isnan(judged.price):
         return 1.0 if judged.behind else 0.0

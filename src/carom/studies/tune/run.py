@@ -47,7 +47,7 @@ class Tuning:
         first: Results of the first profile.
         best: Results of the best settings, or `first` if nothing was better.
         others: Results of the engine's other profiles on the same scenes, by name.
-        located: Names of the profiles whose steps Carom cuts. No setting of the engine does that.
+        located: Names of the profiles whose steps Carom cuts. No setting of the engine cuts steps.
         code: Lines of the engine's code at the first scene's step that the best settings change. Empty if nothing was
             better, or if the adapter writes no code.
         own: The first profile's settings at the first scene's step, by name.

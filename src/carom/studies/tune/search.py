@@ -3,10 +3,11 @@
 1. Each knob is tested at its ends, with all other knobs at their default.
 2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials, in which
    each knob is at its default or turned.
-3. From the best trial, one knob at a time is reset or turned elsewhere, until nothing improves. So every found setting
-   has an effect.
-4. The third step is repeated from all other trials that no trial beats by every criterion. Two settings may only help
-   together, while each of them reduces wrong scenes at the cost of more sampled ones, or vice versa.
+3. Starting from the best trial, one knob at a time is set back to its default or turned to another value, until nothing
+   improves. So every found setting has an effect.
+4. The third step is repeated from all other trials that no trial beats in every criterion. So it also finds two
+   settings that help only together, because each alone reduces wrong scenes at the cost of more sampled scenes, or vice
+   versa.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ class KnobSearch:
         """Run the search and return the best settings.
 
         Args:
-            trials: Number of different settings to test, including those with one turned knob.
+            trials: Number of different settings to test, including settings with one turned knob.
             seed: Seed of the optimiser's random numbers. Equal seeds give equal trials.
 
         Raises:
@@ -140,7 +141,7 @@ class KnobSearch:
         for point in ({}, *ends):
             study.enqueue_trial(_parameters(point, self.space))
         asked = 0
-        # A repeated request costs nothing. An optimiser that only repeats requests is finished.
+        # A repeated request costs nothing. If the optimiser only repeats requests, the search is finished.
         while self.trials < trials and asked < 10 * trials:
             asked += 1
             self._tell(study)
@@ -209,7 +210,7 @@ class KnobSearch:
         found: dict[int, Judged] = {}
         for part in _parts(self._order):
             found |= zip(part, self.jury.judge(method, [self.scenes[k] for k in part]), strict=True)
-            # In the best case all remaining scenes are exact.
+            # The best case is that all remaining scenes are exact.
             left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
             at_best = replace(merit_of([*found.values(), *left]), cost=0.0)
             if left and any(at_best.beaten_by(whole.merit) for whole in self._whole):

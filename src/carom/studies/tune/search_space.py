@@ -9,8 +9,8 @@ from carom.engines.api import Knob
 from carom.execution.job import SettingOverrides
 from carom.model.trace import Setting
 
-#: Number of values between the two ends of a range, evenly spread on the scale of the knob. The ends are also tested;
-#: they often disable a feature.
+#: Number of values between the two ends of a range, evenly spread on the scale of the knob. Both ends are also tested,
+#: because an end often disables a feature.
 BETWEEN = 15
 
 #: During refinement, each knob is tested at the ends of `STOPS` equal parts of its range, which finds distant
