@@ -8,7 +8,7 @@ bounces.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, Self
 
 import numpy as np
@@ -23,6 +23,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Outcome, Trace, free_flights, wall_index
+from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

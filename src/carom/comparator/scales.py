@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.scene import Scene
 from carom.model.trace import Trace, kinetic_energy, rim_speeds, velocities, work_of_driven
+from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from typing import Any
@@ -22,6 +21,7 @@ from carom.conformance.checks import (
     walls,
 )
 from carom.conformance.suite_scenes import CATALOGUE_SCENES, LOCATED_SCENES
+from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

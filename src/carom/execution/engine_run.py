@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from carom.execution.validate_adapter import Validator, adapter_error, plain_cou
 from carom.model.scene import Scene
 from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, canonical_profile
+from carom.support.dataclass import dataclass
 
 #: Most discs, and most states, that are kept in scenes in which discs may come to rest.
 MOST_LOOKED_AT = 10

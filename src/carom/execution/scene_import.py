@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from carom.engines.api import Imported, ReadingAdapter
@@ -15,6 +14,7 @@ from carom.execution.validate_adapter import plain_text
 from carom.model.scene import Scene
 from carom.model.walls import with_lengths, with_speeds
 from carom.support.checks import number
+from carom.support.dataclass import dataclass
 
 #: Name of the adapter that reads a file, by the file's ending.
 READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}

@@ -6,7 +6,6 @@ A scene of a million discs would be a million validated objects. As arrays, the 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -17,6 +16,7 @@ from carom.errors import InputError
 from carom.model.chain_geometry import Outline
 from carom.model.overlap import Overlap, overlaps
 from carom.model.prescribed_motion import Drive
+from carom.support.dataclass import dataclass
 from carom.support.escaping import shown
 from carom.support.formatting import number
 from carom.support.limits import LARGEST, ORDINARY, require_within

@@ -7,12 +7,12 @@ p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a posi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.trace import Flight, Trace, free_flights
+from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

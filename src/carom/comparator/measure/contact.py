@@ -9,7 +9,7 @@ change that gravity and friction cause in a step, ``g dt (1 + f)``. An impact ma
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -33,6 +33,7 @@ from carom.model.step_windows import States
 from carom.model.trace import Outcome, Trace, free_flights, wall_index
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
+from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

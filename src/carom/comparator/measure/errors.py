@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +17,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.core.rough_impact import ContactFrictions, RoughBodies
 from carom.model.scene import Need
 from carom.model.trace import Trace, kinetic_energy, rim_speeds, velocities
+from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 
@@ -78,7 +79,7 @@ def _metric(name: str) -> float:
     return metric
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Errors:
     """The largest error of each kind of one trace against another; NaN if there is none.
 

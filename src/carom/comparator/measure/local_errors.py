@@ -11,7 +11,6 @@ along the line of centres at that boundary. So the local error can be separated 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 
@@ -28,6 +27,7 @@ from carom.core.rough_impact import ContactFrictions, RoughBodies, resolve_rough
 from carom.core.time_of_impact import time_of_impact
 from carom.model.disc_arrays import HalfPlane
 from carom.model.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
+from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float]

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
 
@@ -23,6 +22,7 @@ from carom.core import primitives
 from carom.core.rough_impact import ContactFriction
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector, body_name, free_flights, rim_speeds, wall_body, wall_index
+from carom.support.dataclass import dataclass
 
 #: Contacts count as simultaneous up to this difference: of times over the duration, of positions over the scene's
 #: extent, of velocities over the scene's speed.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +14,7 @@ from carom.comparator.stepwise.step_block import Block
 from carom.model.broad_phase import near_pairs, near_walls
 from carom.model.disc_arrays import STANDS, wall_lengths
 from carom.model.prescribed_motion import Drive
+from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 Bodies = NDArray[np.intp]

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from carom.comparator.stepwise.law import Law, Pair
+from carom.support.dataclass import dataclass
 
 #: Largest number of steps of a chain. Later steps form a new chain, which starts from the run's own state there. A
 #: contact that lasts longer is later than sampling explains. In crowds, soft contacts form chains without end.

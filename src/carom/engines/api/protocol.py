@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from carom.errors import InputError
 from carom.model.scene import Scene
 from carom.model.trace import Setting
+from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
@@ -228,7 +229,7 @@ class Knob:
         return self.choices[0] if self.low is None else self.low
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Contact:
     """One contact that an engine reports for its last step.
 
@@ -258,7 +259,7 @@ class Contact:
     spins_rad_s: tuple[float, float, float, float] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Observation:
     """State of a world after its last step, and the contacts of that step.
 

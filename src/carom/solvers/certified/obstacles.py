@@ -9,13 +9,14 @@ sides in the same way.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.core.wall_features import Exact, JoinedEdges, exact, goes_smoothly, quarters_of, runs_of, stops_of
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind, wall_body
+from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
@@ -62,7 +63,7 @@ class Round(NamedTuple):
     stops2: Fraction = _NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Obstacle:
     """A feature of a wall that a disc can meet.
 

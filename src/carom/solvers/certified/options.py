@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from carom.support.dataclass import dataclass
 from carom.support.options import DeclaredOptions, option, seconds, whole
 
 MOST_DIGITS = 10_000

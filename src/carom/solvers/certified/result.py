@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from typing import TYPE_CHECKING
 
 from carom.model.trace import body_name
+from carom.support.dataclass import dataclass
 from carom.support.display import Drawn
 from carom.support.equality import ByValue
 

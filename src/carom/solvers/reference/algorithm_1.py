@@ -11,7 +11,6 @@ nothing can be found, and supports every kind of body and motion.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
@@ -19,6 +18,7 @@ from carom.model.scene import Scene, as_scene
 from carom.model.trace import ImpactRecord, wall_body
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import frames_of
+from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from carom.model.disc_arrays import HalfPlane

@@ -11,7 +11,8 @@ velocity, ``k = (1 + e) mu / m``, and n the unit line of centres. Then a disc's 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from carom.support.dataclass import dataclass
 
 Vector = tuple[float, float]
 

@@ -10,7 +10,6 @@ import json
 import math
 import statistics
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,6 +24,7 @@ from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import CONFIDENCE, student_quantile
 from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import error_text, point_name
+from carom.support.dataclass import dataclass
 
 #: A ratio counts as a change if its whole interval differs from 1 by more than this. The limit covers the differences
 #: between two sessions: the program's position in memory, and the machine's other work.

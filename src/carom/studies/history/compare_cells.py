@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache, partial
 from operator import attrgetter
@@ -23,6 +22,7 @@ from carom.execution.journal import Journal, JournalEntry
 from carom.execution.reference import build_reference, require_reference, scene_at_phase, solve_reference
 from carom.model.trace import Outcome, Trace, free_flights
 from carom.studies.history.options import FEWEST_PHASES
+from carom.support.dataclass import dataclass
 from carom.support.formatting import number
 
 #: Number of references, and of runs of PIT, that a worker caches.

@@ -6,7 +6,7 @@ import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -29,6 +29,7 @@ from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import Kept
 from carom.studies.history.release_engines import AskOrigin, AskServed, Origin, column_name, known_columns, laid
 from carom.studies.history.releases import in_order, selected
+from carom.support.dataclass import dataclass
 from carom.support.escaping import is_older
 
 #: Name of the study in its output folders, and file name of its journal.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from carom.execution.job import Status
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, Vector, kinetic_energy
 from carom.studies.stress.true_motion import TrueMotion
+from carom.support.dataclass import dataclass
 from carom.support.formatting import number
 
 #: Error at which a method fails: a tenth of the change by impacts is too much for any purpose. At a sensible step, the
