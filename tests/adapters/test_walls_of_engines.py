@@ -181,7 +181,7 @@ def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(pymunk: 
     edge = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
     circle = Ring(centre_m=(-3.0, 0.0), radius_m=1.0, surface_speed_m_s=9.0)
     for scene in (Scene(name="belt", walls=[wall], **laws) for wall in (edge, circle)):
-        said = "the scene has edges or circles whose surface runs, which this method does not support"
+        said = "the scene has edges or circles with a moving surface, which this method does not support"
         assert unsupported_reason(scene, pymunk.capabilities, 1 / 64) == said
         result = cross_checked([scene], ["pymunk"], dts=[1 / 64], profiles=["tuned"])
         assert [(row.status, row.reason) for row in result.rows] == [(Status.UNSUPPORTED, said)]

@@ -43,8 +43,8 @@ def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tup
     smallest = min(disc.radius_m for disc in scene.discs)
     if not size * ROUNDING < smallest:
         raise AdapterError(
-            f"Box2D: a disc may get {radius:.3g} m far, and 32-bit floats round a wall of that length by more than "
-            f"the smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
+            f"Box2D: a disc can move up to {radius:.3g} m, and 32-bit floats round a wall of that length by more "
+            f"than the smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
         )
     return (px - along * ny, py + along * nx), _rectangle((nx, ny), size)
 

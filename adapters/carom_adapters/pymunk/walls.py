@@ -86,7 +86,7 @@ def shapes_of_walls(scene: Scene, dt_s: float) -> list[WallShape]:
     smallest = min(disc.radius_m for disc in scene.discs)
     if not farthest * 2.0**-52 < smallest:  # NaN fails this too
         raise AdapterError(
-            f"pymunk: a disc may get {farthest:.3g} m far, and a wall of that length is rounded by more than the "
+            f"pymunk: a disc can move up to {farthest:.3g} m, and a wall of that length is rounded by more than the "
             f"smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
         )
     return shapes

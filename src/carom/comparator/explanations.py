@@ -8,8 +8,7 @@ from carom.comparator.verdict import Verdict
 #: Condition of each verdict. A test compares this with the table of `docs/theory/scoring.md`.
 VERDICT_CONDITIONS = {
     Verdict.MISSED: (
-        "the run has no impact that matches one of the reference: the two bodies passed through each other, or never "
-        "met"
+        "an impact of the reference matches none of the run: the two bodies passed through each other, or never met"
     ),
     Verdict.LATE: (
         "it is late by more than `1e-12` of the duration. This is the paper's second case, in which the "
@@ -21,27 +20,27 @@ VERDICT_CONDITIONS = {
     Verdict.WRONG_VELOCITY: "a velocity error exceeds `1e-12` of the scene's speed",
     Verdict.WRONG_SPIN: "a spin error exceeds `1e-12` of the scene's rim speed",
     Verdict.SLID: (
-        "sticking needs a smaller friction impulse than sliding, so the bodies must stick; but the run's impulse "
-        "is nearer to that of sliding. Both follow from the run's own velocities before the impact, normal and "
-        "normal impulse"
+        "sticking needs less friction than Coulomb's limit, so the bodies must stick. But the run's friction impulse "
+        "is nearer to that of sliding. Both impulses are computed from the run's own velocities before the impact, "
+        "normal and normal impulse"
     ),
     Verdict.STUCK: (
-        "sliding has a smaller friction impulse than sticking, so the bodies must slide; but the run's impulse "
-        "is nearer to that of sticking. Both are computed as for the opposite verdict"
+        "sticking needs more friction than Coulomb's limit, so the bodies must slide. But the run's friction impulse "
+        "is nearer to that of sticking. Both impulses are computed as for the opposite verdict"
     ),
     Verdict.WRONG_ORDER: "two impacts or more are in the wrong order. They are not also reported as late or early",
     Verdict.SPURIOUS: "at least one impact of the run matches none of the reference",
     Verdict.ENERGY_GAINED: (
-        "by more than `1e-6` of the energy at the start, in scenes without gravity. A missed impact also counts "
-        "as a gain, because it dissipates nothing"
+        "by more than `1e-6` of the energy at the start, in scenes without gravity. A missed impact also counts as a "
+        "gain, because it loses no energy"
     ),
     Verdict.ENERGY_LOST: "by more than `1e-6` of the energy at the start, in scenes without gravity",
-    Verdict.NOT_TOLD_APART: "added to other verdicts. In a run that conforms, it is part of the reason",
+    Verdict.NOT_TOLD_APART: "added to other verdicts. If a run conforms, its reason mentions it instead",
     Verdict.LUCKY_PHASE: (
-        "a run is *exact* or *close* and has PIT's impacts. In a run that conforms, it is part of the reason"
+        "a run is *exact* or *close*, and PIT finds the same impacts. If a run conforms, its reason mentions it instead"
     ),
     Verdict.CUT_SHORT: (
-        "the run stands still, the engine warns, a state is not finite, or the clock stops before the end"
+        "the run ends with a standstill, the engine warns, a state is not finite, or the clock stops before the end"
     ),
     Verdict.WENT_ON: "PIC has infinitely many impacts at one instant and ends there, but the run completes",
     Verdict.CONVENTION: "several impacts at one instant share a movable disc",
@@ -54,12 +53,12 @@ VERDICT_CONDITIONS = {
     Verdict.WRONG_END: "a final velocity is wrong by more than `1e-12` of the scene's speed",
     Verdict.WRONG_LAST_SPIN: "a final spin is wrong by more than `1e-12` of the scene's rim speed",
     Verdict.DRIFTS: (
-        "a run's positions do not follow from its own velocities. The reason states how much of it the overlap "
-        "gained in one step does not explain"
+        "a run's positions do not follow from its own velocities. Engines may move bodies apart by the overlap "
+        "gained in one step; the reason states how much exceeds this"
     ),
     Verdict.TURNS: "the velocity before an impact, or at the end, differs from the velocity after the previous impact",
     Verdict.SPINS: "the spin before an impact, or at the end, differs from the spin after the previous impact",
-    Verdict.WRONG_STAMP: "or a stamp is outside the run",
+    Verdict.WRONG_STAMP: "the reported time of an impact is outside its step, or outside the run",
     Verdict.WRONG_NORMAL: "a velocity does not change along the normal, or a normal is not a unit vector",
     Verdict.MOMENTUM: "the velocity of the centre of mass of two discs changes",
     Verdict.ANGULAR: (
@@ -73,12 +72,13 @@ VERDICT_CONDITIONS = {
     ),
     Verdict.MISREPORTED: (
         "added to *the trajectory has diverged*. Either an impact is reported that the states of its pair do not "
-        "show within two steps, or the states show a single impact that is not reported. A pair that rests, or "
-        "hops by less than its fall in 2.5 steps, shows an impact whenever a velocity changes"
+        "show within two steps, or the states show a single impact that is not reported. If a pair rests, or hops by "
+        "less than its fall in 2.5 steps, each change of velocity counts as an impact"
     ),
     Verdict.PASSED_THROUGH: (
-        "two bodies must meet from the run's own state, but continue unturned. The verdict is omitted if the "
-        "trajectory misses as many impacts. The reason also counts the impacts that PIT misses from the same "
+        "from the run's own state two bodies must collide, but their velocities do not change. The verdict is "
+        "omitted if the trajectory misses the same number of impacts. The reason also counts the impacts that PIT "
+        "misses from the same "
         "states"
     ),
     Verdict.TURNED_ALONE: "a velocity or a spin changes by more than 1 % of itself with no other body within two steps",
@@ -91,7 +91,7 @@ VERDICT_CONDITIONS = {
         "damping or a table slows it. The reason gives the error of a step"
     ),
     Verdict.SINKS: (
-        "they sink by more than rounding. The reason states whether a fall from rest in each step explains it"
+        "they sink by more than rounding. The reason states whether falling from rest in each step explains the depth"
     ),
     Verdict.WORSE_STEPS: (
         "steps are *inaccurate*, but the trajectory does not show it, because it has diverged or is only "
@@ -117,25 +117,27 @@ GRADE_CONDITIONS = {
         "every impact is found. Times, velocities, spins, energy and final state are right to the rounding of the "
         "method's floats. The run agrees with itself to the same rounding. With 64 bits that is `1e-12` of the "
         "duration, the speed and the reach. With 32 bits it is `1e-5` (times as for *close*, energy to a millionth), "
-        'and the report says "exact (float32)". Every step from its own state is right to ten times that rounding. The '
-        "scene has an impact"
+        'and the report says "exact (float32)". Every step, compared with PIC from the run\'s own state, is right to '
+        "ten times that rounding. The scene has at least one impact"
     ),
     Grade.CLOSE: (
         "every impact is found. Times are right to a hundredth of a step. Each velocity and spin is right to a "
-        "hundredth of the cost of sampling up to its impact. Energy and final state are right to a hundredth of "
+        "hundredth of PIT's error up to that impact. Energy and final state are right to a hundredth of "
         "PIT's worst error over the phases, or follow from the run's own impacts. The run agrees with itself, "
         "except for what sampling explains. No step is worse than a hundredth of PIT's cost from the same state"
     ),
     Grade.SAMPLED: (
         "every impact is found. No velocity or spin has a larger error than PIT's at the same step up to that "
-        "impact. PIT counts at this phase, at any phase at which it finds all impacts so far, and at the run's "
-        "own lateness. No impact is later than PIT's so far, or than one step, and none is early on its own "
-        "account. The energy error is at most PIT's, or a millionth. The final state is at least as accurate as "
-        "PIT's at this phase, or follows from the run's own impacts. If every step is *sampled* or better, every "
-        "phase counts at which PIT finds all impacts. The run agrees with itself, except for what sampling "
-        "explains. From the same state, no step is worse than PIT's at its worst phase or at the run's own "
-        "lateness. Sampling explains falls along polygons, damped steps at one speed, and sinking at rest by at "
-        "most the fall of a step"
+        "impact. PIT's error is the largest of several: at this phase, at each phase at which PIT finds all impacts "
+        "so far, and at the phase at which PIT is as late as the run. No impact is later than PIT's latest so far, "
+        "or than one step. None is early on its own account. The energy error is at most PIT's, or a millionth. The "
+        "final state is at least as accurate as "
+        "PIT's at this phase, or follows from the run's own impacts. If every step is *sampled* or better, PIT's "
+        "final state at any phase at which it finds all impacts may be used. The run agrees with itself, except for "
+        "what sampling "
+        "explains. From the same state, no step is worse than PIT's at PIT's worst phase, or at the phase at which "
+        "PIT is as late as the run. Sampling explains falls along polygons, a constant speed during a damped step, "
+        "and sinking at rest by at most the fall of a step"
     ),
     Grade.INACCURATE: (
         "worse than *sampled*: the run is early, later than PIT, has larger errors than PIT, or contradicts "

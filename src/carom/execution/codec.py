@@ -133,7 +133,7 @@ def _check_shapes(value: Any) -> Any:
     if value.looks is not None:
         instants, shape = value.looks.time_s.shape, value.looks.position_m.shape
         if len(instants) != 1 or not shape == value.looks.velocity_m_s.shape == (*instants, discs, 2):
-            raise ValueError(f"looks of shape {shape} at {instants} instants")
+            raise ValueError(f"observations of shape {shape} at {instants} instants")
     if value.samples is not None:
         instants = value.samples.time_s.shape
         if len(instants) != 1 or value.samples.position_m.shape != (*instants, discs, 2):

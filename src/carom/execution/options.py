@@ -75,7 +75,9 @@ def step_lengths(said: str, *, stamped: bool = False) -> Any:
 
 def phase_seed(*, stamped: bool = False) -> Any:
     """Declare the option for the start of the sequence of phases."""
-    return option(0, whole(0, MOST_SEED), "Start of the sequence of phases.", "--seed", stamped=stamped)
+    return option(
+        0, whole(0, MOST_SEED), "Number that selects the start positions in a step.", "--seed", stamped=stamped
+    )
 
 
 def time_limit(*, stamped: bool = False) -> Any:
@@ -208,7 +210,7 @@ class Options(LimitOptions):
     engines: Sequence[str] | None = engine_names(stamped=True)
     dts: Sequence[float] | None = step_lengths("1, 1/4 and 1/16 of a scene's frame", stamped=True)
     profiles: Sequence[str] | None = profile_names(
-        what="Settings profile, repeatable, or 'all' for every variant.",
+        what="Settings profile, repeatable, or 'all' for every profile.",
         said="default, tuned, located",
         stamped=True,
     )
@@ -228,7 +230,7 @@ class Options(LimitOptions):
     phases: int = option(
         0,
         whole(0, MOST_PHASES),
-        "Number of additional sub-step phases per cell, to show the spread of errors.",
+        "Also run each scene from this many start positions within a step, to show the spread of errors.",
         "--phases",
         stamped=True,
     )

@@ -20,7 +20,7 @@ class Mark(Enum):
     INACCURATE = (
         "inaccurate",
         "▲",
-        "early, with larger errors than PIT can have, or in contradiction with itself",
+        "an impact is early, an error is larger than PIT can have, or the run contradicts itself",
         "yellow",
     )
     PARTED = ("parted", "↗", "the trajectory diverged from PIC's, but each step is as accurate as PIT's", "yellow")

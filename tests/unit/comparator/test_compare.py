@@ -95,7 +95,7 @@ def test_a_horizon_before_the_first_impact_decides_nothing(scene: Scene, referen
         score = compare(reference, observed, sampling=solve_pit(scene), horizon=horizon)
         assert score.grade is Grade.UNGRADED
         assert score.verdicts[-1] is Verdict.NOTHING_COMPARED
-        assert "the first impact, at 0.2 s, is beyond it" in score.findings[-1].reason
+        assert "the first impact, at 0.2 s, is beyond the horizon" in score.findings[-1].reason
         assert Verdict.CONFORMS not in score.verdicts
 
 

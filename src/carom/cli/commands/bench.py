@@ -43,7 +43,7 @@ def bench(
     ] = False,
     discs: Annotated[list[str] | None, shown_option(GrowthOptions, "sizes")] = None,
 ) -> None:
-    """Plot error against run time, and find the cheapest engine for the accuracy you need.
+    """Plot error against run time, and find the fastest engine for the accuracy you need.
 
     Errors and run times are measured in separate passes, and nothing else runs during timing. Each finished job is
     written to a journal, so --resume continues an interrupted bench.

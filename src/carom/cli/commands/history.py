@@ -37,7 +37,7 @@ def history(
         typer.Option(
             "--bisect",
             metavar="SCENE:PROFILE:STEP",
-            help="Find the release that changed one cell, such as classics/box:default:1/60, and exit.",
+            help="Find the release that changed one run, such as classics/box:default:1/60, and exit.",
         ),
     ] = None,
     out: Annotated[

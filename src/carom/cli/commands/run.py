@@ -48,7 +48,11 @@ def run(
     verbose: common.Verbose = False,
     fail_on: Annotated[
         FailOn,
-        typer.Option("--fail-on", show_default=False, help="Best grade that gives exit code 1 (default: inaccurate)."),
+        typer.Option(
+            "--fail-on",
+            show_default=False,
+            help="Exit with code 1 if a run has this grade or a worse one (default: inaccurate).",
+        ),
     ] = FailOn.INACCURATE,
 ) -> None:
     """Print how accurately engines run scenes, compared with the exact solution (PIC).

@@ -73,7 +73,8 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
 def _report_nothing_compared(judged: JudgedRun) -> Iterator[Finding]:
     if judged.has_nothing_compared and judged.contact is None:
         times = judged.reference.impacts["time_s"]
-        first = f"the first impact, at {instant(times[0])}, is beyond it" if len(times) else "the scene has no impact"
+        first = f"the first impact, at {instant(times[0])}, is beyond the horizon" if len(times) else "the scene has "
+        "no impact"
         yield Finding(Verdict.NOTHING_COMPARED, f"{instant(judged.compared.until_s)}; {first}")
 
 
@@ -208,7 +209,7 @@ def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
     impacts = judged.observed.impacts
     if unknown := judged.not_told_apart:
         first = _format_first(unknown, impacts)
-        reason = f"{len(unknown)} of {len(impacts)} impacts, {first}: only the last one in the step is judged"
+        reason = f"{len(unknown)} of {len(impacts)} impacts, {first}: only the last one in its step is compared"
         yield Finding(Verdict.NOT_TOLD_APART, reason)
 
 

@@ -71,10 +71,11 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     off = metres(0.5 * bends * dt_s * dt_s)
     if slowing:
         bend = "c |v|" if scene.damping_per_s else "a"
-        reason = f"each step ends up to half of {bend} dt^2 off its path, {off} at the scene's speed; it adds up"
+        reason = f"each step ends up to half of {bend} dt^2 off its path, {off} at the scene's speed; these errors "
+        "add up"
         yield Finding(Verdict.DAMPED_POLYGON, reason)
     else:
-        reason = f"each step ends up to half of |g| dt^2 off its parabola, {off}; it adds up"
+        reason = f"each step ends up to half of |g| dt^2 off its parabola, {off}; these errors add up"
         yield Finding(Verdict.POLYGON, reason)
 
 
@@ -108,7 +109,7 @@ def _costs(local: LocalScore) -> Iterator[str]:
     if local.late_steps[1] > 0.0:
         yield f"impacts are late by up to {number(local.late_steps[1], 3)} steps"
     if local.entangled:
-        yield f"{local.entangled} windows hold several impacts"
+        yield f"{local.entangled} windows contain several impacts"
     if local.missed:
         yield f"{local.missed} impacts are missed that PIT misses from the same states"
 
@@ -125,14 +126,15 @@ def _faults(local: LocalScore) -> Iterator[str]:
     if local.early:
         yield f"{local.early} {judged} are early by up to {number(local.early_steps, 3)} steps"
     if local.ahead:
-        yield f"{local.ahead} times a disc turns more than two steps before the impact, by an engine's contact margin"
+        yield f"{local.ahead} times a disc changes its velocity more than two steps before the impact, because of "
+        "the engine's contact margin"
     if local.too_late:
         yield f"{local.too_late} {judged} are later than a step, by up to {number(local.late_steps[1], 3)} steps"
     if local.drifts:
         drift = number(local.drift, 3)
         yield f"positions do not follow from velocities in {local.drifts} steps, by up to {drift} radii"
     if local.slipped > local.rounding:
-        yield f"velocities change with nothing near, by a fraction of up to {number(local.slipped, 3)}"
+        yield f"velocities change with no other body near, by a fraction of up to {number(local.slipped, 3)}"
     if local.energy > local.energy_rounding:
         yield f"{number(local.energy, 3)} of the energy is gained or lost that PIT's steps do not gain or lose"
     if local.sinks:

@@ -33,7 +33,7 @@ class CertifyOptions(DeclaredOptions):
     digits: int = option(15, whole(1, MOST_DIGITS), "Decimal digits to prove.", "--digits", "-d")
     max_impacts: int | None = option(None, whole(0), "Stop after this many impacts.", "--max-impacts", "-n")
     time_budget_s: float | None = option(
-        None, seconds(), "Stop after this many seconds, each scene.", "--time-budget", "-t"
+        None, seconds(), "Stop each scene after this many seconds.", "--time-budget", "-t"
     )
     max_precision_bits: int = option(
         MAX_PRECISION_BITS,

@@ -65,7 +65,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
         rows,
         title=f"{advice.scene.name}, fewest steps per second that pass:",
         note="Every tested step of this size or smaller passes. Steps between tested ones were not checked. Fails: "
-        "number of start positions with a missed or spurious impact.",
+        "from this many starts, an impact is missed or spurious.",
     )
     evidence = Table(
         (
@@ -84,7 +84,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
     answer, *more = _answers(advice)
     figure = Figure(
         partial(advice_svg, advice),
-        "Cross: an impact is missed or spurious at some start. Dotted line: the accuracy target.",
+        "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target.",
     )
     sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_limits(advice)))))]
     if rows:
@@ -152,7 +152,7 @@ def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = [_name(answer.method) for _, answer in best]
-    who = names[0] if len(names) == 1 else f"{formatting.listed(names)} equally"
+    who = formatting.listed(names, "or")
     any_step = all(_any(answer, found) for found, answer in best)
     steps = "any tested step ({} or more per second)" if any_step else "{} steps/s"
     return f"use {steps.format(_rate(longest))}{_substeps(advice, best[0][0])} with {who}"
@@ -235,7 +235,7 @@ def _yardstick(advice: Advice) -> str:
     if (closed := advice.closed_form) is not None:
         steps = (closed.never_misses_s, closed.demand_s)
         one, other = (_rate(dt_s) if math.isfinite(dt_s) else "any number" for dt_s in steps)
-        return f"{one} and {other} steps/s, by closed form"
+        return f"{one} and {other} steps/s, by formula"
     if advice.sampling is None:
         return ""
     one, other = (_range(found) for found in (advice.sampling.never_misses, advice.sampling.demand))
@@ -358,11 +358,11 @@ def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -
     window = impact.limit.window
     if window is None:
         return f"{which} {where}: {impact.cause.value}."
-    size = f"{formatting.number(window.speed_m_s)} m/s and {formatting.number(window.reach_m)} m from centre to centre"
+    size = f"{formatting.number(window.speed_m_s)} m/s, {formatting.number(window.reach_m)} m from centre to centre"
     why = {
         Cause.GRAZE: f"a graze, off centre by {formatting.number(window.share, 4)} of the contact distance",
-        Cause.FAST: f"they are fast for their size, {size}",
-        Cause.TURN: f"their line of centres turns fast, because of {size}",
+        Cause.FAST: f"they are fast for their size ({size})",
+        Cause.TURN: f"the line between their centres turns fast ({size})",
     }[impact.cause]
     late = impact.limit.direction_dt_s
     direction = (

@@ -20,8 +20,8 @@ class Cause(Enum):
 
     GRAZE = "a graze"
     FAST = "a fast small disc"
-    TURN = "the line of centres turns fast"
-    WALL = "the other body is a wall, which a disc can't pass unnoticed"
+    TURN = "the line between the centres turns fast"
+    WALL = "the other body is a wall, which a disc cannot pass without overlapping it in some frame"
     EDGE = "the other body is a thin wall, which a disc passes unnoticed if it moves too far in a step"
 
 

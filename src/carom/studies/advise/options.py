@@ -66,10 +66,13 @@ class AdviceOptions(LimitOptions):
             (-0.1, 1.0, math.nan, "x", True, None),
             range="0 to below 1",
         ),
-        "Fraction of start positions at which an impact may be missed or spurious.",
+        "Allowed fraction of start positions at which an impact is missed or spurious.",
         "--miss-probability",
     )
     phases: int = option(8, whole(1, MOST_PHASES), "Number of start positions per step.", "--phases")
     budget_steps: int = option(
-        ADVICE_STEPS, whole(1, MOST_STEPS), "Maximum number of engine steps to search one method.", "--budget"
+        ADVICE_STEPS,
+        whole(1, MOST_STEPS),
+        "Maximum number of engine steps in the search for one engine and profile.",
+        "--budget",
     )

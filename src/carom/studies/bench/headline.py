@@ -30,7 +30,7 @@ def answers(bench: Bench) -> Iterator[str]:
     if tally:
         best = formatting.listed([f"{name} on {_where(name, found, bench)}" for name, _ in tally.most_common()])
         best = best.removesuffix(" on every scene")
-        parts.append(f"cheapest engine for {wanted}: {best}")
+        parts.append(f"fastest engine with at most {wanted}: {best}")
     unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
     lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
     if lossy:
@@ -79,7 +79,7 @@ def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best
         if best.lost:
             parts.append(
                 f"every engine misses or invents impacts at every step; the best is {_method(best)}, which "
-                f"{losses(best)}{_in(best)} at {formatting.step(best.dt_s)}"
+                f"{losses(best)}{_in(best)} with steps of {formatting.step(best.dt_s)}"
             )
         else:
             parts.append("the scene has no error to measure")
@@ -100,15 +100,19 @@ def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float,
         )
     elif cheap.at == best.at:
         described = f"{_describe_point(best, kind)}{_times(scene, best)}"
-        yield f"the most accurate engine, and the cheapest for {wanted}, is {described}"
+        yield f"the most accurate engine, and the fastest with at most {wanted}, is {described}"
     else:
-        cost = f"{milliseconds(cheap.timing.advance_s)} ms at {formatting.step(cheap.dt_s)}" if cheap.timing else ""
-        yield f"the cheapest engine for {wanted} is {_method(cheap)}: {cost}{_times(scene, cheap)}"
+        cost = (
+            f"{milliseconds(cheap.timing.advance_s)} ms with steps of {formatting.step(cheap.dt_s)}"
+            if cheap.timing
+            else ""
+        )
+        yield f"the fastest engine with at most {wanted} is {_method(cheap)}: {cost}{_times(scene, cheap)}"
         yield f"the most accurate is {_describe_point(best, kind)}"
 
 
 def _describe_point(point: Point, kind: ErrorKind) -> str:
-    return f"{_method(point)}: {error_text(point.error, kind)}{_in(point)} at {formatting.step(point.dt_s)}"
+    return f"{_method(point)}: {error_text(point.error, kind)}{_in(point)} with steps of {formatting.step(point.dt_s)}"
 
 
 def _method(point: Point) -> str:

@@ -51,7 +51,7 @@ class BenchPlan(LimitOptions):
         profiles: Names of profiles.
         phases: Number of start positions, evenly spread over a step, at which each job is scored.
         error: Kind of error.
-        target: Error for which the cheapest engine is named.
+        target: Error for which the fastest engine is named.
         rounds: Number of rounds of the timing pass.
         seed: Seed of the random order within a round.
         budget_s: Budget of a scene, seconds: half for scoring, half for timing. Jobs that do not fit are omitted with a
@@ -79,7 +79,7 @@ class BenchPlan(LimitOptions):
     target: float = option(
         0.01,
         measure("a positive number", "NUMBER", 0.0, LARGEST),
-        "Error for which the cheapest engine is named.",
+        "Error for which the fastest engine is named.",
         "--target",
     )
     rounds: int = option(7, whole(LEAST_ROUNDS, MOST_ROUNDS), "Number of timing rounds.", "--rounds")

@@ -26,7 +26,7 @@ from carom.studies.bench.timing_pass import CellTiming
 TABLE_NOTE = (
     "The best method is first. Least error: the smallest over all steps that find every impact at every start; "
     "without such a step, the missed (-) and spurious (+) impacts at the best step. Columns headed by an error: "
-    "run time of the cheapest step that reaches this error and finds every impact; empty if no step does. Order: "
+    "run time of the fastest step that reaches this error and finds every impact; empty if no step does. Order: "
     "slope of error against step on logarithmic axes, without steps that miss an impact or reach rounding. "
     "Checking once per step has order 1. An interval below 1/2 counts as not converging."
 )

@@ -25,8 +25,9 @@ MOST_TABLES = 4
 MOST_IMPACTS = 40
 
 SPREAD_NOTE = (
-    "One start may be lucky. So each cell was run again with its scene shifted along its own motion by fractions "
-    "of a step. For two discs, the share of starts at which PIT must miss has a closed form."
+    "An engine can find an impact by luck, because a check happens to fall on it. So each run was repeated with "
+    "starts shifted by fractions of a step. For two discs, a formula gives the fraction of starts at which PIT must "
+    "miss the impact."
 )
 RUN_TIME_NOTE = (
     "Run time of all steps divided by PIT's for the same scene and step. Below 1 is faster than PIT. Medians "
@@ -165,7 +166,7 @@ def cells_section(grid: Grid) -> Section:
     )
     cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
     table = Table(columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=PAGE, packed=True)
-    more = f"The {MOST_CELLS:,} cells with the worst grades of {len(grid.runs):,}: results.jsonl has all."
+    more = f"The {MOST_CELLS:,} runs with the worst grades of {len(grid.runs):,}: results.jsonl has all."
     return Section("All cells at all steps", (table, *((Text(more, PAGE),) if len(cells) < len(grid.runs) else ())))
 
 

@@ -25,7 +25,8 @@ NOTE = (
 )
 DETAIL_NOTE = (
     "The error is the largest velocity error, divided by PIT's largest over the phases of the same step; or the "
-    "same ratio of spin errors if it is larger. A missed impact has an error of its whole change. The own error "
+    "same ratio of spin errors if it is larger. For a missed impact, the error is the whole change of velocity. The "
+    "own error "
     "is the velocity error against PIT or PIC, whichever is smaller, divided by the greatest speed. For single "
     "impacts it is measured from the engine's own state before the impact. Times do not count, because checking "
     "once per step is late by up to a step. Scenes without a unique answer are omitted."

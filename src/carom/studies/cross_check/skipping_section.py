@@ -19,7 +19,7 @@ from carom.support.formatting import number
 NOTE = (
     "Skipping changes no result. Without skipping, PIC predicts all pairs after each impact, and runs event by "
     "event instead of in closed form. PIT tests every pair and wall at every frame. Both forms are timed in turn "
-    "on this machine. A ratio below 1 is a scene so small that the bookkeeping takes more time than it saves."
+    "on this machine. If a ratio is below 1, the scene is so small that skipping takes more time than it saves."
 )
 
 

@@ -21,11 +21,12 @@ NOTE = (
 )
 DETAIL_NOTE = (
     "Steps in which several bodies meet are compared together as a window. Missed: two bodies passed through "
-    "each other; in brackets, the number of these that PIT also misses from the same state. Invented: a body "
-    "turned with nothing near. Late: lateness in steps. Error: velocity or spin error, divided by PIT's largest "
+    "each other; in brackets, the number of these that PIT also misses from the same state. Invented: a body changed "
+    "its velocity with no other body near. Late: lateness in steps. Error: velocity or spin error, divided by PIT's "
+    "largest "
     "from the same state; checking once per step explains an error of up to 1. Energy: energy gained or lost "
     "beyond PIT's steps, divided by the scene's energy. Late and error count only impacts that are alone in "
-    "their window. Entangled: share of windows with several impacts, which have no unique answer. Methods are "
+    "their window. Entangled: fraction of windows with several impacts, which have no unique answer. Methods are "
     "ranked by misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs "
     "that ended early are last. A run is listed if it continues beyond the horizon or after a disc comes to "
     "rest, if its trajectory diverged, or if a verdict is about its steps."

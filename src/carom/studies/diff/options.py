@@ -48,6 +48,6 @@ class DiffOptions(DeclaredOptions):
     fail_on: FailOn = option(
         FailOn.INACCURATE,
         one_of(FailOn),
-        "Best grade at which a change to worse gives exit code 1.",
+        "Exit with code 1 if a run became worse and now has this grade or a worse one.",
         "--fail-on",
     )

@@ -205,7 +205,7 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     ran = [pair for pair in pairs if any(map(_was_run, pair))]
     if not any(all(map(_was_run, pair)) for pair in ran):
         raise InputError(
-            f"{old} and {new} have no cell in common: scenes, engines, profiles or steps differ, or an engine was "
+            f"{old} and {new} have no run in common: scenes, engines, profiles or steps differ, or an engine was "
             "not available; --engine OLD=NEW compares one engine with another"
         )
     versions = _versions(before.environment, after.environment)

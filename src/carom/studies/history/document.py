@@ -29,8 +29,8 @@ RULE = (
     "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion "
     "is compared at {phases} phases of the step and at the scene's own phase. It differs if the ranges of one "
     "number do not overlap: of final velocity errors, of position errors at eight instants, or of one "
-    "coordinate. The gap between the ranges must exceed rounding and the distance of the two outermost values of "
-    "a range. Reported contacts do not count. Same bits: impacts and final states are bit-identical at the "
+    "coordinate. The gap between the ranges must exceed rounding, and the distance from the last value of a range to "
+    "its neighbour. Reported contacts do not count. Same bits: impacts and final states are bit-identical at the "
     "scene's own phase."
 )
 
@@ -113,7 +113,7 @@ def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
 def bisection_lines(found: Bisection | None) -> Iterator[str]:
     """Yield the result of a bisection."""
     if found is None:
-        yield "The oldest and the newest release agree in this cell within the range over phases."
+        yield "The oldest and the newest release agree in this run within the range over phases."
         return
     oldest = found.asked[0]
     before = (

@@ -51,7 +51,7 @@ class HistoryOptions(LimitOptions):
     phases: int = option(
         FEWEST_PHASES,
         whole(FEWEST_PHASES, MOST_PHASES),
-        "Number of sub-step phases at which changed cells run.",
+        "Number of start positions within a step from which changed runs are repeated.",
         "--phases",
     )
     seed: int = phase_seed()

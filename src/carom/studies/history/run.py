@@ -417,7 +417,9 @@ def bisected(
                 old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
             found = change_of(old, new)
             if found.moved is Moved.NOT_RUN:
-                raise CaromError(f"{origin.package} {version} can't be run in this cell: {found.why}")
+                raise CaromError(
+                    f"{origin.package} {version} can't run this scene with this profile and step: {found.why}"
+                )
             return found
 
         if len(able) < 2 or not (newest := change(able[-1])).moved.real:

@@ -303,7 +303,7 @@ def test_engines_of_other_names_are_matched(write: Write) -> None:
 def test_runs_without_a_common_cell_are_refused(write: Write) -> None:
     """Two runs that have no cell in common, as where an engine is not installed, must not pass for no change."""
     right = sideways(0.0)
-    with pytest.raises(InputError, match="have no cell in common"):
+    with pytest.raises(InputError, match="have no run in common"):
         diff(write("old", {"a": right, "b": right}), write("new", {"c": right, "d": right}))
     with pytest.raises(InputError, match="or an engine was not available"):
         diff(write("old", {"a": right}), write("new", {"a": Status.UNAVAILABLE}))
