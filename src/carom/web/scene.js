@@ -118,7 +118,7 @@ function asPageWall(given) {
 // Returns a scene with all fields of the page, each checked, including frame rate and phase.
 export function asPageScene(given, phase = 0) {
   const names = refused(given);
-  if (names.length) throw new RangeError(`the page does not know ${names.join(", ")}`);
+  if (names.length) throw new RangeError(`the page does not support ${names.join(", ")}`);
   const discs = list(given.discs, "discs", 1, MOST_DISCS).map((d) => ({
     position_m: vector("position", d.position_m),
     velocity_m_s: vector("speed", d.velocity_m_s ?? [0, 0]),

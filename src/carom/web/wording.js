@@ -38,7 +38,7 @@ export function showResults() {
       found ? ms(score.late) : "–",
       found
         ? `${digits(score.late / dt, 2)} of a frame${seen.stepped ? `; it reports ${ms(score.reported)}` : ""}`
-        : "none is found",
+        : "no impact is found",
       "",
     ),
     box(
@@ -50,7 +50,7 @@ export function showResults() {
     box(
       "PIT misses the first impact at",
       share === null ? "–" : `${digits(100 * share)} %`,
-      share === null ? "closed form for two discs only" : "of all frame offsets (closed form)",
+      share === null ? "the formula is for two discs only" : "of all frame offsets (by formula)",
       share > 0 ? "off" : "",
     ),
     costs,
