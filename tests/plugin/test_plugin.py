@@ -201,7 +201,7 @@ LIES = {
     ),
     "claims-precision": (
         "times[default-classics/oblique-3-4-5]",
-        "the impact of disc 0 and disc 1 comes at the wrong time",
+        "the impact of disc 0 and disc 1 is at the wrong time",
         "0.42 s, or up to 0.00417 s later (1 step)",
         " steps off)",
         "'classics/oblique-3-4-5', profile 'default', dt = 1/240 s",

@@ -97,7 +97,7 @@ def scene_named(name: str) -> Scene:
     if (entry := all_scenes().get(name)) is not None:
         return entry.scene
     several = ", ".join(found.name for found in find_scenes([name]))
-    raise UnknownNameError(f"{name!r} is not one scene", hints=[f"it matches: {several}"])
+    raise UnknownNameError(f"{name!r} is not the name of a single scene", hints=[f"it matches: {several}"])
 
 
 def _matches(entry: CatalogueScene, pattern: str) -> bool:

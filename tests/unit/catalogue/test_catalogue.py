@@ -157,7 +157,7 @@ def test_a_cross_check_takes_names_and_groups() -> None:
     ("name", "words"),
     [
         ("paper/mised", "did you mean 'paper/missed'"),
-        ("paper", "'paper' is not one scene; it matches: paper/missed, paper/late"),
+        ("paper", "'paper' is not the name of a single scene; it matches: paper/missed, paper/late"),
     ],
 )
 def test_a_name_of_no_one_scene_is_refused(name: str, words: str) -> None:

@@ -387,7 +387,7 @@ def test_a_degenerate_scene_is_named_and_is_exit_code_1() -> None:
     """What has no certain answer is a sentence with its bodies, and what came before it is kept."""
     result = carom_command("certify", "classics/cradle-touching")
     assert result.exit_code == 1
-    assert "two bodies already in contact are driven together: disc 0, disc 1, disc 2" in result.output
+    assert "two bodies already in contact are pressed together: disc 0, disc 1, disc 2" in result.output
     assert "certified to 15 digits for 1 impact" in result.output
 
 

@@ -167,7 +167,8 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
     edits = f"{judged.edits} or more" if judged.edits == MOST_EDITS else str(judged.edits)
     yield Finding(
         Verdict.WRONG_ORDER,
-        f"{len(judged.inverted)} inverted, edit distance {edits}; the impact of {pair_name(impacts[a])} must come "
+        f"{len(judged.inverted)} pairs of impacts inverted, edit distance {edits}; the impact of "
+        f"{pair_name(impacts[a])} must be "
         f"before that of {pair_name(impacts[b])}, {seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} "
         "apart",
     )
@@ -191,7 +192,7 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
         reason = f"by up to {number(worst.velocity, 3)} of the scene's speed"
         if own[worst.reference] < 0.5 * scales.speed_m_s:
             part = worst.velocity * scales.speed_m_s / own[worst.reference]
-            reason += f", or {number(part, 3)} of the greatest speed among its causes"
+            reason += f", or {number(part, 3)} of the greatest speed that led to the impact"
         if worst.normal_rad > judged.rounding:
             reason += f", at an impact whose normal is wrong by {number(math.degrees(worst.normal_rad), 3)} degrees"
         yield Finding(Verdict.WRONG_VELOCITY, reason)

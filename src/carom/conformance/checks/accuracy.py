@@ -48,7 +48,7 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
 
 
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
-    """A path turns no earlier than PIT's, and no later than PIT's, a step, or the promise for each impact.
+    """A path turns no earlier than in PIT, and at most a step late, or as late as in PIT, plus the declared lateness.
 
     With a promised margin, an impact may be as early, or as late after others, as with thicker bodies.
     """
@@ -69,7 +69,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         impact = all_scenes()[name].known.impacts[error.reference]
         require(
             min(-early_s, shifted_s) - rounding_s <= error.time_s <= late_s + rounding_s,
-            f"the impact of {_bodies(impact.first, impact.second)} comes at the wrong time",
+            f"the impact of {_bodies(impact.first, impact.second)} is at the wrong time",
             f"{number(impact.time_s, 9)} s, or up to {seconds(late_s)} later ({steps(late_s, setup.dt_s)})"
             + (f" or {seconds(-shifted_s)} earlier" if shifted_s < 0 else ""),
             f"{number(impact.time_s + error.time_s, 9)} s ({steps(error.time_s, setup.dt_s)} off)",
@@ -117,7 +117,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
         told = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
         wanted, got = [getattr(impact, field) for field in told], [row[field].tolist() for field in told]
         sampled, promised, margin = (number(part, 3) for part in (allowed.sampled, allowed.promise, turned))
-        why = f"PIT {sampled}, promise {promised}, margin {margin}, all over {speed:g} m/s"
+        why = f"PIT's error {sampled}, declared {promised}, margin {margin}, each times {speed:g} m/s"
         require(
             error.velocity <= most,
             f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong velocities",
@@ -142,7 +142,7 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.rim_m_s
     allowed = _allowed(subject, profile, name, "spin")
-    why = f"PIT {number(allowed.sampled, 3)}, promise {number(allowed.promise, 3)}"
+    why = f"PIT's error {number(allowed.sampled, 3)}, declared {number(allowed.promise, 3)}"
     for error in sorted(_compared(score, pit), key=lambda error: -error.spin):
         most, impact = allowed.of(error.reference), known.impacts[error.reference]
         told = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]

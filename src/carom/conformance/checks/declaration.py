@@ -61,10 +61,10 @@ def declares_profiles(subject: Subject) -> None:
         sound = own is None or isinstance(own, Capabilities)
         require(sound, f"profile {name!r} has invalid capabilities", "Capabilities, or None", own)
         promise = profile.accuracy
-        require(isinstance(promise, Accuracy), f"profile {name!r} has an invalid promise", "Accuracy", promise)
+        require(isinstance(promise, Accuracy), f"profile {name!r} has an invalid accuracy", "Accuracy", promise)
         for part in (promise.late_steps, promise.velocity, promise.energy, promise.margin_m):
             sound = part >= 0 and math.isfinite(part)
-            require(sound, f"profile {name!r} has an invalid promise", "finite numbers, 0 or more", promise)
+            require(sound, f"profile {name!r} has an invalid accuracy", "finite numbers, 0 or more", promise)
 
 
 def imports_no_engine(subject: Subject) -> None:

@@ -23,28 +23,28 @@ class Ending(Enum):
     """How a certified run ended. Reports show the value as a sentence."""
 
     COMPLETED = "certified to the end of the scene"
-    MAX_IMPACTS = "stopped after the number of impacts asked for"
+    MAX_IMPACTS = "stopped after the requested number of impacts"
     TIME_BUDGET = "stopped when the time budget was used up"
-    PRECISION_CAP = "stopped at the precision cap: the digits asked for need more bits than were allowed"
-    INTERRUPTED = "interrupted; what was certified until then is kept"
+    PRECISION_CAP = "stopped at the precision limit: the requested digits need more bits than allowed"
+    INTERRUPTED = "interrupted; the impacts certified before are kept"
     DEGENERATE = "stopped at an event that has no certain answer"
 
 
 class Degenerate(Enum):
     """Why an event has no certain answer. Reports show the value as a sentence."""
 
-    SHARED_INSTANT = "a disc has two impacts at one instant, and their order may decide what follows"
+    SHARED_INSTANT = "a disc has two impacts at one instant, and their order may matter"
     TOUCHING_START = "two bodies touch exactly at the start and move towards each other"
     OVERLAPPING_START = "two bodies overlap at the start, by no more than rounding, and move towards each other"
-    RESTING_CONTACT = "two bodies already in contact are driven together"
-    GRAZE = "two bodies pass at so nearly their contact distance that touching or missing cannot be decided"
-    SIMULTANEOUS_NEIGHBOURS = "two impacts fall at one instant so near each other that they may not be independent"
-    AT_A_TURN = "an impact is so near the instant at which a driven body turns that its side cannot be decided"
-    AT_THE_END = "an impact is so near the end of the scene that it cannot be decided whether it belongs to it"
+    RESTING_CONTACT = "two bodies already in contact are pressed together"
+    GRAZE = "two bodies pass each other at nearly the contact distance, and it cannot be decided whether they touch"
+    SIMULTANEOUS_NEIGHBOURS = "two simultaneous impacts are so close together that they may not be independent"
+    AT_A_TURN = "it cannot be decided whether an impact is before or after a driven body turns"
+    AT_THE_END = "it cannot be decided whether an impact is before or after the end of the scene"
     MODE = "a disc in contact is so near the limit of friction that its further motion cannot be decided"
-    EDGE = "a disc reaches the end of a straight edge and does not fly off: its motion from there is not solved"
-    COLLAPSE = "impacts without end in a finite time (inelastic collapse)"
-    CRUSH = "impacts without end before two bodies that close on a disc, or a row of them, leave no room"
+    EDGE = "a disc reaches the end of a straight edge and does not fly off: its motion around the end is not computed"
+    COLLAPSE = "infinitely many impacts in a finite time (inelastic collapse)"
+    CRUSH = "two bodies crush a disc or a row of discs, after infinitely many impacts"
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,9 @@ def growth_document(growth: Growth) -> Document:
         "Carom bench: growth",
         Headline.of(_answer(growth)),
         (
-            Section("Cost as work grows", (Figures(figures, large=True), *_tables(growth))),
+            Section(
+                "Run time and memory against the number of discs", (Figures(figures, large=True), *_tables(growth))
+            ),
             Section("Omitted runs", (Lines(left_out, IN_FULL),) if left_out else (), level=3),
             *making(growth.environment, growth.command, growth.elapsed_s),
         ),
