@@ -35,42 +35,55 @@ def by_group(*groups: str) -> list[Any]:
     return found
 
 
-def each(names: str | tuple[str, ...], values: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def each(names: str, values: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Run a test with each of these values, as `pytest.mark.parametrize` does, but as one test: for many quick ones.
 
-    The error names the failing row. A test that is skipped with every value is skipped.
+    Values with marks are a test of their own: those of `release_after`, one more. The error names the failing row. A
+    test that is skipped with every value is skipped. Each row has a folder and a `monkeypatch` of its own.
     """
-    several = len(wanted := names if isinstance(names, tuple) else tuple(names.replace(" ", "").split(","))) > 1
-    rows = list[tuple[Any, ...]]()
+    wanted = names.replace(" ", "").split(",")
+    rows = dict[tuple[str, ...], list[tuple[Any, ...]]]()
+    marks = dict[tuple[str, ...], Any]()
     for value in values:
-        if isinstance(value, type(pytest.param())):
-            assert not value.marks
-            rows.append(tuple(value.values))
-        else:
-            rows.append(tuple(value) if several else (value,))
+        marked = (
+            value if isinstance(value, type(pytest.param())) else pytest.param(*(value if wanted[1:] else (value,)))
+        )
+        assert len(marked.values) == len(wanted)
+        key = tuple(mark.name for mark in marked.marks)
+        marks[key] = marked.marks
+        rows.setdefault(key, []).append(tuple(marked.values))
     assert rows
-    assert all(len(row) == len(wanted) for row in rows)
 
     def decorate(test: Callable[..., None]) -> Callable[..., None]:
         @wraps(test)
         def tried(**fixtures: Any) -> None:
             skipped = list[BaseException]()
-            for row in rows:
+            for k, row in enumerate(own := fixtures.pop(of_marks, rows.get((), []))):
                 told = dict(zip(wanted, row, strict=True))
                 try:
-                    test(**fixtures, **told)
+                    with pytest.MonkeyPatch.context() as patch:
+                        if "monkeypatch" in fixtures:
+                            told["monkeypatch"] = patch
+                        if "tmp_path" in fixtures:
+                            told["tmp_path"] = fixtures["tmp_path"] / str(k)
+                            told["tmp_path"].mkdir()
+                        test(**{**fixtures, **told})
                 except pytest.skip.Exception as exception:
                     skipped.append(exception)
                 except BaseException as exception:
-                    exception.add_note(f"with {told}")
+                    exception.add_note(f"with {dict(zip(wanted, row, strict=True))}")
                     raise
-            if len(skipped) == len(rows):
+            if len(skipped) == len(own):
                 raise skipped[0]
 
+        of_marks = f"rows_of_{'_'.join(wanted)}"
         signature = inspect.signature(test)
         left = [parameter for name, parameter in signature.parameters.items() if name not in wanted]
         assert len(left) == len(signature.parameters) - len(wanted)
+        if marked := any(rows):
+            left.append(inspect.Parameter(of_marks, inspect.Parameter.KEYWORD_ONLY))
         tried.__signature__ = signature.replace(parameters=left)  # type: ignore[attr-defined] # what pytest reads
-        return tried
+        batches = [pytest.param(rows[key], id="-".join(key) or "quick", marks=marks[key]) for key in rows]
+        return pytest.mark.parametrize(of_marks, batches)(tried) if marked else tried
 
     return decorate

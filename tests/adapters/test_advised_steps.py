@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.adapters.bare_runs import ENGINES, Body, Stage, Vector
+from tests.lengths import each
 from tests.stage import sure
 
 from carom import Scene
@@ -108,7 +109,7 @@ def advised(request: pytest.FixtureRequest) -> tuple[str, Advice]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("engine", NAMES)
+@each("engine", NAMES)
 def test_a_bare_engine_passes_at_the_step_advised_and_fails_at_the_next(
     advised: tuple[str, Advice], engine: str
 ) -> None:

@@ -138,9 +138,9 @@ def models_end(text: str, scene: Scene, steps: int) -> State:
     return np.array(found)
 
 
-@pytest.mark.parametrize("scene_name", release_after(1, SCENES))
-@pytest.mark.parametrize("profile", release_after(1, ["tuned", "default"]))
-@pytest.mark.parametrize("name", WRITING)
+@each("scene_name", release_after(1, SCENES))
+@each("profile", release_after(1, ["tuned", "default"]))
+@each("name", WRITING)
 def test_what_is_pasted_gives_the_adapters_digits(
     named: Named, name: str, profile: str, scene_name: str, tmp_path: Path
 ) -> None:
@@ -177,7 +177,7 @@ SMOOTH = [
 
 
 @pytest.mark.engines
-@pytest.mark.parametrize("name", OTHERS)
+@each("name", OTHERS)
 def test_what_is_pasted_gives_the_digits_of_an_engine_of_ones_own(named: Named, name: str, tmp_path: Path) -> None:
     """The program of each profile, run without Carom, ends with every digit of the adapter, on three scenes or more."""
     adapter, node = named(name), name not in PYTHON

@@ -13,6 +13,7 @@ import pytest
 from tests.adapters.conftest import NAMES
 from tests.adapters.staged import break_, oblique
 from tests.hazards.measures import ENGINES
+from tests.lengths import each
 from tests.stage import Named
 
 from carom import Scene
@@ -33,7 +34,7 @@ PROFILES = {
 }
 
 
-@pytest.mark.parametrize(
+@each(
     "name",
     [
         *(pytest.param(name, marks=pytest.mark.long) for name in NAMES),
@@ -96,7 +97,7 @@ def _moved(scene: Scene, by_m: float) -> Scene:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["mujoco", "pybullet"])
+@each("name", ["mujoco", "pybullet"])
 def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: Named, name: str) -> None:
     """A scene after others of its sweep, in what they left, gives the bits that it gives in a process of its own."""
     adapter = named(name)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage
 from tests.adapters.drops import RADIUS_M, STARTS, G, on_a_floor, speeds_at_rest, take_offs
+from tests.lengths import each
 from tests.stage import Finish, Named, sure
 
 import carom
@@ -90,7 +91,7 @@ def _rolling(speed: float) -> Disc:
     return Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
 
 
-@pytest.mark.parametrize(("name", "profile"), ROWS)
+@each("name, profile", ROWS)
 def test_what_each_engine_makes_of_contact(named: Named, finish: Finish, name: str, profile: str) -> None:
     """All values of a row are between its bounds, from each start."""
     engine, row, dt_s = named(name), ROWS[name, profile], 1 / RATE_HZ
@@ -112,7 +113,7 @@ def test_what_each_engine_makes_of_contact(named: Named, finish: Finish, name: s
         assert max(found[field]) <= most, (field, found[field])
 
 
-@pytest.mark.parametrize(("name", "profile"), ROWS)
+@each("name, profile", ROWS)
 def test_no_ball_takes_off_that_has_come_to_rest(named: Named, name: str, profile: str) -> None:
     """At 240 steps a second, e = 1/2; Box2D as `tuned` alone does, for ever."""
     assert [take_offs(speeds, RATE_HZ) for speeds in speeds_at_rest(named(name), profile, RATE_HZ)] == [0] * STARTS
@@ -210,7 +211,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.scene}-{case.engine}-{case.profile}")
+@each("case", CASES)
 def test_the_engine_alone_is_off_by_as_much_as_the_report_says(named: Named, case: Case) -> None:
     """Place, velocity, rim and angular momentum, at the instants that were looked at, to 32-bit roundings."""
     scene = carom.scene(f"contact/{case.scene}")

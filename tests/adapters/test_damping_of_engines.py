@@ -108,7 +108,7 @@ def test_a_disc_stops_half_a_step_s_way_off_and_on_its_line(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["pymunk", "box2d"])
+@each("name", ["pymunk", "box2d"])
 def test_two_discs_that_meet_on_a_table_hand_over_what_is_left_of_a_speed(named: Named, name: str) -> None:
     """From eight speeds one impact is found, late by a step and a half at most, its velocities to 2 a dt."""
     for start, _ in TABLE_STARTS:
@@ -178,7 +178,7 @@ def _bare_mujoco(speed: float, degrees: float) -> tuple[float, float]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("alone", "side"), [(_bare_pymunk, 1.0), (_bare_box2d, -1.0)])
+@each("alone, side", [(_bare_pymunk, 1.0), (_bare_box2d, -1.0)])
 def test_alone_engines_stop_as_their_adapters_do(
     alone: Callable[[float, float], tuple[float, float]], side: float
 ) -> None:

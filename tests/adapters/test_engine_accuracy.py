@@ -63,7 +63,7 @@ def _skip_unsupported(engine: Adapter, scene: Scene, dt_s: float) -> None:
         pytest.skip(reason)
 
 
-@pytest.mark.parametrize("dt_s", release_after(1, STEPS_S))
+@each("dt_s", release_after(1, STEPS_S))
 @each("scene", SCENES.values())
 def test_tuned_engine_is_pit_at_the_same_step(engine: Adapter, finish: Finish, scene: Scene, dt_s: float) -> None:
     """With its tuned profile, every engine ends where PIT with a frame a step ends, in velocity and position."""
@@ -128,8 +128,8 @@ def test_no_disc_passes_through_a_wall(engine: Adapter, finish: Finish, x_m: flo
         np.testing.assert_allclose(end.velocity_m_s[0], expected, rtol=0, atol=12 * float(np.spacing(400.0)))
 
 
-@pytest.mark.parametrize(
-    ("name", "dt_s", "profile", "settings"),
+@each(
+    "name, dt_s, profile, settings",
     [
         ("mujoco", 1 / 240, "tuned", {"joints": "free"}),  # the two slide joints of the tuned profile are for speed
         ("pymunk", 1 / 60, "default", {}),  # leaves overlaps of 0.1 m alone; closing at 4 m/s they are 0.07 m deep
@@ -145,7 +145,7 @@ def test_others_are_pit_as_well(
     assert position < AGREEMENT
 
 
-@pytest.mark.parametrize("name", ["mujoco", "pybullet"])
+@each("name", ["mujoco", "pybullet"])
 def test_as_shipped_some_are_off_by_percent_at_any_step(name: str, named: Named, finish: Finish) -> None:
     """MuJoCo's contact spring and PyBullet as shipped: velocities wrong by 1 to 10 %, whatever the step."""
     scene = _scene(*oblique().discs)
@@ -178,7 +178,7 @@ def test_mujoco_says_that_it_reset_the_state(
 
 
 @each(
-    ("name", "scene", "dt_s", "field"),
+    "name, scene, dt_s, field",
     [
         ("pymunk", oblique(length=1e-101), 1 / 60, "radius_m"),
         ("pymunk", oblique(length=1e99), 1 / 60, "radius_m"),

@@ -61,7 +61,7 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
 
 
 @each("profile", ["default", "tuned"])
-@pytest.mark.parametrize("starts", release_after(1, [2, 16]))
+@each("starts", release_after(1, [2, 16]))
 def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter, profile: str, starts: int) -> None:
     """At e = 0 the contact lasts to the end of the run, and its impact is where the ball came down: to two steps.
 
@@ -128,7 +128,7 @@ def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -
 
 
 @each("profile", ["default", "tuned"])
-@pytest.mark.parametrize("starts", release_after(1, [2, 16]))
+@each("starts", release_after(1, [2, 16]))
 def test_discs_that_fall_together_leave_their_impact_as_without_gravity(
     engine: Adapter, profile: str, starts: int
 ) -> None:

@@ -60,7 +60,7 @@ BAD_SCENES: Mapping[str, list[dict[str, object]]] = {
 }
 
 
-@each(("field", "changes"), [(field, change) for field, all_ in BAD_SCENES.items() for change in all_])
+@each("field, changes", [(field, change) for field, all_ in BAD_SCENES.items() for change in all_])
 def test_numbers_that_no_disc_has_are_refused_before_an_engine_sees_them(
     engine: Adapter, field: str, changes: Mapping[str, object]
 ) -> None:
@@ -70,7 +70,7 @@ def test_numbers_that_no_disc_has_are_refused_before_an_engine_sees_them(
 
 
 @each(
-    ("name", "change", "said"),
+    "name, change, said",
     [
         *(("pymunk", {name: value}, name) for name, value in (("iterations", 0), ("iterations", -1), ("damping", NAN))),
         ("pymunk", {"collision_bias": -1.0}, "collision_bias"),

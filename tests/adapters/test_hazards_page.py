@@ -8,7 +8,7 @@ import pytest
 from tests.hazards.measures import CHAOTIC, ENGINES, FINDINGS, Figure, measured
 from tests.hazards.page import SHOWN_TO, lines_of, ranges, with_engines
 from tests.hazards.spread import Spread
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import Named
 
 from carom.execution.job import Method
@@ -20,7 +20,7 @@ NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")
 FURTHER = [pytest.param(name, marks=pytest.mark.engines) for name in ENGINES if name not in NAMES]
 
 
-@pytest.mark.parametrize("name", [*release_after(0, NAMES), *FURTHER])
+@each("name", [*release_after(0, NAMES), *FURTHER])
 def test_figures_over_starts_are_those_of_the_page(name: str, named: Named) -> None:
     """Shares and ranges over 32 starts: the group `engines`, bounces, what is driven, and single findings."""
     named(name)
@@ -39,7 +39,7 @@ def assert_shown(name: str, *tables: str) -> None:
     assert [line for line in lines_of(figures) if line not in page] == []
 
 
-@pytest.mark.parametrize("name", [*release_after(0, NAMES), *(row for row in FURTHER if row.values != ("drake",))])
+@each("name", [*release_after(0, NAMES), *(row for row in FURTHER if row.values != ("drake",))])
 def test_a_crowd_is_within_the_range_of_the_page(name: str, named: Named) -> None:
     """The median over 16 starts is in the range of the page, which is that of a chaotic run."""
     named(name)

@@ -14,7 +14,7 @@ import numpy as np
 import pymunk
 import pytest
 from tests.adapters.test_code import CORNER
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, staged, wall_at
 from typer.testing import CliRunner
 
@@ -42,7 +42,7 @@ def ball(space: pymunk.Space, x: float, y: float, radius: float = 0.5, *, elasti
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL, -1, -1))
+@each("protocol", range(pickle.HIGHEST_PROTOCOL, -1, -1))
 def test_a_scene_that_becomes_a_space_comes_back(tmp_path: Path, protocol: int) -> None:
     """The space that the printed settings build, pickled by pymunk's own means, is the scene that it was built from."""
     adapter = load_adapter("pymunk")
@@ -170,8 +170,8 @@ def carom_function(body: pymunk.Body, gravity: tuple[float, float], damping: flo
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("content", "words"),
+@each(
+    "content, words",
     [
         (pickle.dumps([1, 2]), "it contains a list instead of a pymunk.Space"),
         (b"no pickle", "it is not a pickle of a pymunk.Space"),
@@ -220,7 +220,7 @@ def model_of(scene: Scene, profile: str, folder: Path) -> Path:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("profile", ["tuned", "default"])
+@each("profile", ["tuned", "default"])
 def test_a_scene_that_becomes_a_model_comes_back(tmp_path: Path, profile: str) -> None:
     """The model that the printed settings are, with its start, is the scene that it was made of, at its mass unit."""
     scene = import_scene(model_of(CORNER, profile, tmp_path), duration_s=1.0).scene
@@ -292,8 +292,8 @@ def test_all_that_a_scene_has_no_place_for_in_a_model_is_named(tmp_path: Path) -
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("text", "words"),
+@each(
+    "text, words",
     [
         ("no model", "it is not XML"),
         ("<mujoco><worldbody><geom type='sphere'/></worldbody></mujoco>", "MuJoCo can.t compile it"),

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import pytest
 from tests.adapters.staged import along_a_floor, break_, cradle, oblique, width
 from tests.lengths import each
 from tests.stage import Finish, Named
@@ -157,7 +156,7 @@ def test_no_tuned_setting_is_without_a_test(engine: Adapter) -> None:
 
 
 @each(
-    ("name", "profile", "changes"),
+    "name, profile, changes",
     [
         ("pybullet", "tuned", {"warmStartingFactor": 0.85}),
         ("pybullet", "tuned", {"angularDamping": 0.04}),
@@ -180,8 +179,8 @@ def test_a_setting_that_was_dropped_has_no_effect(
         )
 
 
-@pytest.mark.parametrize(
-    ("name", "scene", "shipped"),
+@each(
+    "name, scene, shipped",
     [
         ("pymunk", break_(), {"iterations": 10}),
         ("pybullet", cradle(), {"solverResidualThreshold": 1e-7}),

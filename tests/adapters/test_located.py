@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from tests.adapters.staged import width
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import Named, disc_at, staged
 
 from carom import compare, solve_pic
@@ -35,7 +35,7 @@ SCENES = (
 )
 
 
-@pytest.mark.parametrize("name", release_after(4, SCENES))
+@each("name", release_after(4, SCENES))
 def test_located_steps_end_on_the_impact(engine: Adapter, name: str) -> None:
     """At 60 steps a second, cut steps find every impact at PIC's instant and with PIC's velocities, to rounding."""
     scene = catalogue()[name].scene
@@ -48,7 +48,7 @@ def test_located_steps_end_on_the_impact(engine: Adapter, name: str) -> None:
     assert score.total.velocity < 20 * width(engine, EXACT)
 
 
-@pytest.mark.parametrize("dt_s", release_after(2, [1 / 10, 1 / 60, 1 / 1000]))
+@each("dt_s", release_after(2, [1 / 10, 1 / 60, 1 / 1000]))
 def test_a_located_impact_does_not_depend_on_the_step(engine: Adapter, dt_s: float) -> None:
     """The step decides where an engine looks, not what it finds there."""
     scene = catalogue()["classics/oblique-3-4-5"].scene

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.adapters.drops import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import Finish, Named, sure
 
 from carom import Disc
@@ -18,8 +18,8 @@ from carom.engines.api import Adapter, AdapterError, Observation, Setting
 RATES_HZ = [60.0, 240.0]
 
 
-@pytest.mark.parametrize(
-    ("name", "rate_hz", "e", "share"),
+@each(
+    "name, rate_hz, e, share",
     [
         *release_after(
             0,
@@ -46,7 +46,7 @@ def test_a_ball_comes_to_rest_with_the_settings_that_are_best_for_impacts(
 
 
 @pytest.mark.engines
-@pytest.mark.parametrize(("name", "threshold"), [("planck", "velocityThreshold"), ("physx", "bounceThresholdVelocity")])
+@each("name, threshold", [("planck", "velocityThreshold"), ("physx", "bounceThresholdVelocity")])
 def test_a_ball_hops_for_ever_unless_slow_contacts_are_inelastic(named: Named, name: str, threshold: str) -> None:
     """As tuned, at 60 steps a second, from each of eight starts; with a limit of three steps' fall, from none."""
     assert all(hops(speeds_at_rest(named(name), "tuned", 60.0), 60.0))
@@ -54,14 +54,14 @@ def test_a_ball_hops_for_ever_unless_slow_contacts_are_inelastic(named: Named, n
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("rate_hz", RATES_HZ)
+@each("rate_hz", RATES_HZ)
 def test_with_those_box2d_hops_for_ever_and_rests_with_its_own(box2d: Adapter, rate_hz: float) -> None:
     """Every third step it takes off; with contacts inelastic below 2.5 steps' fall or more it rests."""
     assert all(hops(speeds_at_rest(box2d, "tuned", rate_hz), rate_hz))
     assert not any(speeds.any() for speeds in speeds_at_rest(box2d, "resting", rate_hz))
 
 
-@pytest.mark.parametrize("e", [0.0, 0.3, 0.6])
+@each("e", [0.0, 0.3, 0.6])
 def test_what_rests_in_box2d_bounces_first(named: Named, e: float) -> None:
     """The first bounce gives back e of the speed, and what the fall of a step makes of it, as tuned."""
     box2d, height, rate_hz = named("box2d"), 1.0, 240.0
@@ -77,7 +77,7 @@ def test_what_rests_in_box2d_bounces_first(named: Named, e: float) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("e", "lasts"), [(0.5, False), (0.9, True)])
+@each("e, lasts", [(0.5, False), (0.9, True)])
 def test_a_lively_ball_never_rests_in_box2d_as_shipped(named: Named, e: float, lasts: bool) -> None:
     """It hops at ``g dt / (1 - e)``: at 60 steps a second and e = .9 that is 1.7 m/s, where 1 m/s is made inelastic."""
     speeds = speeds_at_rest(named("box2d"), "default", 60.0, e)
@@ -105,7 +105,7 @@ def _rolls(
     return finish(engine, on_a_floor(disc, seconds, friction=0.5), 1 / 60, profile, **changes)
 
 
-@pytest.mark.parametrize("name", ["mujoco", "pybullet", "pymunk"])
+@each("name", ["mujoco", "pybullet", "pymunk"])
 def test_a_disc_that_rolls_slowly_rolls_on(named: Named, finish: Finish, name: str) -> None:
     """At 5 to 10 mm/s, whatever has rolled in the same process before: after 10 s it is where it should be."""
     for speed in np.linspace(0.005, 0.01, STARTS).tolist():
@@ -124,8 +124,8 @@ def test_box2d_puts_to_sleep_what_rolls_slowly(named: Named, finish: Finish) -> 
 
 
 @pytest.mark.engines
-@pytest.mark.parametrize(
-    ("name", "sleeps", "fastest"),
+@each(
+    "name, sleeps, fastest",
     [("rapier", "can_sleep", 0.06), ("rapier2d", "canSleep", 0.06), ("box2d3", "enableSleep", 0.045)],
 )
 def test_what_slides_slowly_is_put_to_sleep_as_shipped(
@@ -141,8 +141,8 @@ def test_what_slides_slowly_is_put_to_sleep_as_shipped(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("name", "profile", "slip"),
+@each(
+    "name, profile, slip",
     [
         ("box2d", "default", -0.005),
         ("box2d", "tuned", 0.0),
@@ -170,8 +170,8 @@ def test_pybullet_s_damping_eats_what_rolls(named: Named, finish: Finish) -> Non
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("name", "profile", "least", "most"),
+@each(
+    "name, profile, least, most",
     [
         ("mujoco", "default", 1.5e-3, 10e-3),
         ("mujoco", "tuned", 5e-6, 25e-6),
@@ -191,7 +191,7 @@ def test_what_friction_holds_creeps_in_mujoco(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("profile", ["default", "tuned"])
+@each("profile", ["default", "tuned"])
 def test_pybullet_s_rolling_resistance_is_that_of_the_law(named: Named, finish: Finish, profile: str) -> None:
     """By hand ``v - c g t / (1 + k)``, from eight speeds and with as many coefficients; where it stops, it stays."""
     for speed, resists in zip(np.linspace(1.5, 3.0, STARTS), np.linspace(0.01, 0.2, STARTS), strict=True):
@@ -235,7 +235,7 @@ def speed_of(options: str, friction: float, resists: float, seconds: float, *, t
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("options", "least", "most"), [("shipped", 1.2, 5.6), ("exact", 0.15, 3.4)])
+@each("options, least, most", [("shipped", 1.2, 5.6), ("exact", 0.15, 3.4)])
 def test_what_friction_and_rolling_resistance_hold_together_slips(options: str, least: float, most: float) -> None:
     """On slopes of .3 to .79, with friction .8 and c a fiftieth above: by the law it rests, by one cone it does not."""
     for tangent in np.linspace(0.3, 0.79, STARTS).tolist():
@@ -244,7 +244,7 @@ def test_what_friction_and_rolling_resistance_hold_together_slips(options: str, 
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("options", "least", "most"), [("shipped", 0.70, 0.96), ("exact", 0.93, 1.001)])
+@each("options, least, most", [("shipped", 0.70, 0.96), ("exact", 0.93, 1.001)])
 def test_what_rolls_is_slowed_down_by_less_than_the_law_has_it(options: str, least: float, most: float) -> None:
     """With c of .01 to .15 and friction 1/2, of c g / (1 + k): the more of the cone is used up, the less."""
     parts = []

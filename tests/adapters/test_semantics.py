@@ -36,8 +36,8 @@ def _restitution(end: Observation, closing_m_s: float) -> float:
     return float(end.velocity_m_s[1, 0] - end.velocity_m_s[0, 0]) / closing_m_s
 
 
-@pytest.mark.parametrize(
-    ("name", "throw", "expected"),
+@each(
+    "name, throw, expected",
     [
         ("pymunk", bare.pymunk, 0.5 * 0.8),
         ("pybullet", bare.pybullet, 0.5 * 0.8),
@@ -60,7 +60,7 @@ def test_mujoco_has_no_restitution_to_combine(named: Named) -> None:
     assert not [name for name in dir(importlib.import_module("mujoco").MjModel) if "restitution" in name]
 
 
-@pytest.mark.parametrize(("name", "profile"), [("pybullet", "default"), ("box2d", "default"), ("box2d", "tuned")])
+@each("name, profile", [("pybullet", "default"), ("box2d", "default"), ("box2d", "tuned")])
 def test_contacts_below_the_declared_threshold_are_inelastic(
     named: Named, finish: Finish, name: str, profile: str
 ) -> None:
@@ -149,7 +149,7 @@ def test_a_scene_too_far_out_for_the_declared_floats_is_unsupported(engine: Adap
     assert "bit floats round by more" in unsupported_reason(far, replace(engine.capabilities, min_radius_m=0.0), 1 / 60)
 
 
-@pytest.mark.parametrize("name", [*OF_ALL, *(pytest.param(name, marks=pytest.mark.engines) for name in OF_ENGINES)])
+@each("name", [*OF_ALL, *(pytest.param(name, marks=pytest.mark.engines) for name in OF_ENGINES)])
 def test_default_uses_what_is_shipped_and_runs_as_the_bare_engine(name: str, named: Named) -> None:
     """Each value of `default` is read from the engine, except those listed as changed; discs end where it has them."""
     adapter = named(name)

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage, States
 from tests.adapters.by_hand import Truth, turned_at, turns
+from tests.lengths import each
 from tests.stage import cross_checked
 
 from carom import Scene
@@ -164,7 +165,7 @@ def _sentences(engine: str) -> Iterator[tuple[str, str, Verdict, str]]:
                 yield row["scene"], row["profile"], named[one["verdict"]], one["reason"]
 
 
-@pytest.mark.parametrize("engine", list(ENGINES))
+@each("engine", list(ENGINES))
 def test_each_sentence_is_what_the_engine_does_alone(engine: str) -> None:
     """Late, early, missed, wrong by so much: every number of a sentence comes of the engine's bare run, too."""
     bits = load_adapter(engine).capabilities.float_bits

@@ -57,7 +57,7 @@ def test_the_law_has_the_answer_that_these_tests_quote() -> None:
     assert law(Thrown(), 0.1) == pytest.approx((1.4, 3.0, -2.4), abs=1e-15)
 
 
-@pytest.mark.parametrize("friction", release_after(2, [0.1, 10.0, 0.01, 0.5]))
+@each("friction", release_after(2, [0.1, 10.0, 0.01, 0.5]))
 @each("spin", [0.0, -10.0, 10.0])
 @each("restitution", [0.0, 0.5, 1.0])
 def test_each_engine_has_the_law_with_the_right_settings(
@@ -82,7 +82,7 @@ def test_each_engine_has_the_law_with_the_right_settings(
 
 
 @each(
-    ("name", "combine"),
+    "name, combine",
     [
         ("pymunk", lambda a, b: a * b),
         ("pybullet", lambda a, b: a * b),
@@ -90,9 +90,7 @@ def test_each_engine_has_the_law_with_the_right_settings(
         ("mujoco", max),
     ],
 )
-@pytest.mark.parametrize(
-    "frictions", [(0.4, 0.1), *(pytest.param(pair, marks=pytest.mark.long) for pair in ((0.1, 0.4), (0.2, 0.3)))]
-)
+@each("frictions", [(0.4, 0.1), *(pytest.param(pair, marks=pytest.mark.long) for pair in ((0.1, 0.4), (0.2, 0.3)))])
 def test_frictions_are_combined_as_the_pages_say(
     named: Named, name: str, combine: Callable[[float, float], float], frictions: tuple[float, float]
 ) -> None:
@@ -190,7 +188,7 @@ def test_box2d_makes_nothing_of_a_friction_beyond_its_floats(named: Named) -> No
     assert all(map(math.isnan, bare.box2d(Thrown(friction=(10 * greatest, 10 * greatest)))))
 
 
-@pytest.mark.parametrize("velocity_scale", [1.0, 2.0**20])
+@each("velocity_scale", [1.0, 2.0**20])
 def test_box2d_turns_a_body_by_a_quarter_at_most(named: Named, velocity_scale: float) -> None:
     """A body slows down to pi/2 a step, 377 rad/s here, also in scaled time; at the declared limit it does not."""
     declared = named("box2d").capabilities.max_turn_rad
@@ -218,7 +216,7 @@ def test_mujoco_lifts_what_slides(named: Named, solver: str, friction: float, re
     assert bare.mujoco(thrown, IN_TURN, pair) == pytest.approx(law(thrown, friction), abs=10 * CLOSE)
 
 
-@pytest.mark.parametrize("restitution", [0.5, 1.0])
+@each("restitution", [0.5, 1.0])
 def test_mujoco_makes_the_bounce_that_of_friction_too(named: Named, restitution: float) -> None:
     """Without solreffriction a gripped slip is given back as the push is: the tangential restitution is that across."""
     named("mujoco")

@@ -67,8 +67,8 @@ def by_the_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]
 
 
 @each("pair", PAIRS)
-@pytest.mark.parametrize(
-    ("friction", "mass"),
+@each(
+    "friction, mass",
     release_after(1, [(0.1, 1e6), (1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (10.0, 1.0)]),
 )
 def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, friction: float, mass: float) -> None:
@@ -139,7 +139,7 @@ def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
     assert sure(end.spin_rad_s)[0] == pytest.approx(float(after.spin), abs=2 * tolerance)
 
 
-@pytest.mark.parametrize("profile", ["default", "tuned"])
+@each("profile", ["default", "tuned"])
 def test_discs_stay_in_their_plane(mujoco: Adapter, profile: str) -> None:
     """Spheres in three dimensions that rub and spin leave the plane by nothing, or by rounding."""
     scene = rubbing(1 / 240)
@@ -162,7 +162,7 @@ def test_an_inertia_factor_changes_nothing_without_friction(engine: Adapter, dri
         assert seen[0].spin_rad_s is seen[1].spin_rad_s is None
 
 
-@pytest.mark.parametrize("name", ["pybullet", "box2d"])
+@each("name", ["pybullet", "box2d"])
 def test_a_disc_that_an_impact_spins_beyond_the_engines_limit_is_warned_of(named: Named, name: str) -> None:
     """Brought to PyBullet's clamp, or beyond a quarter turn a step of Box2D's, a spin is said to be wrong."""
     adapter, dt_s = named(name), 1 / 64
@@ -180,9 +180,7 @@ def test_a_disc_that_an_impact_spins_beyond_the_engines_limit_is_warned_of(named
     assert {"pybullet": "clamps a multibody's spin to 100 rad/s", "box2d": "rad a step, and slowed"}[name] in said
 
 
-@each(
-    ("name", "friction"), [("pybullet", 10.1), ("box2d", 1e20), ("mujoco", 1e-6), ("mujoco", 1e31), ("pymunk", 1e101)]
-)
+@each("name, friction", [("pybullet", 10.1), ("box2d", 1e20), ("mujoco", 1e-6), ("mujoco", 1e31), ("pymunk", 1e101)])
 def test_a_friction_that_an_engine_would_silently_change_is_refused(named: Named, name: str, friction: float) -> None:
     """Clamped, raised or lost by the engine, a coefficient is refused with the range that is simulated."""
     adapter = named(name)

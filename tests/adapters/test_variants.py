@@ -40,7 +40,7 @@ def test_continuous_detection_finds_what_is_missed_without_it(named: Named, name
     assert len(missed.missed) == len(reference.impacts)
 
 
-@pytest.mark.parametrize("name", release_after(0, SWEPT))
+@each("name", release_after(0, SWEPT))
 def test_continuous_detection_does_not_depend_on_the_phase(named: Named, name: str) -> None:
     """None of 24 phases of a hit at 33 radii a step is missed with continuous detection, and most are without."""
     adapter, dt_s = named(name), 1 / 60
@@ -52,7 +52,7 @@ def test_continuous_detection_does_not_depend_on_the_phase(named: Named, name: s
     assert hits["no-ccd"] < 12
 
 
-@pytest.mark.parametrize("name", SOLID)
+@each("name", SOLID)
 def test_a_plain_cylinder_tips_over_and_a_cured_one_does_not(named: Named, name: str) -> None:
     """Cylinders free to turn lose a hundredth or more of the energy to tumbling; held upright, they lose none."""
     scene, dt_s = catalogue()["classics/oblique-3-4-5"].scene, 1 / 240
@@ -65,7 +65,7 @@ def test_a_plain_cylinder_tips_over_and_a_cured_one_does_not(named: Named, name:
     assert abs(cured.total.energy) < 12 * 1e-12 / 0.25
 
 
-@pytest.mark.parametrize("name", SOLID)
+@each("name", SOLID)
 def test_a_cured_cylinder_is_a_sphere_to_a_tenth_of_a_percent(named: Named, name: str) -> None:
     """Held upright, a cylinder leaves an oblique hit like a sphere, except for its engine's contact geometry."""
     scene, dt_s = catalogue()["classics/oblique-3-4-5"].scene, 1 / 240

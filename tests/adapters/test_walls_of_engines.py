@@ -20,7 +20,7 @@ from tests.adapters.staged import (
     at_a_thin_wall,
     with_a_late_leg,
 )
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import Finish, Named, cross_checked
 
 from carom import Chain, Disc, Ring, Scene, Wall
@@ -48,9 +48,9 @@ def of_engines(**profiles: str) -> list[Any]:
     ]
 
 
-@pytest.mark.parametrize("q", release_after(2, [0.9, 3.0, 1.5, 20.0]))
-@pytest.mark.parametrize(
-    ("name", "profile", "half_width_m"),
+@each("q", release_after(2, [0.9, 3.0, 1.5, 20.0]))
+@each(
+    "name, profile, half_width_m",
     [
         *(
             ("pymunk", "default", 0.0),
@@ -71,9 +71,9 @@ def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
     assert abs(passed - STARTS * max(0.0, 1 - 1 / q)) <= 1
 
 
-@pytest.mark.parametrize("q", release_after(2, [0.9, 19.0, 1.5, 3.0]))
-@pytest.mark.parametrize(
-    ("name", "profile", "half_width_m"),
+@each("q", release_after(2, [0.9, 19.0, 1.5, 3.0]))
+@each(
+    "name, profile, half_width_m",
     [
         *(("box2d", "default", 0.0), ("box2d", "tuned", 0.0)),
         *of_engines(jolt="swept", p2="swept", physx="swept", rapier="default tuned", box2d3="default tuned swept"),
@@ -125,9 +125,9 @@ FURTHER = [
 ]
 
 
-@pytest.mark.parametrize("disc", [False, True])
-@pytest.mark.parametrize(
-    ("name", "profile", "rounding"),
+@each("disc", [False, True])
+@each(
+    "name, profile, rounding",
     [*DRIVEN, *(pytest.param(*row, marks=pytest.mark.engines) for row in FURTHER)],
 )
 def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
@@ -139,7 +139,7 @@ def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
         np.testing.assert_allclose(seen.velocity_m_s[0], (-4.0, 0.0), rtol=0, atol=rounding)
 
 
-@pytest.mark.parametrize(
+@each(
     "name",
     [
         *(name for name, *_ in DRIVEN),
@@ -153,9 +153,9 @@ def test_a_leg_begins_at_the_step_at_or_after_its_instant(named: Named, finish: 
         assert_begun_late(seen, k > 0, 1 / 64, rounding=2e-6)
 
 
-@pytest.mark.parametrize("side", [1, -1])
-@pytest.mark.parametrize(
-    ("name", "profile", "rounding"),
+@each("side", [1, -1])
+@each(
+    "name, profile, rounding",
     [
         ("box2d", "tuned", 1e-5),
         *(pytest.param("planck", profile, 1e-9, marks=pytest.mark.engines) for profile in ("default", "tuned")),
@@ -189,9 +189,7 @@ def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(pymunk: 
             pymunk.prepare(scene, pymunk.profiles["tuned"].settings(1 / 64))
 
 
-@pytest.mark.parametrize(
-    ("q", "passing", "wrong"), release_after(2, [(0.9, 0, 13), (3.0, 10, 3), (1.5, 5, 8), (20.0, 15, 1)])
-)
+@each("q, passing, wrong", release_after(2, [(0.9, 0, 13), (3.0, 10, 3), (1.5, 5, 8), (20.0, 15, 1)]))
 def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wrongly_as_shipped(
     pybullet: Adapter, finish: Finish, q: float, passing: int, wrong: int
 ) -> None:
@@ -207,7 +205,7 @@ def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wro
     assert (np.abs(shipped[shipped < 0] + 1) > 0.01).sum() == wrong
 
 
-@pytest.mark.parametrize("profile", ["default", "tuned"])
+@each("profile", ["default", "tuned"])
 def test_what_pybullet_pushes_out_of_the_plane_is_told_as_what_lies_in_it(named: Named, profile: str) -> None:
     """In a box of moving edges normals are of unit length, and impulses along them are what changes the disc."""
     scene, adapter = all_scenes()["driven/moving-box"].scene, named("pybullet")
@@ -279,7 +277,7 @@ def _mujoco_put(start_m: float, step_m: float) -> float:
     return float(data.qvel[0])
 
 
-@pytest.mark.parametrize(("name", "put"), [("pymunk", _pymunk_put), ("Box2D", _box2d_put), ("mujoco", _mujoco_put)])
+@each("name, put", [("pymunk", _pymunk_put), ("Box2D", _box2d_put), ("mujoco", _mujoco_put)])
 def test_a_paddle_that_is_put_from_place_to_place_is_at_rest_for_contacts(
     name: str, put: Callable[[float, float], float]
 ) -> None:
@@ -289,7 +287,7 @@ def test_a_paddle_that_is_put_from_place_to_place_is_at_rest_for_contacts(
         assert put(-1.0 - 0.03 * k / STARTS, -0.01) == pytest.approx(-2.0, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", ["pymunk", "box2d"])
+@each("name", ["pymunk", "box2d"])
 def test_a_floor_in_pieces_is_as_smooth_as_the_engine_can_make_it(named: Named, finish: Finish, name: str) -> None:
     """Tuned, a floor in ten pieces is as smooth as one in one at each of sixteen starts, and as shipped it is not."""
     adapter, width = named(name), HALF_WIDTHS[name]
@@ -307,9 +305,9 @@ def test_a_floor_in_pieces_is_as_smooth_as_the_engine_can_make_it(named: Named, 
 
 
 @pytest.mark.engines
-@pytest.mark.parametrize("half_width_m", [0.0, 0.02])
-@pytest.mark.parametrize(
-    ("name", "profile", "least", "most", "by_m_s"),
+@each("half_width_m", [0.0, 0.02])
+@each(
+    "name, profile, least, most, by_m_s",
     [
         ("jolt", "default", 1, 4, 1e-3),  # without `mEnhancedInternalEdgeRemoval`, which tuned has
         ("jolt", "tuned", 0, 0, 1e-3),
@@ -345,7 +343,7 @@ def test_a_disc_catches_on_joints_of_some(
     assert least <= caught <= most
 
 
-@pytest.mark.parametrize(("name", "rounding"), [("pymunk", 1e-12), ("box2d", 1e-5)])
+@each("name, rounding", [("pymunk", 1e-12), ("box2d", 1e-5)])
 def test_pushes_of_two_edges_at_once_are_told_as_one_contact(named: Named, name: str, rounding: float) -> None:
     """In a corner both edges of a chain push in one step, and one contact tells the whole change of velocity."""
     width = HALF_WIDTHS[name]

@@ -15,6 +15,7 @@ import pytest
 from tests.attacks import __main__ as campaign
 from tests.attacks.guard import HangError, shrunk, within
 from tests.clocks import Clock
+from tests.lengths import each
 
 from carom.engines.registry import adapter_points
 
@@ -47,9 +48,7 @@ SLOW = {
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
-@pytest.mark.parametrize(
-    ("name", "tries"), [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.release) for one in SLOW.items())]
-)
+@each("name, tries", [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.release) for one in SLOW.items())])
 def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
     """What the campaign does for hours holds for a few tries, from the same seeds each time."""
     if name in {"digests", "clusters"} and importlib.util.find_spec("distributed") is None:

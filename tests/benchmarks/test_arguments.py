@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from benchmarks.arguments import count, parser, run
+from tests.lengths import each
 
 from carom.errors import InputError
 
@@ -54,7 +55,7 @@ def test_there_are_benchmarks() -> None:
     assert {"pic", "certified", "certified_answers", "time_of_impact"} <= {path.stem for path in MODULES}
 
 
-@pytest.mark.parametrize("text", ["0", "-3", "2.5", "nan", "inf", "ten", ""])
+@each("text", ["0", "-3", "2.5", "nan", "inf", "ten", ""])
 def test_a_number_that_is_none_is_refused_with_its_text(text: str) -> None:
     """A count is a whole number of 1 or more; anything else is named."""
     with pytest.raises(argparse.ArgumentTypeError, match=rf"got '{text}'"):

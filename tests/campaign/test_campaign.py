@@ -165,7 +165,7 @@ def assert_right(gas: Gas, impacts: int) -> None:
     assert 0 < report.impacts <= impacts
 
 
-@pytest.mark.parametrize(("number", "impacts"), release_after(1, [(0, 400), (0, 12_500), (1, 12_500)]))
+@each("number, impacts", release_after(1, [(0, 400), (0, 12_500), (1, 12_500)]))
 @each("kind", list(Kind))
 def test_every_impact_of_a_gas_can_have_happened_and_none_is_missed(kind: Kind, number: int, impacts: int) -> None:
     """At each impact each rule of the checker holds: contact, approach, history, law, order, no overlap."""
@@ -173,7 +173,7 @@ def test_every_impact_of_a_gas_can_have_happened_and_none_is_missed(kind: Kind, 
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("number", range(20))
+@each("number", range(20))
 def test_two_million_more_impacts_are_right(number: int) -> None:
     """Over some two million impacts of gases of up to 10,000 discs each rule of the checker holds."""
     assert_right(draw(1000 + number), 100_000)

@@ -60,7 +60,7 @@ SLIDE = Scene(
 )
 
 
-@pytest.mark.parametrize("laws", release_after(1, LAWS))
+@each("laws", release_after(1, LAWS))
 def test_scenes_of_the_campaign_agree(laws: str) -> None:
     """Impacts of some dozen scenes are those that certified runs prove; rotated, in pieces, by all pairs they agree."""
     scenes = [scene for scene in map(draw_scene, range(NUMBERS)) if law_of(scene) in LAWS[laws]]
@@ -163,14 +163,14 @@ def test_a_scene_without_a_fault_shows_none() -> None:
     assert check_scene(DRIVEN_BOX).proven > 3
 
 
-@each(("doctor", "kind"), FAULTS)
+@each("doctor, kind", FAULTS)
 def test_a_planted_fault_is_noticed(doctor: Doctor, kind: Kind) -> None:
     """An impact less or more, a number off by some hundred roundings, an end that nothing explains."""
     checked = check_scene(DRIVEN_BOX, solve_with(doctor))
     assert kind.value in kinds_of(checked, Check.CERTIFIED)
 
 
-@each(("doctor", "kind"), [(without_impact, Kind.MISSED), (with_field("time_s", 1e-9), Kind.TIME)])
+@each("doctor, kind", [(without_impact, Kind.MISSED), (with_field("time_s", 1e-9), Kind.TIME)])
 def test_a_fault_beyond_the_envelope_is_noticed(doctor: Doctor, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where balls decide nothing, the certified run and copies of the scene do."""
     monkeypatch.setattr(feature_checks, "MOST_EVENTS", 0)
@@ -214,9 +214,7 @@ def test_an_impact_that_is_rounding_is_told_from_others() -> None:
     assert kinds_of(check_scene(scene, solve_with(again)), Check.CERTIFIED) == {Kind.ROUNDING.value}
 
 
-@each(
-    ("name", "check"), [("pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)]
-)
+@each("name, check", [("pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)])
 def test_other_bits_are_noticed(name: str, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run in pieces, by all pairs, or of the rotated scene, whose start differs in a last place."""
     calls = []

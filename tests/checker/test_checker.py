@@ -175,7 +175,7 @@ def free_flight(start: DiscArrays, time_s: float) -> Stretch:
 
 
 @each(
-    ("y", "size", "passes"),
+    "y, size, passes",
     [(0.0, 0.5, True), (0.99, 0.5, True), (1.0 - 1e-11, 0.5, True), (1.0, 0.5, False), (0.0, 1e-6, True)],
 )
 def test_two_discs_that_pass_through_each_other_are_found(y: float, size: float, passes: bool) -> None:

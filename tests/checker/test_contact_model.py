@@ -16,6 +16,7 @@ from tests.campaign.run import checked
 from tests.checker import Report, check, watch
 from tests.checker.laws import elastic_of
 from tests.drawn import jittered
+from tests.lengths import each
 from tests.unit.solvers.kinds import all_pairs
 
 from carom import DiscArrays
@@ -45,7 +46,7 @@ def rules(report: Report) -> set[str]:
     return {violation.rule for violation in report.violations}
 
 
-@pytest.mark.parametrize("run", [EventDrivenRun, all_pairs])
+@each("run", [EventDrivenRun, all_pairs])
 def test_a_right_run_breaks_no_rule(run: Callable[..., Run]) -> None:
     """What is done wrong below is right before, and many impacts, on walls too, are elastic and many are not."""
     report = seen(run(gas(), contact_duration_s=gas().contact_duration_s))
@@ -54,7 +55,7 @@ def test_a_right_run_breaks_no_rule(run: Callable[..., Run]) -> None:
     assert 0.1 * IMPACTS < report.elastic < 0.9 * IMPACTS
 
 
-@pytest.mark.parametrize("asked_s", [0.0, 0.1 * (1 - 0.05), 0.1 * (1 + 0.05)])
+@each("asked_s", [0.0, 0.1 * (1 - 0.05), 0.1 * (1 + 0.05)])
 def test_another_contact_time_breaks_the_law(asked_s: float) -> None:
     """A run that leaves the TC model out, or has its time a twentieth off, is found, and so is the reverse."""
     assert rules(seen(EventDrivenRun(gas(), contact_duration_s=asked_s))) == {"law"}
@@ -77,7 +78,7 @@ def too_recent(last_s: NDArray[np.float64]) -> None:
 FAULTS = (forgotten, kept_of_another_disc, too_recent)
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@each("fault", FAULTS)
 def test_a_run_that_is_resumed_with_wrong_last_impacts_is_found(
     fault: Callable[[NDArray[np.float64]], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -99,7 +99,7 @@ FAULTS: dict[str, tuple[Callable[[], Gas], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", release_after(3, FAULTS))
+@each("name", release_after(3, FAULTS))
 def test_each_wrong_way_to_fall_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run of a gas that differs a little breaks the rule that concerns the difference."""
     make, broken = FAULTS[name]
@@ -138,7 +138,7 @@ def test_a_rest_that_is_one_breaks_no_rule(restitution: float, gravity: tuple[fl
         assert report.impacts == run.impacts > 0
 
 
-@pytest.mark.parametrize("over", [1e-11, -1e-11])
+@each("over", [1e-11, -1e-11])
 def test_a_flight_that_reaches_into_a_wall_or_a_disc_and_back_is_found(over: float) -> None:
     """A disc thrown up turns in a ceiling, or before it, and next to an immovable disc above it, likewise."""
     height = 0.5 * 3.0**2 / 10.0  # of a throw at 3 m/s, 10 m/s^2

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 import yaml
 from tests.documents.blocks import LANGUAGES, PAGES, ROOT, blocks_of, fault_of, unfenced
+from tests.lengths import each
 
 import carom
 from carom.cli import COMMANDS
@@ -78,9 +79,7 @@ def is_shown_by(expected: str, printed: str) -> bool:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "page", sorted({b.page for b in BLOCKS if b.language in {"python", "sh", "console"} and not b.reason})
-)
+@each("page", sorted({b.page for b in BLOCKS if b.language in {"python", "sh", "console"} and not b.reason}))
 def test_the_blocks_of_a_page_run_as_printed(page: str, tmp_path: Path) -> None:
     """Files first, the Python of the page as one script, then each command; what is shown is what is printed."""
     blocks = [block for block in BLOCKS if block.page == page and not block.reason]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from docs.figures import contact, determinism, engine_pages, stress_tables, walls
 from tests.documents.blocks import ROOT
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 
 import carom
 from carom.catalogue import all_scenes, scene_named
@@ -39,14 +39,14 @@ def test_pit_is_no_worse_than_sampled_from_any_start() -> None:
     assert all(set(known["grades"]) <= set("✓≃≈") for known in scenes.values())
 
 
-@pytest.mark.parametrize("engine", ["box2d", "mujoco", "planck", "pybullet", "pymunk"])
+@each("engine", ["box2d", "mujoco", "planck", "pybullet", "pymunk"])
 def test_a_slide_ends_half_a_step_s_way_off(engine: str) -> None:
     """``v dt / 2`` of the fastest start, 3 m/s and 7/8 of a fiftieth more, at 240 steps a second."""
     fastest = 3.0 * (1.0 + 0.02 * 7 / 8)
     assert KNOWN[engine, "tuned"]["stops"]["place_m"] == pytest.approx(fastest / 480, rel=0.02)
 
 
-@pytest.mark.parametrize("engine", ["box2d", "planck"])
+@each("engine", ["box2d", "planck"])
 def test_a_disc_is_held_off_the_floor_as_shipped(engine: str) -> None:
     """By 5 mm, where nothing moves."""
     assert KNOWN[engine, "default"]["holds"]["place_m"] == pytest.approx(0.005, rel=0.01)
@@ -58,7 +58,7 @@ def test_a_disc_creeps_that_friction_holds() -> None:
     assert [key for key, rest in fast.items() if rest > 1e-3] == [("mujoco", "default")]
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+@each("scene", SCENES)
 def test_starts_are_of_one_kind_and_differ(scene: Scene) -> None:
     """What lies on the wall does so at every start; what comes through the air begins further up."""
     starts = [contact.started(scene, start) for start in range(contact.STARTS)]
@@ -154,7 +154,7 @@ def test_who_comes_back_out_of_a_corner_is_as_the_page_says() -> None:
         assert found == pytest.approx(worst, abs=0.005)
 
 
-@pytest.mark.parametrize("figure", release_after(1, ["corners", "thin", "seams", "ends"]))
+@each("figure", release_after(1, ["corners", "thin", "seams", "ends"]))
 def test_the_figures_are_those_of_the_engine(figure: str) -> None:
     """pymunk, run again, gives its row."""
     (way,) = (way for way in walls.WAYS if way.key == "neighbours")
@@ -193,7 +193,7 @@ PAGES = sorted(engine_pages.PAGES.glob("*.md"))
 SHARED = {"README", "driven", "left-out"}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@each("page", PAGES)
 def test_the_tables_of_a_page_are_those_that_were_measured(page: Path) -> None:
     """`python docs/figures/engine_pages.py` would change nothing."""
     assert page.read_text(encoding="utf-8") == engine_pages.filled(page)

@@ -9,6 +9,7 @@ import pytest
 from docs import prose, prose_sources
 from docs.figures import reference, scoring_tables, stages
 from tests.documents.blocks import ROOT
+from tests.lengths import each
 
 TEXTS = prose.pages()
 
@@ -31,8 +32,8 @@ def test_every_page_reads_easily() -> None:
     assert low == {}
 
 
-@pytest.mark.parametrize(
-    ("text", "fault"),
+@each(
+    "text, fault",
     [
         ("It is told twice.", "'told', write 'reported'"),
         ("It comes to nothing.", "'comes to'"),
@@ -56,8 +57,8 @@ def test_a_fault_is_found_where_it_is(text: str, fault: str) -> None:
     assert bool(fault) == bool(found)
 
 
-@pytest.mark.parametrize(
-    ("source", "found"),
+@each(
+    "source, found",
     [
         ('"""What it is.\n\nMore.\n"""', [(1, "What it is.\n\nMore.")]),
         (

@@ -15,6 +15,7 @@ from docs.figures.changelog import assemble
 from docs.figures.tutorial import NOTEBOOK, executed, read, texts
 from PIL import Image
 from tests.documents.blocks import PAGES, ROOT
+from tests.lengths import each
 
 import carom
 from carom.web.page import GALLERY
@@ -47,14 +48,14 @@ def weights(word: str) -> dict[str, float]:
     return found
 
 
-@pytest.mark.parametrize(("word", "page"), SEARCHED.items())
+@each("word, page", SEARCHED.items())
 def test_a_word_that_people_search_finds_its_page(word: str, page: str) -> None:
     """No other page speaks of it more."""
     assert weights(word)[page] > 0
     assert weights(word)[page] == max(weights(word).values())
 
 
-@pytest.mark.parametrize("task", TASKS)
+@each("task", TASKS)
 def test_a_page_of_a_task_is_short_and_has_a_command(task: str) -> None:
     """It is read in two minutes, and its first block is a command or a program."""
     text = (ROOT / "docs" / "how-to" / f"{task}.md").read_text(encoding="utf-8")

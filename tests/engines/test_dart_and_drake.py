@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.engines.staged import PHASES
+from tests.lengths import each
 from tests.stage import Drive, Finish, disc_at, staged, wall_at
 
 from carom import Scene
@@ -25,7 +26,7 @@ def _towards(speed: float, phase: float = 0.0) -> Scene:
     return staged("hazard", disc_at(-5 - gap / 2, 0, speed, r=5), disc_at(5 + gap / 2, 0, -speed, r=5), duration_s=0.2)
 
 
-@pytest.mark.parametrize("speed", [50.0, 80.0, 100.0])
+@each("speed", [50.0, 80.0, 100.0])
 def test_no_bounce_is_faster_than_100_m_s(dart: Adapter, drive: Drive, speed: float) -> None:
     """Equal elastic discs exchange velocities: DART parts them at 100 m/s at most, at any start; the adapter tells."""
     for phase in PHASES:
@@ -36,7 +37,7 @@ def test_no_bounce_is_faster_than_100_m_s(dart: Adapter, drive: Drive, speed: fl
         assert any("100 m/s at most" in one.warning for one in seen) == (speed > 50)
 
 
-@pytest.mark.parametrize(("closing", "given_back"), [(0.08, 0.0), (0.0999, 0.0), (0.1001, 1.0), (0.12, 1.0)])
+@each("closing, given_back", [(0.08, 0.0), (0.0999, 0.0), (0.1001, 1.0), (0.12, 1.0)])
 def test_contacts_of_up_to_a_tenth_of_a_metre_a_second_are_inelastic(
     dart: Adapter, finish: Finish, closing: float, given_back: float
 ) -> None:

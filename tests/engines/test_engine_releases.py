@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from docs.figures.history import SCENES
 from numpy.typing import NDArray
+from tests.lengths import each
 
 from carom import solve_pic
 from carom.catalogue import find_scenes
@@ -56,7 +57,7 @@ def release(kept: Kept, registry: str, package: str, version: str) -> Path:
         pytest.skip(str(error))
 
 
-@pytest.mark.parametrize("version", COLUMNS)
+@each("version", COLUMNS)
 def test_slow_bounces_of_rapier(version: str, kept: Kept) -> None:
     """Bare, as shipped, over 32 phases: what is given back at 0.2 and 1 m/s is the column's; 5 and 20 m/s are whole."""
     folder = release(kept, "npm", RAPIER, version)
@@ -70,7 +71,7 @@ def test_slow_bounces_of_rapier(version: str, kept: Kept) -> None:
         assert told[speed] == pytest.approx([1.0] * 32, abs=1e-4)
 
 
-@pytest.mark.parametrize(("version", "shipped", "told"), [("0.19.3", 0.186, 1), ("0.20.0", 0, 2), ("0.21.0", 0, 1)])
+@each("version, shipped, told", [("0.19.3", 0.186, 1), ("0.20.0", 0, 2), ("0.21.0", 0, 1)])
 def test_rows_of_rapier(version: str, shipped: float, told: int, kept: Kept) -> None:
     """Bare, over 32 phases, discs in a row exchange velocities, tuned in each release; 0.20.0 tells of each twice."""
     script = Path(__file__).with_name("rapier_releases.mjs")
@@ -164,7 +165,7 @@ VELOCITIES_OF_MATTER = {
 }
 
 
-@pytest.mark.parametrize(("version", "row"), ROW_OF_MATTER.items())
+@each("version, row", ROW_OF_MATTER.items())
 def test_bounces_of_matter(version: str, row: float, kept: Kept, tmp_path: Path) -> None:
     """Bare, over 32 phases, the numbers of 0.12 and of 0.14 part in six scenes, and those of 0.18 and 0.19 in a row."""
     found = bare("matter", version, kept, tmp_path)
@@ -181,8 +182,8 @@ def test_bounces_of_matter(version: str, row: float, kept: Kept, tmp_path: Path)
     assert errors == pytest.approx([0.3076 if new else 0.0376] * 32, abs=5e-5)
 
 
-@pytest.mark.parametrize(
-    ("version", "apart", "fast"),
+@each(
+    "version, apart, fast",
     [
         ("0.12.0", 0.1254, (0.0, 2e-13)),
         ("0.14.0", -0.0040, (4.09e-11, 4.1e-11)),
@@ -203,9 +204,7 @@ def test_discs_of_matter_that_go_on_together(
     assert min(gaps) == pytest.approx(-0.0040, abs=5e-5)
 
 
-@pytest.mark.parametrize(
-    ("version", "cradle", "together"), [("0.19.3", 0.1125, (5.02e-4, 5.03e-4)), ("0.20.0", 0.0, (0.03e-4, 0.27e-4))]
-)
+@each("version, cradle, together", [("0.19.3", 0.1125, (5.02e-4, 5.03e-4)), ("0.20.0", 0.0, (0.03e-4, 0.27e-4))])
 def test_cradles_of_rapier_bare(
     version: str, cradle: float, together: tuple[float, float], kept: Kept, tmp_path: Path
 ) -> None:
@@ -217,8 +216,8 @@ def test_cradles_of_rapier_bare(
     assert (min(places), max(places)) == pytest.approx(together, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("engine", "old", "new", "rounding"),
+@each(
+    "engine, old, new, rounding",
     [
         ("pymunk", "6.3.0", "7.3.1", 0.0),
         ("pymunk", "5.7.0", "6.3.0", 1e-14),
@@ -249,7 +248,7 @@ NEWTON_4103 = {
 }
 
 
-@pytest.mark.parametrize(("version", "right"), NEWTON_4103.items())
+@each("version, right", NEWTON_4103.items())
 def test_restitution_of_newton_solved_anew(
     version: str, right: dict[str, tuple[float, float]], kept: Kept, tmp_path: Path
 ) -> None:
@@ -273,7 +272,7 @@ def test_carom_sees_the_slow_bounces_of_matter(kept: Kept) -> None:
     assert {version for version, moves in moved.items() if any(one.real for one in moves)} == {"0.14.0", "0.19.0"}
 
 
-@pytest.mark.parametrize(("version", "scaled"), [("0.12.0", False), ("0.14.0", True), ("0.20.0", True)])
+@each("version, scaled", [("0.12.0", False), ("0.14.0", True), ("0.20.0", True)])
 def test_the_inertia_of_matter_follows_the_mass_since_0_14(version: str, scaled: bool, kept: Kept) -> None:
     """Until 0.12 `Body.setMass` leaves a body the moment of inertia that it was made with."""
     made, given = bare_matter(version, kept)["inertia"]
@@ -298,7 +297,7 @@ DART_BARE = {
 }
 
 
-@pytest.mark.parametrize("version", DART_BARE)
+@each("version", DART_BARE)
 def test_spheres_of_dart_are_spheres_since_6_20(version: str, kept: Kept) -> None:
     """Bare, as shipped: until 6.19 spheres are meshes, and a disc leaves a box, or from 6.17 on turns too often."""
     script = Path(__file__).with_name("dart_releases.py")
@@ -319,8 +318,8 @@ def told(engine: str, versions: str, kept: Kept, *scenes: str) -> dict[str, set[
     return {step.new.version: {change.moved for change in step.changes.values()} for step in found.transitions}
 
 
-@pytest.mark.parametrize(
-    ("engine", "versions"),
+@each(
+    "engine, versions",
     [
         ("pymunk", "6.3.0,6.11.1,7.0.0,7.3.1"),
         ("planck", "1.0.5,1.3.0,1.5.0"),
@@ -334,8 +333,8 @@ def test_not_one_bit_has_moved(engine: str, versions: str, kept: Kept) -> None:
     assert set.union(*moved.values()) <= {Moved.NOTHING, Moved.NOT_RUN}
 
 
-@pytest.mark.parametrize(
-    ("engine", "before", "release", "scenes"),
+@each(
+    "engine, before, release, scenes",
     [
         ("rapier2d", "0.19.3", "0.20.0", ["classics/cradle-gaps"]),  # ships another prediction distance
         ("mujoco", "3.17.0", "4.0.0", ["classics/bullet", "classics/box"]),  # tuned asks for speculative contacts
@@ -358,7 +357,7 @@ TURNED = {
 }
 
 
-@pytest.mark.parametrize(("version", "since"), [("0.19.3", 0), ("0.20.0", 1), ("0.21.0", 1)])
+@each("version, since", [("0.19.3", 0), ("0.20.0", 1), ("0.21.0", 1)])
 def test_tuned_discs_of_rapier_turn_earlier_since_0_20(version: str, since: int, kept: Kept, tmp_path: Path) -> None:
     """Bare, over 32 phases, a coordinate of each scene differs at every phase."""
     asked = json.dumps({"lengthUnit": 1024, "normalizedPredictionDistance": 0, "contact_natural_frequency": 0})
@@ -376,7 +375,7 @@ LEANT = {
 }
 
 
-@pytest.mark.parametrize(("version", "since"), [("6.19.5", 0), ("6.20.0", 1)])
+@each("version, since", [("6.19.5", 0), ("6.20.0", 1)])
 def test_where_discs_of_dart_end(version: str, since: int, kept: Kept, tmp_path: Path) -> None:
     """Bare, over 32 phases, discs that meet off centre end on the other side of their right places since 6.20."""
     found = bare("dart", version, kept, tmp_path, list(LEANT))

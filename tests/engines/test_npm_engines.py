@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.engines.staged import PHASES, STARTS, after_oblique, at_starts, head_on, oblique
+from tests.lengths import each
 from tests.stage import Drive, Finish, Named, with_discs
 
 from carom import Disc, Scene
@@ -23,7 +24,7 @@ HERE, NPM = Path(__file__).parent, Path(npm.__file__).parent
 SINGLE = 1e-5
 
 
-@pytest.mark.parametrize(("name", "limit_m_s"), [("box2d3", 400), ("jolt", 500), ("rapier2d", 400)])
+@each("name, limit_m_s", [("box2d3", 400), ("jolt", 500), ("rapier2d", 400)])
 def test_speeds_end_at_a_limit_as_shipped(name: str, limit_m_s: float, named: Named, finish: Finish) -> None:
     """A light disc sent off at 600 m/s by a heavy one moves as fast as the engine lets it; the adapter warns."""
     heavy = Disc(position_m=(0, 0), velocity_m_s=(300.3, 0), radius_m=3, mass_kg=1000)
@@ -132,7 +133,7 @@ def test_cannon_warns_of_an_impulse_that_it_cuts(named: Named, drive: Drive) -> 
     assert not warned(1e4)
 
 
-@pytest.mark.parametrize(("rate_hz", "mass_kg"), [(60, 1.0), (240, 1.0), (960, 1.0), (60, 100.0)])
+@each("rate_hz, mass_kg", [(60, 1.0), (240, 1.0), (960, 1.0), (60, 100.0)])
 def test_p2_as_shipped_gives_less_back_of_a_finer_step_and_of_a_heavier_disc(
     rate_hz: int, mass_kg: float, named: Named, finish: Finish
 ) -> None:
@@ -144,8 +145,8 @@ def test_p2_as_shipped_gives_less_back_of_a_finer_step_and_of_a_heavier_disc(
     assert given_back(p2, finish, "tuned", mass_kg, dt_s) == pytest.approx([1.0] * STARTS, abs=SINGLE)
 
 
-@pytest.mark.parametrize(
-    ("profile", "rate_hz", "units_per_m"),
+@each(
+    "profile, rate_hz, units_per_m",
     [("default", 30, 1), ("default", 60, 1), ("tuned", 30, 16), ("tuned", 60, 16), ("tuned", 240, 16)],
 )
 def test_havok_takes_a_fall_of_a_step_off_each_bounce(
@@ -175,7 +176,7 @@ def test_havok_as_shipped_loses_bounces_at_fine_steps(named: Named, finish: Fini
         assert parted[1] > 0.9
 
 
-@pytest.mark.parametrize("package", ["planck", "box2d3-wasm", "@dimforge/rapier2d-compat"])
+@each("package", ["planck", "box2d3-wasm", "@dimforge/rapier2d-compat"])
 def test_a_paddle_that_is_put_from_place_to_place_is_at_rest_for_contacts(package: str) -> None:
     """So put at -1 m/s it sends a disc of 2 m/s back at -2 m/s, at each of sixteen starts, and not at -4."""
     if not (NPM / "node_modules" / package).is_dir():
@@ -237,7 +238,7 @@ def test_with_more_of_it_than_of_friction_a_disc_slides_without_turning() -> Non
         assert end[0] == pytest.approx(speed**2 / 4.0, abs=0.5 * speed / HERTZ)
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@each("restitution", [0.0, 0.5, 1.0])
 def test_in_a_bounce_friction_takes_no_more_than_of_the_way_in(restitution: float) -> None:
     """Of f (1 + e) w at most f w: where e is 1, half of Coulomb's, and of some starts a tenth."""
     runs = [

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from tests.hazards.measures import DT_S, head_on, parted
 from tests.hazards.spread import starts_of
+from tests.lengths import each
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import Adapter
@@ -29,7 +30,7 @@ def heap() -> Scene:
     )
 
 
-@pytest.mark.parametrize("mass_kg", [1.0, 10.0, 100.0])
+@each("mass_kg", [1.0, 10.0, 100.0])
 def test_softness_is_that_of_the_manual(ode: Adapter, mass_kg: float) -> None:
     """ODE solves J v + CFM / h λ = c for J v = c: each impulse is the right one over 1 + CFM / (h Σ 1/m)."""
     softness = 1e-5 / DT_S / (2 / mass_kg)
@@ -78,7 +79,7 @@ def test_newtons_own_verification_passes(case: str, settings: dict[str, Any]) ->
     getattr(own, case)(unittest.TestCase(), warp.get_device("cpu"), solver, **more)
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@each("restitution", [0.0, 0.5, 1.0])
 def test_restitution_counts_only_where_it_is_turned_on(newton: Adapter, restitution: float) -> None:
     """Discs part with the scene's restitution at each start, and without `enable_restitution` with less than .1."""
     for start in starts_of(head_on(5.0), STARTS):

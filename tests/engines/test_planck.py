@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.engines.staged import STARTS, after_oblique, at_starts, oblique
+from tests.lengths import each
 from tests.stage import Drive, Finish, Named, sure
 from tests.unit.studies.tune.by_hand import assert_as_good, merits
 
@@ -22,7 +23,7 @@ from carom.execution.scene_import import import_scene
 ROUNDING = 1e-12
 
 
-@pytest.mark.parametrize("frames", [24, 30, 60])
+@each("frames", [24, 30, 60])
 def test_planck_can_be_made_event_driven(frames: int, named: Named, drive: Drive) -> None:
     """With bullets and a slop of 1e-14 m an oblique impact has its closed form, time and velocities, at any start."""
     planck = named("planck")

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import Drive, Finish, Named, disc_at, staged
 
 from carom import Disc, Scene
@@ -170,8 +171,8 @@ def impacts(look: Observation) -> set[tuple[object, ...]]:
     }
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
-@pytest.mark.parametrize(("profile", "changes"), [("default", {}), ("tuned", AS_NPM), ("swept", AS_NPM)])
+@each("scene", SCENES)
+@each("profile, changes", [("default", {}), ("tuned", AS_NPM), ("swept", AS_NPM)])
 def test_both_are_the_same_to_the_bit(
     scene: Scene, profile: str, changes: dict[str, Setting], named: Named, drive: Drive
 ) -> None:
@@ -184,7 +185,7 @@ def test_both_are_the_same_to_the_bit(
         assert impacts(one) == impacts(other)
 
 
-@pytest.mark.parametrize(("name", "same"), [("paper/multiple", True), ("classics/slanted-wall", False)])
+@each("name, same", [("paper/multiple", True), ("classics/slanted-wall", False)])
 def test_the_tuned_ones_part_at_fixed_bodies(name: str, same: bool, named: Named, drive: Drive) -> None:
     """The wheel ignores overlaps with walls, which npm's build cannot do: without walls they are the same."""
     (scene,) = (scene for scene in SCENES if scene.name == name)

@@ -134,9 +134,9 @@ KINDS = [
 ]
 
 
-@pytest.mark.parametrize(("begins", "told", "bits"), KINDS)
-@pytest.mark.parametrize(
-    ("where", "rung"),
+@each("begins, told, bits", KINDS)
+@each(
+    "where, rung",
     [
         pytest.param(where, rung, id=f"{where[1]}-{rung.size:g}", marks=[LONGER] * (k % 3 > 0 or rung is not last))
         for k, (where, f) in enumerate(FAULTS.items())
@@ -154,8 +154,8 @@ def test_a_fault_in_a_crowd_is_graded_as_it_is(
 
 
 @pytest.mark.release
-@pytest.mark.parametrize(("begins", "told", "bits"), KINDS)
-@pytest.mark.parametrize("where", FAULTS, ids=lambda where: where[1])
+@each("begins, told, bits", KINDS)
+@each("where", FAULTS)
 def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
     where: tuple[str, str], begins: str, told: bool, bits: int
 ) -> None:
@@ -165,9 +165,9 @@ def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
     assert grades == sorted(grades), [WORSENING[grade].name for grade in grades]
 
 
-@pytest.mark.parametrize("told", release_after(1, [False, True]))
-@pytest.mark.parametrize(
-    ("name", "rung"),
+@each("told", release_after(1, [False, True]))
+@each(
+    "name, rung",
     [
         pytest.param(name, rung, id=f"{name}-{rung.size:g}", marks=[LONGER] * (rung not in (f.rungs[0], f.rungs[-1])))
         for name, f in ALONE.items()
@@ -181,8 +181,8 @@ def test_a_fault_of_a_disc_or_two_is_graded_as_it_is(name: str, rung: Rung, told
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("told", [False, True])
-@pytest.mark.parametrize("name", ALONE)
+@each("told", [False, True])
+@each("name", ALONE)
 def test_a_fault_that_grows_never_improves_its_grade(name: str, told: bool) -> None:
     """Each size is graded no better than a lesser one, and what is not graded is less than any fault."""
     order = [Grade.UNGRADED, *WORSENING]
@@ -190,7 +190,7 @@ def test_a_fault_that_grows_never_improves_its_grade(name: str, told: bool) -> N
     assert grades == sorted(grades), [order[grade].name for grade in grades]
 
 
-@pytest.mark.parametrize("begins", release_after(1, reversed(BEGINS)))
+@each("begins", release_after(1, reversed(BEGINS)))
 def test_what_is_reported_gains_nothing(begins: str) -> None:
     """A method that reports every impact, velocities and all, while its discs pass through each other, is wrong."""
     passes = free_from(right(GAS), BEGINS[begins])
@@ -200,14 +200,14 @@ def test_what_is_reported_gains_nothing(begins: str) -> None:
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("told", [False, True])
+@each("told", [False, True])
 def test_looking_once_a_step_is_no_better_than_sampled(told: bool) -> None:
     """PIT's states in a crowd are another path, each step of which is right to sampling: never exact, never close."""
     score = judged(dataclasses.replace(sampled(GAS), told=told), horizon_s=GAS_HORIZON_S)
     require(score, Grade.SAMPLED, Grade.WRONG, None, "it finds impacts at step boundaries")
 
 
-@pytest.mark.parametrize("phase", release_after(1, [0.25, 0.0]))
+@each("phase", release_after(1, [0.25, 0.0]))
 @each("aside_m", [0.0, 0.3])
 @each("steps", STEPS[1:])
 def test_a_pass_beyond_the_horizon_is_found_in_the_states(steps: int, aside_m: float, phase: float) -> None:
@@ -217,7 +217,7 @@ def test_a_pass_beyond_the_horizon_is_found_in_the_states(steps: int, aside_m: f
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("fault", CROWD, ids=lambda fault: fault.name)
+@each("fault", CROWD)
 def test_twenty_five_discs_hide_no_fault(fault: Fault) -> None:
     """In the gas of 25 each gross fault, begun long after the horizon, is graded as in the gas of 12."""
     scene = all_scenes()["engines/gas-of-25"].scene

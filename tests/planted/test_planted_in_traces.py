@@ -61,7 +61,7 @@ def test_a_fault_beyond_the_horizon_is_found_in_the_run_itself(fault: Fault) -> 
     assert not score.equals_pit
 
 
-@pytest.mark.parametrize("name", sorted(ANOTHER_PATH))
+@each("name", sorted(ANOTHER_PATH))
 def test_another_path_beyond_the_horizon_is_nobodys_fault(name: str) -> None:
     """A run that takes another path where the reference is not to be believed, and agrees with itself, stays exact."""
     (fault,) = (fault for fault in FAULTS if fault.name == name)
@@ -77,8 +77,8 @@ def graded(fault: Fault, reference: Trace, sampling: Trace) -> Iterator[Grade]:
 
 
 @each("fault", FAULTS)
-@pytest.mark.parametrize("exact", release_after(1, [True, False]))
-@pytest.mark.parametrize(
+@each("exact", release_after(1, [True, False]))
+@each(
     "name",
     release_after(
         1,

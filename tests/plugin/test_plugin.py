@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import pytest
 from tests.distribution import forget, lay
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, staged, wall_at
 
 import carom
@@ -45,7 +45,7 @@ def _lines_of_code(text: str) -> int:
     return sum(bool(line) and not line.startswith(("#", '"""')) for line in lines)
 
 
-@pytest.mark.parametrize("file", ["carom_penalty.py", "carom-known-failures.toml"])
+@each("file", ["carom_penalty.py", "carom-known-failures.toml"])
 def test_the_documentation_quotes_the_files_that_are_run(file: str) -> None:
     """docs/reference/adapters.md quotes the adapter and its file of known failures, to the letter."""
     assert (HERE / file).read_text().rstrip() in (DOCS / "reference" / "adapters.md").read_text()

@@ -12,7 +12,7 @@ from types import ModuleType
 
 import grimp
 import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 
 import carom
 from carom.engines import api
@@ -30,8 +30,8 @@ def test_every_public_name_resolves_to_the_object_of_its_home_module() -> None:
     assert sorted(set(carom.__all__)) == carom.__all__
 
 
-@pytest.mark.parametrize(
-    ("path", "name", "home"),
+@each(
+    "path, name, home",
     [
         ("carom.adapter", "Adapter", "carom.engines.api"),
         ("carom.program.adapter", "program_adapter", "carom.engines.protocol.adapter"),
@@ -156,7 +156,7 @@ finally:
 """
 
 
-@pytest.mark.parametrize("command", release_after(2, COMMANDS))
+@each("command", release_after(2, COMMANDS))
 def test_a_command_loads_no_more_than_it_uses(command: str, tmp_path: Path) -> None:
     """The process of a command has imported none of the modules that the table excludes."""
     found = tmp_path / "modules.json"

@@ -78,7 +78,7 @@ TEN = "\n".join(f"discs[{k}]: is wrong" for k in range(10))
 
 
 @each(
-    ("problems", "told", "text"),
+    "problems, told, text",
     [
         ([Problem((), "is wrong")], {}, "is wrong"),
         ([Problem(("discs", 3, "radius_m"), "is wrong")], {}, "discs[3].radius_m: is wrong"),
@@ -100,7 +100,7 @@ def test_a_scene_error_has_a_line_a_problem(problems: list[Problem], told: dict[
     assert list(error.problems) == problems
 
 
-@pytest.mark.parametrize("kind", [CaromError, InputError, UnknownNameError, MissingExtraError, AdapterError])
+@each("kind", [CaromError, InputError, UnknownNameError, MissingExtraError, AdapterError])
 def test_hints_stand_apart_and_in_the_text(kind: type[CaromError]) -> None:
     """The text is one sentence with its hints, without a control character, and a worker process sends both home."""
     error = kind("no engine is named 'a\x1b\u202e'", hints=["did you mean 'b'?", "there are: b, c", "see \x1b"])

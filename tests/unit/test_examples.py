@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 
 import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 
 import carom
 from carom.execution.describe_engines import engines
@@ -17,7 +17,7 @@ _RUN_ENGINES = ("advise", "demo", "tune")
 _NAMES = [*(name for name in (*carom.__all__, "scene") if name not in _RUN_ENGINES), *_RUN_ENGINES]
 
 
-@pytest.mark.parametrize("name", release_after(len(_NAMES) - len(_RUN_ENGINES), _NAMES))
+@each("name", release_after(len(_NAMES) - len(_RUN_ENGINES), _NAMES))
 def test_an_example_prints_what_its_docstring_shows(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each public name has an example, which runs with no import but `carom`, and prints what the docstring shows."""
     if name in {"advise", "tune"}:

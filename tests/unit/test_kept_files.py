@@ -39,7 +39,7 @@ def test_a_file_of_the_present_format_is_kept() -> None:
     assert 4 in formats("journal")
 
 
-@pytest.mark.parametrize("number", formats("journal"))
+@each("number", formats("journal"))
 def test_a_kept_journal_is_continued_from_or_refused_by_its_format(number: int, tmp_path: Path) -> None:
     """That of the present format has every answer of its run; an earlier one is named as such, and stays as it is."""
     path = tmp_path / "journal.jsonl"

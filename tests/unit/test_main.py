@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 
 from carom import __main__, cli
 
@@ -65,8 +65,8 @@ def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell closes them")
-@pytest.mark.parametrize(
-    ("words", "closed", "code"),
+@each(
+    "words, closed, code",
     release_after(
         1,
         [
@@ -119,7 +119,7 @@ ENDED = {
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is nothing to come again by")
-@pytest.mark.parametrize("how", release_after(2, ENDED))
+@each("how", release_after(2, ENDED))
 def test_a_signal_ends_a_process_with_its_own_code_and_a_sentence(how: str, tmp_path: Path) -> None:
     """Whenever it comes, the exit code is the signal's, and one sentence names it; run by `python -m`, too."""
     script, number = ENDED[how]

@@ -11,7 +11,7 @@ import pytest
 from mpmath import mp, mpf
 from tests.campaign import contact
 from tests.drawn import thrown
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, staged, wall_at
 from tests.validation import contact_runs
 from tests.validation.enclosed import from_enclosures
@@ -62,7 +62,7 @@ def apart(trace: Trace, end: contact_runs.End, *, decided: bool) -> float:
 ALIKE = {"smooth": (-1.0, 1.0, 0.0, 0.0), "resists": (-0.5, 0.5, 0.5, 0.1)}
 
 
-@pytest.mark.parametrize("name", ALIKE)
+@each("name", ALIKE)
 def test_discs_that_come_to_fall_alike_along_a_slope_never_meet_there(name: str) -> None:
     """One has turned and the other never did: their speeds differ by a constant, so that they part is decided."""
     upper, lower, friction, resistance = ALIKE[name]
@@ -87,7 +87,7 @@ def test_a_run_of_another_friction_is_beyond_the_radii() -> None:
         assert beyond(certify(scene), contact_runs.run(other)) != []
 
 
-@pytest.mark.parametrize("first", release_after(1, range(0, 240, 12)))
+@each("first", release_after(1, range(0, 240, 12)))
 def test_one_to_three_discs_end_where_pic_has_them(first: int) -> None:
     """On edges, slopes and between walls: what is proven to the end is PIC's, and that is most."""
     proven = 0
@@ -167,7 +167,7 @@ def test_a_disc_that_comes_back_to_the_vertex_it_has_left_meets_it() -> None:
     assert horizon_of(certified, trace).covers_the_scene
 
 
-@pytest.mark.parametrize(("factor", "steepest"), [(math.inf, 0.75), (0.5, 0.25)])
+@each("factor, steepest", [(math.inf, 0.75), (0.5, 0.25)])
 def test_friction_holds_to_the_last_bit(factor: float, steepest: float) -> None:
     """Under gravity of (3, -4) a floor of friction 3/4 holds a block, one of 1/4 a disc, and with less neither."""
     modes = []
@@ -198,8 +198,8 @@ def test_contact_and_spins_survive_as_data() -> None:
         assert enclosures(from_enclosures(document)) == document
 
 
-@pytest.mark.parametrize("seeds", release_after(1, [range(8), *(range(k, k + 20) for k in range(8, 408, 20))]))
-@pytest.mark.parametrize("gives_back", [False, True])
+@each("seeds", release_after(1, [range(8), *(range(k, k + 20) for k in range(8, 408, 20))]))
+@each("gives_back", [False, True])
 def test_discs_thrown_on_slopes_are_within_their_radii_of_runs_of_60_digits(gives_back: bool, seeds: range) -> None:
     """With spin, any friction and rolling resistance, or friction that gives back: ends, and when modes change."""
     proven = 0

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import crushed_rows, disc_at, on_legs, staged, wall_at
 from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions
 from tests.validation.test_driven import among_mallets
@@ -31,7 +31,7 @@ def in_a_square(seed: int) -> Scene:
     return scene.model_copy(update={"walls": walls})
 
 
-@pytest.mark.parametrize("first", [0, pytest.param(100, marks=pytest.mark.release)])
+@each("first", [0, pytest.param(100, marks=pytest.mark.release)])
 def test_a_puck_among_mallets_is_within_its_radii_of_sixty_digits(first: int) -> None:
     """Spinning, driven discs and driven walls, rough and with losses: order, times, velocities, spins."""
     compared = 0
@@ -66,7 +66,7 @@ def falling_among(seed: int, *, as_rings: bool) -> Scene:
     return staged("driven", puck, *([] if as_rings else posts), *walls, **laws)
 
 
-@pytest.mark.parametrize("seeds", [range(8), pytest.param(range(8, 200), marks=pytest.mark.release)])
+@each("seeds", [range(8), pytest.param(range(8, 200), marks=pytest.mark.release)])
 def test_a_disc_falls_on_a_fixed_disc_as_on_a_ring(seeds: range) -> None:
     """An immovable disc and a ring of its radius, both on legs or at rest, give balls that overlap; so does PIC."""
     compared = 0
@@ -82,7 +82,7 @@ def test_a_disc_falls_on_a_fixed_disc_as_on_a_ring(seeds: range) -> None:
     assert compared > 2 * len(seeds)
 
 
-@pytest.mark.parametrize("falls", [False, True])
+@each("falls", [False, True])
 def test_what_starts_at_a_touching_disc_strikes_it_at_that_instant(falls: bool) -> None:
     """A wall, an edge and a mallet that start at 1 s at 2 m/s give 4 m/s at 1 s: PIC's, and proven, with no radius."""
     legs = on_legs((0.0, (0.0, 0.0)), (1.0, (2.0, 0.0)), (1.5, (0.0, 1.0)))
@@ -152,7 +152,7 @@ def aslant_rows() -> list[tuple[Scene, float]]:
 ROWS = [(*crushed_rows(), *aslant_rows())[k] for k in (0, -5, -3, *range(1, 9), 10, -2, -1)]
 
 
-@pytest.mark.parametrize(("scene", "crushed_s"), release_after(3, ROWS))
+@each("scene, crushed_s", release_after(3, ROWS))
 def test_a_row_of_discs_that_is_left_no_room_ends_the_run_by_name(scene: Scene, crushed_s: float) -> None:
     """It is crushed when what is free of its line is gone, PIC's too but aslant, where floats leave the line."""
     certified = certify(scene)

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from mpmath import mp
+from tests.lengths import each
 from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, lossy
 
 import carom
@@ -22,8 +23,8 @@ KINDS: dict[str, tuple[dict[str, Any], int, int]] = {
 }
 
 
-@pytest.mark.parametrize(
-    ("kind", "seed"),
+@each(
+    "kind, seed",
     [
         pytest.param(kind, seed, marks=[pytest.mark.release] * (seed >= 2))
         for kind, (*_, seeds) in KINDS.items()

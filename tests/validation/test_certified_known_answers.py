@@ -52,7 +52,7 @@ def assert_told(certified: CertifiedTrace, times: list[Any], rounding: float = 1
     assert found == pytest.approx([float(time) for time in times], rel=rounding, abs=rounding)
 
 
-@pytest.mark.parametrize("entries", by_group("issues"))
+@each("entries", by_group("issues"))
 def test_each_scene_is_certified_to_its_end_and_agrees_with_its_known_answer(entries: list[CatalogueScene]) -> None:
     """What is proven is the known answer to the closed form's rounding, and PIC's; of others it is said why not."""
     for entry in entries:
@@ -108,7 +108,7 @@ def test_cotangents_are_those_of_the_library() -> None:
         assert abs(last / mp.cot(3141 * mp.atan(mpf("1e-3"))) - 1) < mpf(10) ** -40
 
 
-@pytest.mark.parametrize("ratio", [1.0, 2.0, 100.0, 12345.0, pytest.param(1e8, marks=pytest.mark.long)])
+@each("ratio", [1.0, 2.0, 100.0, 12345.0, pytest.param(1e8, marks=pytest.mark.long)])
 def test_every_event_time_of_galperins_billiard_is_within_its_radius(ratio: float) -> None:
     """Masses 1 and M against a wall meet at (X - x cot(n theta) / sqrt(M)) / V, theta = atan(1 / sqrt(M)).
 
@@ -191,7 +191,7 @@ def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) 
         assert found == pytest.approx(known, abs=3e-14 / math.sqrt(1 - offset**2))
 
 
-@pytest.mark.parametrize(("free_path", "rings"), [(0.5, False), (2.0, False), (2.0, True)])
+@each("free_path, rings", [(0.5, False), (2.0, False), (2.0, True)])
 def test_the_orbit_between_two_fixed_discs_grows_at_the_known_rate(free_path: float, rings: bool) -> None:
     """An offset from the axis grows by (1 + L/R) + sqrt((1 + L/R)^2 - 1) a bounce, for dozens of bounces, or on posts.
 

@@ -64,7 +64,7 @@ def bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
 
 
 @each(
-    ("name", "changes"),
+    "name, changes",
     [
         ("bouncing-ball", {"duration_s": 20.0}),
         ("ladder", {}),
@@ -100,7 +100,7 @@ def test_a_ball_that_does_not_bounce_rests_in_contact() -> None:
     assert certified.trace.modes["time_s"].tolist() == certified.trace.impacts["time_s"].tolist()
 
 
-@pytest.mark.parametrize(("speed", "impacts"), [(math.nextafter(2.0, 0.0), 0), (2.0, 0), (math.nextafter(2.0, 3.0), 1)])
+@each("speed, impacts", [(math.nextafter(2.0, 0.0), 0), (2.0, 0), (math.nextafter(2.0, 3.0), 1)])
 def test_a_ball_that_turns_back_at_the_ceiling_has_an_impact_only_if_it_gets_beyond(speed: float, impacts: int) -> None:
     """At 2 m/s against 2 m/s^2 it rises by 1 m exactly, and touches at zero depth; an ulp more is an impact."""
     ceiling = Wall(point_m=(0.0, 1.25), normal=(0.0, -1.0))
@@ -124,7 +124,7 @@ def test_the_reference_of_a_ball_that_lands_is_the_certified_run_where_that_is_a
 # Slowed down ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("damping", [1e-9, 0.5, 30.0])
+@each("damping", [1e-9, 0.5, 30.0])
 def test_a_bounce_is_within_its_radii_of_60_digits(damping: float) -> None:
     """A disc reaches a wall after -log(1 - c s)/c, and everything after it is in closed form."""
     disc, wall = disc_at(0.0, 0.0, -40.0, 3.0, r=0.5), wall_at(-1.5, 0.0, 1.0, 0.0)

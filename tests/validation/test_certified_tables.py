@@ -54,8 +54,8 @@ def contradictions(table: Table, impacts: int) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("moves", "first", "count", "impacts"),
+@each(
+    "moves, first, count, impacts",
     release_after(1, [(True, 0, 2, 6), (False, 0, 6, 12), (False, 10**5, 400, 12), (True, 10**5, 200, 12)]),
 )
 def test_every_impact_on_random_tables_is_within_its_radius_of_brute_force(
@@ -114,7 +114,7 @@ def test_a_corner_of_ninety_degrees_has_one_answer_and_one_of_sixty_has_none() -
 
 
 @each(
-    ("scene", "kind"),
+    "scene, kind",
     [
         (table((0, -1), Chain(points_m=[(-1, -0.5), (1, -0.5)])), Degenerate.TOUCHING_START),
         (table((0, -1), Ring(centre_m=(0, -1.5), radius_m=1.0)), Degenerate.TOUCHING_START),

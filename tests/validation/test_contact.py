@@ -18,13 +18,13 @@ from carom.catalogue import find_scenes
 G = 10.0
 
 
-@pytest.mark.parametrize("seeds", release_after(1, [range(3), *(range(k, k + 100) for k in range(0, 1000, 100))]))
+@each("seeds", release_after(1, [range(3), *(range(k, k + 100) for k in range(0, 1000, 100))]))
 def test_one_to_three_discs_agree_with_small_steps(seeds: range) -> None:
     """No scene of the campaign is contradicted, gains energy, or lets a disc sink into a wall."""
     assert [said for seed in seeds if (said := contact.judged(contact.drawn(seed))) not in contact.RIGHT] == []
 
 
-@pytest.mark.parametrize(("seed", "refined"), release_after(1, [(8, 1), (961, contact.REFINED)]))
+@each("seed, refined", release_after(1, [(8, 1), (961, contact.REFINED)]))
 def test_small_steps_of_another_law_contradict_a_scene(
     seed: int, refined: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -124,7 +124,7 @@ def on_a_slope(friction: float, resists: float = 0.0, *, tangent: float = 0.0, a
     )
 
 
-@each(("friction", "resists"), [*product(SIZES, [0.0]), *product([1e-6, 0.3, 1e6], SIZES)])
+@each("friction, resists", [*product(SIZES, [0.0]), *product([1e-6, 0.3, 1e6], SIZES)])
 def test_a_slide_ends_by_the_closed_form_whatever_the_frictions(friction: float, resists: float) -> None:
     """From 3 m/s a disc is slowed by friction alone until its rim keeps up, or for ever where resistance is more.
 
@@ -167,7 +167,7 @@ def test_on_both_sides_of_the_steepest_slope_that_holds_a_disc_hardly_moves(resi
     assert np.abs(ends.final_velocity_m_s).max() <= 8.0 * 2.0**-52 * G
 
 
-@pytest.mark.parametrize("lost", [1e-2, *(pytest.param(lost, marks=pytest.mark.release) for lost in (1e-3, 1e-4))])
+@each("lost", [1e-2, *(pytest.param(lost, marks=pytest.mark.release) for lost in (1e-3, 1e-4))])
 def test_a_lively_ball_comes_to_rest_at_the_sum_of_its_hops(lost: float) -> None:
     """With e = 1 - lost it hops 2 t e/(1 - e) after its first fall, in thousands of bounces."""
     e, height = 1.0 - lost, 1e-4

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-import pytest
 from tests.drawn import KINDS, TABLES, drawn, impacts_of, table
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 
 from carom import Outcome, Scene, Trace, solve_pic
 from carom.model.trace import EdgeKind
@@ -132,7 +131,7 @@ def on_table(scene: Scene, trace: Trace) -> set[str]:
     return {what for what, occurs in found.items() if occurs}
 
 
-@pytest.mark.parametrize("each_kind", release_after(1, [12, 24]))
+@each("each_kind", release_after(1, [12, 24]))
 def test_tables_hold_what_they_are_for(each_kind: int) -> None:
     """Faces, vertices and arcs, corners, gliding, and what drives: in no smaller share of tables."""
     counted: Counter[str] = Counter()

@@ -89,9 +89,7 @@ def boosted(scene: Scene, drive: Vector) -> Scene:
     return Scene(**{**dict(scene), "discs": discs, "walls": [faster(wall) for wall in scene.walls]})
 
 
-@pytest.mark.parametrize(
-    ("draw", "seeds"), release_after(2, [(a_table, range(12)), (on_a_path, range(8)), (a_table, range(12, 24))])
-)
+@each("draw, seeds", release_after(2, [(a_table, range(12)), (on_a_path, range(8)), (a_table, range(12, 24))]))
 def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], Scene], seeds: range) -> None:
     """A scene of which everything is driven along has its impacts at the same times, and velocities more by the drive.
 
@@ -119,7 +117,7 @@ def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], 
 # --- Fractions ---
 
 
-@pytest.mark.parametrize("speed", [0.0, 1e3, 1e6])
+@each("speed", [0.0, 1e3, 1e6])
 def test_a_corner_that_is_driven_fast_is_no_more_certain_than_one_that_stands(speed: float) -> None:
     """Both edges of 80 degrees are met at one instant, in all directions: the order is a convention, and said to be."""
     half = math.tan(math.radians(40.0))
@@ -270,7 +268,7 @@ def rubbed_between_racks(seed: int) -> Scene:
     return staged("driven", turning, *racks, duration_s=5.0, **rough)
 
 
-@pytest.mark.parametrize("seeds", release_after(1, [range(2), range(2, 20), range(20, 40), range(40, 60)]))
+@each("seeds", release_after(1, [range(2), range(2, 20), range(20, 40), range(40, 60)]))
 def test_a_disc_that_is_rubbed_is_called_crushed_only_where_it_stays_between_the_racks(seeds: range) -> None:
     """Sixty digits follow it between half-planes, 300 impacts long: of a named one the centre never leaves a rack."""
     called = 0
@@ -339,7 +337,7 @@ def among_mallets(seed: int) -> Scene:
     )
 
 
-@pytest.mark.parametrize("seeds", release_after(1, [range(40), range(40, 1040)]))
+@each("seeds", release_after(1, [range(40), range(40, 1040)]))
 def test_a_puck_among_mallets_has_the_impacts_of_sixty_digits(seeds: range) -> None:
     """Six impacts each of rough pucks among spinning, driven discs and driven walls: order, times, velocities."""
     compared = 0
@@ -362,7 +360,7 @@ def test_a_puck_among_mallets_has_the_impacts_of_sixty_digits(seeds: range) -> N
 # --- Energy ---
 
 
-@pytest.mark.parametrize("mass", [1e8, 1e12])
+@each("mass", [1e8, 1e12])
 def test_a_driven_disc_is_the_limit_of_a_heavy_one(mass: float) -> None:
     """A free disc of 1e8 or 1e12 kg in its place makes a difference of some masses' quotient."""
     driven = disc_at(2.0, 0.3, -1.0, 0.25, m=math.inf, driven=True, spin_rad_s=3.0)

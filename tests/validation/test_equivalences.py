@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from tests.drawn import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
-from tests.lengths import by_group, release_after
+from tests.lengths import by_group, each, release_after
 from tests.rebuilt import Map, assert_seen, in_units, mirrored, quarter_turned, rebuilt
 from tests.unit.solvers.kinds import all_pairs
 from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, plain
@@ -42,7 +42,7 @@ LAWS: dict[str, dict[str, Any]] = {
 
 Bits = dict[str, object]
 
-each_batch = pytest.mark.parametrize("batch", release_after(1, BATCHES), ids=lambda batch: str(batch.start))
+each_batch = each("batch", release_after(1, BATCHES))
 
 
 def times(batch: range, more: float) -> range:
@@ -167,7 +167,7 @@ DRAWN += [
 ]
 
 
-@pytest.mark.parametrize(("kind", "numbers"), release_after(len(TIMES), DRAWN), ids=str)
+@each("kind, numbers", release_after(len(TIMES), DRAWN))
 def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, numbers: range) -> None:
     """All pairs, cells of any width, pieces, a resumed run: the same impacts, spins, ambiguities, outcome and end."""
     different, impacts = list[str](), 0
@@ -179,7 +179,7 @@ def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, numbers: rang
     assert impacts > len(numbers)
 
 
-@pytest.mark.parametrize("entries", by_group("issues", "engines", "classics"))
+@each("entries", by_group("issues", "engines", "classics"))
 def test_all_pairs_give_the_bits_of_the_kernel_in_every_scene_that_has_a_name(entries: list[CatalogueScene]) -> None:
     """Every kind of motion and wall, friction, what is driven up to a crush, contact, and ties."""
     for scene in (entry.scene for entry in entries):
@@ -215,9 +215,9 @@ def same(one: Trace, other: Trace) -> bool:
     )
 
 
-@pytest.mark.parametrize("gravity", [(0.0, 0.0), GRAVITY], ids=["floating", "falling"])
-@pytest.mark.parametrize("frame_rate_hz", [0.7, 60.0])
-@pytest.mark.parametrize("numbers", release_after(1, [range(8), range(8, 40)]))
+@each("gravity", [(0.0, 0.0), GRAVITY])
+@each("frame_rate_hz", [0.7, 60.0])
+@each("numbers", release_after(1, [range(8), range(8, 40)]))
 def test_frames_change_no_bit(numbers: range, frame_rate_hz: float, gravity: tuple[float, float]) -> None:
     """Algorithm 2, which stops at every frame, gives the trace of event-driven PIC, whatever the frame rate."""
     for number in numbers:
@@ -268,7 +268,7 @@ def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
     assert impacts > 0
 
 
-@pytest.mark.parametrize("entries", by_group())
+@each("entries", by_group())
 def test_every_form_of_pit_gives_the_same_bits_in_every_scene_of_tables(entries: list[CatalogueScene]) -> None:
     """Over the first two seconds of each."""
     for scene in (entry.scene for entry in entries if entry.group == "tables" and not any(entry.scene.gravity_m_s2)):
@@ -276,7 +276,7 @@ def test_every_form_of_pit_gives_the_same_bits_in_every_scene_of_tables(entries:
         assert_identical(short, FrameClock(rate_hz=short.frame_rate_hz))
 
 
-@pytest.mark.parametrize("turn", [0, *release_after(0, [1, 2])])
+@each("turn", [0, *release_after(0, [1, 2])])
 def test_pieces_change_no_bit_of_frames_under_any_law(turn: int) -> None:
     """So it is for discs whose velocities change between frames, too."""
     for kind, law in EACH_LAW[turn * len(KINDS) : (turn + 1) * len(KINDS)]:
@@ -319,7 +319,7 @@ def symmetric() -> list[Any]:
     return found
 
 
-each_symmetric = pytest.mark.parametrize("scenes", symmetric())
+each_symmetric = each("scenes", symmetric())
 
 
 @pytest.mark.parametrize("solver", ["pic", *release_after(0, ["framewise"])])

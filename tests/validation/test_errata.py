@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import disc_at, staged
 
 import carom
@@ -356,7 +357,7 @@ def test_pit_does_not_always_detect_in_the_next_frame() -> None:
     assert abs(carom.solve_pic(scene).impacts["time_s"][0] - 4.5 / 11) <= 16 * U
 
 
-@pytest.mark.parametrize("rate", [10.0, 100.0, 1000.0])
+@each("rate", [10.0, 100.0, 1000.0])
 def test_no_frame_rate_is_high_enough_for_pit(rate: float) -> None:
     """At any frame rate there is a hit so oblique that entry and closest approach are in one frame: PIT misses it."""
     half_chord = 0.25 / rate  # at 1 m/s the discs approach in contact for a quarter of a frame

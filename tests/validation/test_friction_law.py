@@ -13,7 +13,7 @@ import pytest
 from tests.campaign.gases import draw
 from tests.checker import Report, check, watch
 from tests.drawn import KINDS, SMALL, drawn, impacts_of, small
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
 from tests.validation.rough_impacts import body_of, length_of, worst_law_error, worst_of_impact
 
@@ -97,7 +97,7 @@ def as_arrays(start: DiscArrays) -> tuple[np.void, np.void]:
     return impact[0], spins[0]
 
 
-@pytest.mark.parametrize("count", release_after(1, [150, 10_000]))
+@each("count", release_after(1, [150, 10_000]))
 def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
     """Every velocity and surface speed after an impact is the exact law's to a few units in the last place."""
     rng = random.Random(count)
@@ -112,7 +112,7 @@ def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
     assert 0.5 < worst_as_arrays < ULPS
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(400, marks=pytest.mark.release)])
+@each("count", [100, pytest.param(400, marks=pytest.mark.release)])
 def test_impacts_of_extreme_sizes_are_those_of_the_exact_law(count: int) -> None:
     """So they are with masses, inertias, radii, speeds, spins and friction anywhere within the ordinary sizes."""
     rng = random.Random(5)
@@ -139,7 +139,7 @@ def test_impacts_of_extreme_sizes_are_those_of_the_exact_law(count: int) -> None
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("wall", [False, True])
+@each("wall", [False, True])
 def test_between_stick_and_slide_both_branches_are_exact(wall: bool) -> None:
     """On a lattice of dyadic numbers full of ties of stick and slide the result is the exact law's, bit for bit.
 
@@ -216,7 +216,7 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
             assert lost == 0
 
 
-@pytest.mark.parametrize("numbers", release_after(1, [range(2), *(range(k, k + 12) for k in range(2, 98, 12))]))
+@each("numbers", release_after(1, [range(2), *(range(k, k + 12) for k in range(2, 98, 12))]))
 def test_whole_runs_obey_the_exact_law_impact_by_impact(numbers: range) -> None:
     """Each impact is what the exact law makes of the state before it, and that is what the last impact left."""
     for kind, number in product(KINDS, numbers):
@@ -246,7 +246,7 @@ def test_the_checker_sees_a_wrong_spin() -> None:
     assert body_of(scene.arrays, -1, (0.0, 0.0), 0.0, (Fraction(0), Fraction(0))).mass == math.inf
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(40, marks=pytest.mark.release)])
+@each("count", [2, pytest.param(40, marks=pytest.mark.release)])
 def test_rough_gases_invent_and_miss_no_impact(count: int) -> None:
     """Gases of the campaign, made rough: every rule of its checker holds, and of sixty impacts a gas the exact law."""
     for number in range(count):

@@ -132,7 +132,7 @@ def test_a_ball_bounces_on_an_immovable_disc_as_on_a_floor() -> None:
 # Many discs -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("numbers", release_after(1, [range(12), *(range(k, k + 50) for k in range(12, 212, 50))]))
+@each("numbers", release_after(1, [range(12), *(range(k, k + 50) for k in range(12, 212, 50))]))
 def test_who_falls_with_the_discs_sees_no_gravity(numbers: range) -> None:
     """Equivalence: without walls the impacts are those without gravity, plus g t and g t^2/2, to rounding."""
     met = 0
@@ -161,7 +161,7 @@ def test_the_answers_of_the_group_are_closed_forms_of_every_impact_and_of_the_en
     assert all(one.count is not None and one.final_position_m is not None for one in known)
 
 
-@pytest.mark.parametrize("rate", [7.0, 60.0, 1000.0])
+@each("rate", [7.0, 60.0, 1000.0])
 def test_pit_bounces_at_the_first_frame_in_the_floor(rate: float) -> None:
     """PIT finds the first bounce at the first frame at or after sqrt(2 h/g), with the speed g t of that frame."""
     trace = solve_pit(ball(1.0, 1.0), frame_rate_hz=rate)

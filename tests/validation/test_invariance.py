@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.lengths import each
 from tests.rebuilt import Map, rebuilt, same, turned
 
 from carom import Scene, Trace, solve_pic, solve_pit
@@ -101,7 +102,7 @@ def test_pit_holds_every_relation() -> None:
         assert relation.deviation(relation.base(), solve_pit) <= HOLDS, relation.name
 
 
-@pytest.mark.parametrize("change", [abs, lambda spins: 0.999 * spins])
+@each("change", [abs, lambda spins: 0.999 * spins])
 def test_relations_see_wrong_spins(change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
     """A method that has all spins turn one way, or brakes them at the end, fails just the relations that say so."""
 

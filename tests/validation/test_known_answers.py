@@ -25,7 +25,7 @@ ENDS = {"driven/crush": Outcome.CRUSHED, "contact/pressed": Outcome.PRESSED, "co
 NOT_KEPT = {Tag.INELASTIC, Tag.GRAVITY, Tag.NO_IMPACT}
 
 
-@pytest.mark.parametrize("entries", by_group())
+@each("entries", by_group())
 def test_pic_reproduces_the_known_answers(entries: list[CatalogueScene]) -> None:
     """PIC agrees with mathematics to rounding in every scene; each answer names its own source.
 
@@ -46,8 +46,8 @@ def test_pic_reproduces_the_known_answers(entries: list[CatalogueScene]) -> None
             assert kinetic_energy(scene, trace.final_velocity_m_s) == pytest.approx(begun, rel=ROUNDING), entry.name
 
 
-@pytest.mark.parametrize("frame_rate_hz", release_after(1, [None, 24.0, 7.0, 333.0]))
-@pytest.mark.parametrize("entries", by_group("issues", "contact", "engines", "spin", "tables", "driven"))
+@each("frame_rate_hz", release_after(1, [None, 24.0, 7.0, 333.0]))
+@each("entries", by_group("issues", "contact", "engines", "spin", "tables", "driven"))
 def test_algorithm_2_has_the_bits_of_pic_at_any_frame_rate(
     entries: list[CatalogueScene], frame_rate_hz: float | None
 ) -> None:

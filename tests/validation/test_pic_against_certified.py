@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import pytest
 from tests.drawn import slowing, small
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 
 from carom import CertifiedTrace, Outcome, Scene, certify, solve_pic
 from carom.solvers.certified.result import Ending
@@ -52,8 +51,8 @@ def in_one_order(impacts: list[tuple[int, int]], certified: CertifiedTrace) -> l
     return ordered
 
 
-@pytest.mark.parametrize("part", release_after(1, range(6)))
-@pytest.mark.parametrize("name", LAWS)
+@each("part", release_after(1, range(6)))
+@each("name", LAWS)
 def test_the_impacts_are_those_that_are_proven(name: str, part: int) -> None:
     """As far as ball arithmetic decides, PIC has the same impacts in the same order, and no other before the end."""
     law, proven = LAWS[name], 0

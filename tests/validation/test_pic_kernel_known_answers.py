@@ -23,7 +23,7 @@ from carom.studies.bench.gas import hard_disc_gas
 
 
 @pytest.mark.release
-@pytest.mark.parametrize(("k", "count"), [(6, 3141592), (7, 31415926)])
+@each("k, count", [(6, 3141592), (7, 31415926)])
 def test_galperin_counts_the_digits_of_pi(k: int, count: int) -> None:
     """The number of impacts is floor(10^k pi), and the light disc's last velocity is that of the unfolded billiard.
 
@@ -57,7 +57,7 @@ def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
 
 
 @pytest.mark.release
-@pytest.mark.parametrize(("packing", "expected"), [(0.3, 2.0632), (0.6, 6.45)])
+@each("packing, expected", [(0.3, 2.0632), (0.6, 6.45)])
 def test_the_pressure_of_the_hard_disc_gas(packing: float, expected: float) -> None:
     """Z extrapolated in 1/sqrt(N) is that of the ten-term virial series (.3) and of the literature (.6), within 1.5 %.
 
@@ -68,7 +68,7 @@ def test_the_pressure_of_the_hard_disc_gas(packing: float, expected: float) -> N
     assert abs(limit / expected - 1) < 0.015
 
 
-@pytest.mark.parametrize("impacts_per_disc", [1, 4])
+@each("impacts_per_disc", [1, 4])
 def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> None:
     """After 1000 discs have had a few impacts each, reversing all velocities brings them back to where they began.
 
@@ -110,7 +110,7 @@ def test_inelastic_collapse_of_a_gas_ends_with_an_outcome_or_by_the_tc_model() -
         assert run.advance_to(100.0, 2_000_000) in expected
 
 
-@each(("contact_duration_s", "left"), [(1.0, -0.5), (math.nextafter(1.0, 2.0), -1.0)])
+@each("contact_duration_s, left", [(1.0, -0.5), (math.nextafter(1.0, 2.0), -1.0)])
 def test_an_impact_a_whole_contact_time_after_the_last_loses_energy(contact_duration_s: float, left: float) -> None:
     """Walls of restitution 1/2 at 1 and 2 s: in the TC model one contact, if less than its time apart."""
     walls = wall_at(1.5, 0.0, -1.0, 0.0), wall_at(0.0, 2.5, 0.0, -1.0)
@@ -137,7 +137,7 @@ def test_of_impacts_at_one_instant_the_first_by_their_bodies_goes_first() -> Non
 IMPACTS = 100_000
 
 
-@pytest.mark.parametrize("scene", [own.collapsing(), own.touching()], ids=lambda scene: scene.name)
+@each("scene", [own.collapsing(), own.touching()])
 def test_a_collapse_and_a_start_in_which_all_discs_touch_come_to_an_end(scene: Scene) -> None:
     """Within a hundred thousand impacts the run ends by itself, and its ending has a name."""
     outcome = EventDrivenRun(scene, record="none").advance_to(scene.duration_s, IMPACTS)

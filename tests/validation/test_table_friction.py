@@ -112,7 +112,7 @@ def test_pit_comes_to_pic_with_the_frames() -> None:
 
 
 @each(
-    ("field", "fields", "why"),
+    "field, fields, why",
     [
         ("table_deceleration_m_s2", {}, "with gravity"),
         ("table_deceleration_m_s2", {"gravity_m_s2": (0.0, 0.0), "damping_per_s": 0.1}, "with damping"),

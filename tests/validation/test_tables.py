@@ -43,7 +43,7 @@ def test_a_wedge_is_left_after_as_many_impacts_as_unfolding_says(degrees: int) -
         assert thrown(degrees, place, velocity, 1.0, 100) == abs(math.floor(turned / angle))
 
 
-@pytest.mark.parametrize("degrees", [60, 45, 30])
+@each("degrees", [60, 45, 30])
 def test_a_wedge_with_losses_collapses_below_its_restitution(degrees: int) -> None:
     """Impacts have no end if and only if cos(a) >= 2 sqrt(e)/(1 + e): the product of two has real eigenvalues then.
 

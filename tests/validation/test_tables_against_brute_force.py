@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 from tests.campaign.tables import KINDS, Tally, draw, run_tables
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.validation import table_runs
 from tests.validation.table_runs import Table, compare, scene_of
 
@@ -17,7 +17,7 @@ from carom.solvers.event_driven import obstacles
 
 
 @pytest.mark.release
-@pytest.mark.parametrize(("begun", "count", "least"), [(0, 12, 200), (10**6, 400, 8000)])
+@each("begun, count, least", [(0, 12, 200), (10**6, 400, 8000)])
 def test_random_tables_agree_up_to_where_rounding_has_grown(begun: int, count: int, least: int) -> None:
     """With bulges of both signs, thick bars, islands, cut sides, some under gravity: equal walls, times, velocities."""
     tally = Tally(begun=begun)
@@ -94,7 +94,7 @@ FAULTS: dict[str, Callable[[Features], Features]] = {
 }
 
 
-@pytest.mark.parametrize("name", release_after(3, FAULTS))
+@each("name", release_after(3, FAULTS))
 def test_a_fault_in_what_walls_consist_of_is_told(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """One of the first tables contradicts brute force, whatever is wrong with a wall's sides, arcs and vertices."""
     monkeypatch.setattr(obstacles, "features_of", lambda *asked: FAULTS[name](features_of(*asked)))

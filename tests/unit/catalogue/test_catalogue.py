@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import cross_checked
 
 import carom
@@ -20,8 +21,8 @@ ENTRIES = list(catalogue().values())
 PAPER = ["paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple"]
 
 
-@pytest.mark.parametrize(
-    ("patterns", "found"),
+@each(
+    "patterns, found",
     [
         (["paper/missed"], ["paper/missed"]),
         (["paper"], PAPER),
@@ -35,8 +36,8 @@ def test_a_name_a_group_a_pattern_and_a_tag_find_their_scenes(patterns: list[str
     assert [entry.name for entry in find_scenes(patterns)] == found
 
 
-@pytest.mark.parametrize(
-    ("wrong", "meant"),
+@each(
+    "wrong, meant",
     [
         ("paper/mised", "paper/missed"),
         ("galperin", "classics/galperin-100"),
@@ -130,9 +131,7 @@ def test_a_scene_is_called_for_by_its_name() -> None:
     assert carom.scene(NAME) == SCENE
 
 
-@pytest.mark.parametrize(
-    "solve", [carom.solve_pic, carom.solve_pit, carom.solve_pic_framewise, carom.certify, carom.horizon]
-)
+@each("solve", [carom.solve_pic, carom.solve_pit, carom.solve_pic_framewise, carom.certify, carom.horizon])
 def test_whatever_takes_a_scene_takes_a_name(solve: Callable[..., object]) -> None:
     """Carom's own methods, certified runs and their horizons make of a name what they make of the scene."""
     assert solve(NAME) == solve(SCENE)
@@ -153,8 +152,8 @@ def test_a_cross_check_takes_names_and_groups() -> None:
     assert NAME in results.known
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
+@each(
+    "name, words",
     [
         ("paper/mised", "did you mean 'paper/missed'"),
         ("paper", "'paper' is not the name of a single scene; it matches: paper/missed, paper/late"),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import altered
 
 from carom import solve_pic
@@ -58,15 +59,15 @@ def test_swapped_impacts_deviate_infinitely() -> None:
     assert score(replace(trace, impacts=trace.impacts[::-1].copy()), entry) == math.inf
 
 
-@pytest.mark.parametrize("name", ["time_s", "velocity_first_after"])
+@each("name", ["time_s", "velocity_first_after"])
 def test_not_a_number_deviates_infinitely(name: str) -> None:
     """NaN never passes for agreement, although it compares as neither more nor less."""
     entry = catalogue()["classics/head-on"]
     assert score(altered(solved(entry), 0, **{name: math.nan}), entry) == math.inf
 
 
-@pytest.mark.parametrize("name", ["final_position_m", "final_velocity_m_s"])
-@pytest.mark.parametrize("scene", ["classics/head-on", "classics/gas"])
+@each("name", ["final_position_m", "final_velocity_m_s"])
+@each("scene", ["classics/head-on", "classics/gas"])
 def test_a_final_state_that_is_not_a_number_deviates_infinitely(name: str, scene: str) -> None:
     """NaN in the final state counts, also where only a conserved quantity is known."""
     entry = catalogue()[scene]

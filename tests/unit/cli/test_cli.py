@@ -425,7 +425,7 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
 
 @pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
-@pytest.mark.parametrize("arguments", [("scenes",), ("--help",), ("scenes", "paper")])
+@each("arguments", [("scenes",), ("--help",), ("scenes", "paper")])
 def test_a_full_disk_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...]) -> None:
     """Output that can't be written ends in a sentence, however late it is found."""
     with Path("/dev/full").open("wb") as full:

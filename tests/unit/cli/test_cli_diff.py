@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from tests.command import carom_command
+from tests.lengths import each
 
 ROOT = Path(__file__).resolve().parents[3]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"
@@ -98,7 +99,7 @@ def test_the_jobs_in_the_docs_are_at_most_ten_lines_that_call_carom() -> None:
     assert set(re.findall(r"- run: carom (run|diff)\b", "".join(blocks))) == {"run", "diff"}
 
 
-@pytest.mark.parametrize("option", ["--page", "--markdown"])
+@each("option", ["--page", "--markdown"])
 def test_what_is_no_comparison_is_not_replaced(sample: Path, tmp_path: Path, option: str) -> None:
     """A file of somebody's, and the very results, are refused and left as they are; an own one is replaced."""
     results, own = sample / "results.jsonl" if sample.is_dir() else sample, tmp_path / "own"

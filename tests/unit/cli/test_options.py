@@ -93,7 +93,7 @@ def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
     return found
 
 
-@pytest.mark.parametrize(("study", "name", "text"), release_after(1, texts()))
+@each("study, name, text", release_after(1, texts()))
 def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name: str, text: str) -> None:
     """A wrong text ends a command with exit code 2 and Python's sentence, under the name that the shell has."""
     one = declared(study)[name]
@@ -145,7 +145,7 @@ TAKEN = [
 ]
 
 
-@each(("study", "name"), TAKEN)
+@each("study, name", TAKEN)
 def test_the_stamp_holds_what_changes_answers(study: type[DeclaredOptions], name: str) -> None:
     """An option on which the answers in a journal depend changes its stamp, and no other does."""
     usual = study()
@@ -172,7 +172,7 @@ def test_usual_values_are_taken() -> None:
 
 
 @each(
-    ("call", "given", "error", "words"),
+    "call, given, error, words",
     [
         (carom.run, (7, "pit"), InputError, "^scene must be a Scene or the name of one in the catalogue, got 7"),
         (partial(carom.run, dt=0.0), ("paper/missed", "pit"), InputError, "^dt must be"),

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.lengths import each
 from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replayed
 from tests.stage import disc_at, staged, wall_at
 
@@ -86,7 +87,7 @@ def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> Non
         compare(reference, other)
 
 
-@pytest.mark.parametrize("horizon", [0, 0.1])
+@each("horizon", [0, 0.1])
 def test_a_horizon_before_the_first_impact_decides_nothing(scene: Scene, reference: Trace, horizon: float) -> None:
     """Without an impact to compare, no run is graded, whether it finds all impacts or none; the reason says so."""
     blind = dataclasses.replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)

@@ -6,8 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Trace, compare, solve_pic, solve_pit
@@ -32,10 +31,10 @@ def without(trace: Trace, row: int) -> Trace:
     return replace(trace, impacts=np.delete(trace.impacts, row))
 
 
-@pytest.mark.parametrize("heights", release_after(1, [2, 6]))
-@pytest.mark.parametrize("frame_rate_hz", release_after(1, [60, 240, 960]))
-@pytest.mark.parametrize("tilt", release_after(1, [0.3, 0.0]))
-@pytest.mark.parametrize("restitution", release_after(2, [0.0, 0.7, 0.2, 0.5]))
+@each("heights", release_after(1, [2, 6]))
+@each("frame_rate_hz", release_after(1, [60, 240, 960]))
+@each("tilt", release_after(1, [0.3, 0.0]))
+@each("restitution", release_after(2, [0.0, 0.7, 0.2, 0.5]))
 def test_pit_of_a_disc_that_comes_to_rest_is_no_worse_than_pit(
     restitution: float, tilt: float, frame_rate_hz: int, heights: int
 ) -> None:
@@ -59,7 +58,7 @@ def test_pit_of_bounces_that_the_scene_cuts_short_is_no_worse_either() -> None:
     assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
 
 
-@pytest.mark.parametrize("row", [0, 1, 2])
+@each("row", [0, 1, 2])
 def test_a_bounce_that_frames_can_see_still_counts(row: int) -> None:
     """The first four bounces of a ball with e = 1/2 are 10 frames apart or more: a run without one is not *sampled*."""
     scene = dropped(0.5, 1.5)

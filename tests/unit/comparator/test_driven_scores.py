@@ -49,7 +49,7 @@ def test_pit_is_graded_as_it_is_on_what_stands() -> None:
     assert found == {"driven/start-at-a-touch", "driven/conveyor"}  # at a look, and on a flat floor
 
 
-@pytest.mark.parametrize("dt_s", release_after(1, [1 / 11, 1 / 60]))
+@each("dt_s", release_after(1, [1 / 11, 1 / 60]))
 def test_pic_is_exact_where_its_last_step_reaches_beyond_the_end(dt_s: float) -> None:
     """Impacts on either side of the scene's end in one step: the state at the end is that after the earlier ones."""
     scenes = [entry.scene for entry in find_scenes(["driven/piston", "driven/paddle-to-and-fro"])]
@@ -173,7 +173,7 @@ def crush() -> Scene:
     )
 
 
-@pytest.mark.parametrize(("steps_per_s", "expected"), release_after(1, [(7.0, 1), (60.0, 4), (55.5, 4)]))
+@each("steps_per_s, expected", release_after(1, [(7.0, 1), (60.0, 4), (55.5, 4)]))
 def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart(steps_per_s: float, expected: int) -> None:
     """PIC is exact and PIT sampled up to there, also at steps that end at the crush; beyond it nothing is compared."""
     results = cross_checked([crush()], ["pic", "pit"], dts=[1 / steps_per_s], profiles=["tuned"])
@@ -191,8 +191,8 @@ _PRESSES = {
 }
 
 
-@pytest.mark.parametrize("turned", [(1.0, 0.0), _SLANT], ids=["upright", "slanted"])
-@pytest.mark.parametrize("press", _PRESSES.values(), ids=_PRESSES)
+@each("turned", [(1.0, 0.0), _SLANT])
+@each("press", _PRESSES.values())
 def test_no_exact_run_begins_where_a_disc_has_no_room(
     press: Wall | Chain | Disc, turned: tuple[float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -267,7 +267,7 @@ def test_normals_after_a_crush_are_not_asked_for() -> None:
     assert seen.impacts["time_s"][-1] > 2.0
 
 
-@pytest.mark.parametrize(("legs", "scored"), [((0.0,), 1), ((0.0, 0.25), 0)])
+@each("legs, scored", [((0.0,), 1), ((0.0, 0.25), 0)])
 def test_an_impact_with_a_disc_on_a_broken_line_has_no_local_error(legs: tuple[float, ...], scored: int) -> None:
     """A straight line gives the disc's position before the impact only if its path has one leg."""
     path = [Leg(from_s=begin_s, velocity_m_s=(-0.5, 0.0)) for begin_s in legs]

@@ -39,7 +39,7 @@ def test_float64_agrees_to_ten_digits_and_not_to_all(certified: CertifiedTrace, 
     assert horizon_of(certified, pic, tolerance=2e-15).agreed < IMPACTS
 
 
-@pytest.mark.parametrize("k", [0, 17, IMPACTS - 1])
+@each("k", [0, 17, IMPACTS - 1])
 def test_the_first_impact_that_is_off_ends_it(certified: CertifiedTrace, pic: Trace, k: int) -> None:
     """A time or a velocity off by more than the tolerance is where the horizon is, for NaN too."""
     for values in ({"time_s": pic.impacts["time_s"][k] + 1e-3}, {"velocity_first_after": (math.nan, 0.0)}):

@@ -85,7 +85,7 @@ def test_a_number_that_is_none_is_wrong_at_any_place(name: str) -> None:
         assert not score.equals_pit, what
 
 
-@pytest.mark.parametrize(
+@each(
     "name",
     [
         "classics/deflection",
@@ -102,7 +102,7 @@ def test_walls_immovable_discs_and_long_chains_are_looked_through_as_well(name: 
             assert (score.grade, score.verdicts[0]) == (Grade.WRONG, Verdict.NOT_FINITE), what
 
 
-@pytest.mark.parametrize("field", ["end_time_s", "dt_s"])
+@each("field", ["end_time_s", "dt_s"])
 def test_the_end_and_the_step_are_numbers(field: str) -> None:
     """A run that ends at no time, or has no step, is wrong."""
     for value in BROKEN:
@@ -145,7 +145,7 @@ def test_nothing_is_held_against_a_reference_with_a_number_that_is_none() -> Non
 
 
 @each(
-    ("values", "expected"),
+    "values, expected",
     [
         ([1.0, -3.0, 2.0], -3.0),
         ([1.0, math.nan], math.nan),

@@ -52,8 +52,8 @@ def spin_off(reference: Trace, size: float) -> Trace:
     return dataclasses.replace(trace, spins=spins, final_spin_rad_s=reference.final_spin_rad_s + np.array([size, 0, 0]))
 
 
-@pytest.mark.parametrize(
-    ("name", "plant", "verdict"),
+@each(
+    "name, plant, verdict",
     [
         ("a flyer", velocity_off, Verdict.WRONG_VELOCITY),
         ("a far disc", place_off, Verdict.MISPLACED),
@@ -89,7 +89,7 @@ def test_a_scale_is_the_greatest_speed_that_led_to_an_impact() -> None:
     assert own.final_speed_m_s.tolist() == [4.0, 4.0, 4.0, 1.0, 0.0]
 
 
-@pytest.mark.parametrize("rate_hz", [60, 240, 1000])
+@each("rate_hz", [60, 240, 1000])
 def test_exact_in_narrow_floats_ends_at_a_hundredth_of_a_steps_travel(rate_hz: int) -> None:
     """However many steps round a place: what is further off than a hundredth of a step's travel is close at best.
 
@@ -181,7 +181,7 @@ def test_velocities_that_nobody_tells_apart_are_not_accused() -> None:
     assert Verdict.WRONG_VELOCITY in compare(reference, slow_run, sampling=solve_pit(scene, frame_rate_hz=30)).verdicts
 
 
-@pytest.mark.parametrize(("late", "price"), [(0.25, 0.25), (0.75, 0.75), (0.0, 0.0)])
+@each("late, price", [(0.25, 0.25), (0.75, 0.75), (0.0, 0.0)])
 def test_where_velocities_cost_nothing_time_is_what_is_paid(late: float, price: float) -> None:
     """Head-on, PIT is late and its velocities are right: it pays the part of a step that it is late, and no 0."""
     scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(2 - late / 60, 0), duration_s=3)
@@ -201,7 +201,7 @@ def test_a_grade_that_is_a_lucky_phase_says_so() -> None:
     assert score.findings[0].reason.endswith("PIT is equally accurate at 1 of 16 phases of the step")
 
 
-@pytest.mark.parametrize(("duration_s", "fastest"), [(0.75, 4.0), (1.25, 6.0)])
+@each("duration_s, fastest", [(0.75, 4.0), (1.25, 6.0)])
 def test_the_scene_is_as_fast_as_a_disc_lands_or_falls_at_the_end(duration_s: float, fastest: float) -> None:
     """A disc dropped by 1 m at 8 m/s^2 lands after 0.5 s at 4 m/s and leaves at 2 m/s; another one does not land.
 

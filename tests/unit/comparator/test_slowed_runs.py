@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 DT_S, TABLE_DT_S = 1 / 240, 1 / 60
 DAMPED = [entry.scene for entry in find_scenes(["contact/damped-*"]) if len(entry.known.impacts)]
 ON_TABLES = [entry.scene for entry in find_scenes(["contact/table-*"])]
-each_damped = pytest.mark.parametrize("scene", release_after(2, reversed(DAMPED)), ids=lambda scene: scene.name)
+each_damped = each("scene", release_after(2, reversed(DAMPED)))
 #: Two discs that meet aside from the line of their centres, at no step's end.
 PAIR = staged(
     "pair",
@@ -107,7 +107,7 @@ def test_the_right_rate_is_exact(scene: Scene) -> None:
 
 
 @each_damped
-@pytest.mark.parametrize("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
+@each("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
 def test_another_rate_is_no_better_than_inaccurate(scene: Scene, factor: float) -> None:
     """A run damped by another rate, or not at all, changes velocities where nothing is met, by that much a step."""
     score = judged(scene, Otherwise(damping_per_s=factor))
@@ -119,8 +119,8 @@ def test_another_rate_is_no_better_than_inaccurate(scene: Scene, factor: float) 
     assert sure(score.local_truth).slipped == pytest.approx(slipped, rel=1e-6)
 
 
-@pytest.mark.parametrize("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
-@pytest.mark.parametrize("scene", ON_TABLES, ids=lambda scene: scene.name)
+@each("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
+@each("scene", ON_TABLES)
 def test_another_deceleration_is_no_better_than_inaccurate(scene: Scene, factor: float) -> None:
     """Whether or not anything is met: each step changes velocities by that part of the table's less or more."""
     score = judged(scene, Otherwise(table_deceleration_m_s2=factor))
@@ -139,13 +139,13 @@ def test_damping_of_the_first_order_is_inaccurate(scene: Scene) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(12))
+@each("seed", range(12))
 def test_pit_is_no_worse_than_sampled_on_a_table(seed: int) -> None:
     """PIT on random tables is not inaccurate, compared with PIT at all phases of its step."""
     assert judged(slowing(seed), load_adapter("pit")).grade not in {Grade.INACCURATE, Grade.PARTED_INACCURATE}
 
 
-@pytest.mark.parametrize("scene", [PAIR, *release_after(2, reversed(DAMPED))], ids=lambda scene: scene.name)
+@each("scene", [PAIR, *release_after(2, reversed(DAMPED))])
 def test_a_wrong_coefficient_is_found(scene: Scene) -> None:
     """A run with nine tenths of the restitution is inaccurate, and off by that at each impact that stands alone."""
     score = judged(scene, Otherwise(restitution=0.9, wall_restitution=0.9))
@@ -167,7 +167,7 @@ def test_a_late_run_of_a_damped_scene_is_late_by_as_much(scene: Scene) -> None:
 
 
 @each(
-    ("scene", "dt_s", "off"),
+    "scene, dt_s, off",
     [(PAIR, TABLE_DT_S, 1e-14), *((scene, DT_S, 1e-12) for scene in DAMPED if scene.name == "contact/damped-pair")],
 )
 def test_effective_times_of_an_engine_are_those_of_its_paths(scene: Scene, dt_s: float, off: float) -> None:

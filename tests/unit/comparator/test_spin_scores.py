@@ -56,7 +56,7 @@ def reason(result: Score, verdict: Verdict) -> str:
     return next(finding.reason for finding in result.findings if finding.verdict is verdict)
 
 
-@pytest.mark.parametrize(("spin", "error", "arm"), [(-2.002, 0.002, "1.001"), (2.0, 4.0, "-1"), (0.0, 2.0, "0")])
+@each("spin, error, arm", [(-2.002, 0.002, "1.001"), (2.0, 4.0, "-1"), (0.0, 2.0, "0")])
 def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, error: float, arm: str) -> None:
     """The disc of 'grip' comes at 5 m/s and leaves at (2, 2) with -2 rad/s: another spin is an error of spin alone."""
     result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
@@ -72,16 +72,14 @@ def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, 
     assert f", spin {error / 5:.3g}" in str(result)
 
 
-@pytest.mark.parametrize(
-    ("spin", "said"), [(-2.000002, "1e-6 of its radius outside"), (-1.999998, "1e-6 of its radius inside")]
-)
+@each("spin, said", [(-2.000002, "1e-6 of its radius outside"), (-1.999998, "1e-6 of its radius inside")])
 def test_an_arm_that_is_hardly_off_the_radius_is_told_by_its_difference(spin: float, said: str) -> None:
     """Friction turns the disc of 'grip' by -2 rad/s: a millionth more or less is an arm longer or shorter by that."""
     result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
     assert f"as if it acted at {said} its rim" in reason(result, Verdict.ANGULAR)
 
 
-@pytest.mark.parametrize("part", [0.9, 0.95, 1.05])
+@each("part", [0.9, 0.95, 1.05])
 def test_a_spin_that_sampling_does_not_explain_is_not_sampled(part: float) -> None:
     """Off by a twentieth in what of its slip a superball gets back, at the right time, by less than PIT in speed."""
     scene = scene_named("superball-table")

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.drawn import drawn, slowing
+from tests.lengths import each
 from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Scene
@@ -99,7 +100,7 @@ def states_of(scene: Scene, dt_s: float) -> States:
     return States(times, np.array(place), np.array(velocity), None)
 
 
-@pytest.mark.parametrize("scenes_of", [*named(), *at_random()])
+@each("scenes_of", [*named(), *at_random()])
 def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(
     scenes_of: Callable[[], list[Scene]],
 ) -> None:

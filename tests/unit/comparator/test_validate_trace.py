@@ -34,7 +34,7 @@ def with_spin_of_the_wall(trace: Trace) -> Trace:
 
 
 @each(
-    ("change", "words"),
+    "change, words",
     [
         (with_other(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
         (with_other(second=9), r"second of impact 0 .* is disc 9 \(9\)"),

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.lengths import each
 
 from carom.conformance.known_failures import KnownFailure, check_names, here, known_reasons, load_known_failures
 from carom.conformance.known_failures_file import TO_BE_WRITTEN, WrittenFailures, write_known_failures
@@ -29,8 +30,8 @@ def test_each_case_has_its_entrys_reason(tmp_path: Path) -> None:
     assert load_known_failures(file) == ()
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
+@each(
+    "text, message",
     [
         ("[[known_failure]", "is not TOML: "),
         ("[[known]]\nreason = 'x'", "'known' is unknown"),
@@ -86,8 +87,8 @@ def test_names_are_held_against_the_cases_that_there_are() -> None:
         check("a::times[default-x]")
 
 
-@pytest.mark.parametrize(
-    ("versions", "holds"),
+@each(
+    "versions, holds",
     [
         (">=7,<8", {"7.0", "7.3.1", "7.0.0rc1"}),
         ("7.3.1", {"7.3.1"}),
@@ -200,7 +201,7 @@ def test_a_case_of_another_platform_joins_for_this_release_here(tmp_path: Path) 
     assert (entry.versions, entry.platform, entry.cases) == ("7.3.1", HERE, ("a::times[default-x]",))
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         'known_failure = [{reason = "one", cases = ["a::b"]}, {reason = "two", cases = ["a::c"]}]',

@@ -88,8 +88,8 @@ def off(units: float) -> Callable[[Setting], Setting]:
     return lambda value: value * (1 + units * 2.0**-23) if isinstance(value, float) else value
 
 
-@pytest.mark.parametrize(
-    ("read", "bits", "passes"),
+@each(
+    "read, bits, passes",
     [(narrowed, 32, True), (narrowed, 64, False), (off(3), 32, False), (off(2.0**-29), 64, False)],
 )
 def test_settings_are_read_back_to_the_declared_width(
@@ -101,7 +101,7 @@ def test_settings_are_read_back_to_the_declared_width(
     assert passes or "differs from the requested one" in said
 
 
-@pytest.mark.parametrize("unit", [1.0, 100.0, 1 / 3])
+@each("unit", [1.0, 100.0, 1 / 3])
 def test_a_start_may_be_rounded_into_units_and_back(unit: float, held: Held) -> None:
     """An engine in pixels is a unit in the last place off at the start, and starts as written for all that."""
     assert held(Bouncer(unit=unit), "start[tuned]") == ""
@@ -112,7 +112,7 @@ def test_a_start_further_off_is_found(held: Held) -> None:
     assert "starts differently from the scene" in held(Bouncer(nudge=3 * 2.0**-53), "start[tuned]")
 
 
-@pytest.mark.parametrize(("bits", "shove", "passes"), [(32, 3e-4, False), (32, 3e-6, True), (64, 3e-6, False)])
+@each("bits, shove, passes", [(32, 3e-4, False), (32, 3e-6, True), (64, 3e-6, False)])
 def test_a_velocity_off_by_more_than_rounding_is_found(bits: int, shove: float, passes: bool, held: Held) -> None:
     """In 32 bits velocities off by 3e-4 are wrong and by 3e-6 are rounding, which in 64 bits is wrong too."""
     engine = Bouncer(shove=shove, capabilities=Capabilities(restitution=(0.0, 1.0), float_bits=bits))
@@ -174,7 +174,7 @@ def test_a_margin_excuses_nothing_else(held: Held) -> None:
     assert "leaves wrong velocities" in said
 
 
-@pytest.mark.parametrize("offset", [0.0, 0.3, 0.6, 0.9])
+@each("offset", [0.0, 0.3, 0.6, 0.9])
 def test_thicker_bodies_show_what_a_margin_means(offset: float) -> None:
     """Time and velocity of one impact are off by the closed forms for a margin, and by no more for a smaller one."""
     e, masses, speed, gap = 0.75, (1.0, 3.0), 5.0, 2.0
@@ -238,7 +238,7 @@ LIES_ABOUT_WALLS: dict[str, tuple[str, Callable[[Scene], Scene], str]] = {
 }
 
 
-@pytest.mark.parametrize("lie", LIES_ABOUT_WALLS)
+@each("lie", LIES_ABOUT_WALLS)
 def test_a_lie_about_walls_is_found(lie: str, held: Held) -> None:
     """PIT with a wall that is other than declared fails the case for it; as it is, it passes."""
     pit = load_adapter("pit")

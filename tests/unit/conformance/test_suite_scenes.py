@@ -8,7 +8,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 
 from carom import compare, solve_pic
 from carom.catalogue import all_scenes
@@ -45,9 +45,7 @@ def test_an_answer_that_does_not_tell_every_spin_makes_no_trace() -> None:
         known_trace(entry.scene, silent)
 
 
-@pytest.mark.parametrize(
-    ("profiles", "scenes", "least"), release_after(1, [(["tuned"], "classics/box|spin/gearing", 50), ([], "", 200)])
-)
+@each("profiles, scenes, least", release_after(1, [(["tuned"], "classics/box|spin/gearing", 50), ([], "", 200)]))
 def test_pic_passes_every_case(profiles: list[str], scenes: str, least: int, tmp_path: Path) -> None:
     """What an adapter may declare, PIC does; nearly all are about it, and none fails: tuned on two scenes, or all."""
     (engine,) = make_suite(["pic"], profiles, None, [tmp_path], LimitOptions()).engines

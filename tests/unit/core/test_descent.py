@@ -61,7 +61,7 @@ def test_a_path_that_turns_just_before_or_behind_a_ceiling_is_told_apart(pull: f
 
 
 @each(
-    ("gap", "speed", "pull", "time"),
+    "gap, speed, pull, time",
     [
         (0.0, -1.0, 5.0, 0.0),  # touches and approaches: an impact now, whatever pulls it away later
         (0.0, 0.0, -5.0, 0.0),  # touches and is pulled on: resting contact
@@ -89,7 +89,7 @@ def test_which_root_it_is_follows_from_signs(gap: float, speed: float, pull: flo
 
 
 @each(
-    ("y", "vx", "vy", "leaving", "time"),
+    "y, vx, vy, leaving, time",
     [
         (1.5, 0.0, -1.0, None, 0.0),  # touches and approaches
         (1.5, 0.0, 0.0, None, 0.0),  # rests on top

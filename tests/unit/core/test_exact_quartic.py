@@ -18,7 +18,7 @@ def polynomial(*roots: int) -> list[int]:
 
 
 @each(
-    ("roots", "times"),
+    "roots, times",
     [
         ((1, 2, 3, 4), [1.0, 3.0]),
         ((1, 1, 3, 4), [3.0]),  # a graze first

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 
 import carom
 from carom.core import extension
@@ -39,9 +39,7 @@ def test_a_missing_extension_is_an_error_with_a_remedy(tmp_path: Path) -> None:
     assert done.stderr.count("Traceback") == 1
 
 
-@pytest.mark.parametrize(
-    ("edited", "touched", "stale"), release_after(2, [(True, True, True), (False, True, False), (False, False, False)])
-)
+@each("edited, touched, stale", release_after(2, [(True, True, True), (False, True, False), (False, False, False)]))
 def test_an_edited_source_of_an_editable_install_is_warned_of_and_noted(
     edited: bool, touched: bool, stale: bool, tmp_path: Path
 ) -> None:

@@ -64,7 +64,7 @@ def test_a_disc_meets_a_fixed_one_at_the_exact_time(make: Callable[[random.Rando
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("make", ENCOUNTERS)
+@each("make", ENCOUNTERS)
 def test_many_discs_meet_fixed_ones_at_the_exact_time(make: Callable[[random.Random], Encounter]) -> None:
     """The same holds for more cases of each kind."""
     assert_exact(make, 1_500, 2)
@@ -106,7 +106,7 @@ def test_a_disc_meets_a_feature_at_the_exact_time(make: Callable[[random.Random]
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("make", MAKERS)
+@each("make", MAKERS)
 def test_many_discs_meet_features_at_the_exact_time(make: Callable[[random.Random], Fall]) -> None:
     """The same holds for more cases of each kind."""
     assert_exact_at_features(make, 1_500, 4)

@@ -272,7 +272,7 @@ RING = Arc.on(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, ins
 
 
 @each(
-    ("feature", "place", "velocity", "time"),
+    "feature, place, velocity, time",
     [
         (FLOOR, (1.0, 0.5), (3.0, -1.0), 0.0),  # touches and approaches
         (FLOOR, (1.0, 0.5), (3.0, 0.0), NEVER),  # slides along
@@ -303,7 +303,7 @@ def test_a_time_of_small_numbers_is_exact(feature: Feature, place: Point, veloci
 
 
 @each(
-    ("place", "velocity", "time"),
+    "place, velocity, time",
     [
         ((0.0, -0.75), (1.0, 0.0), 2.0),  # comes along the tangent at the arc's first point, as from a stadium's side
         ((2.0, -0.75), (1.0, 0.0), 0.0),
@@ -352,7 +352,7 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
 
 
 @each(
-    ("feature", "place", "velocity", "leaving", "time"),
+    "feature, place, velocity, leaving, time",
     [
         (FLOOR, (1.0, 4.5), (0.0, 0.0), None, 1.0),  # 4 m of free fall at 8 m/s^2
         (FLOOR, (3.0, 4.5), (0.0, 0.0), None, NEVER),  # next to it

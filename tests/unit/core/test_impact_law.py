@@ -65,8 +65,8 @@ def span(*vectors: Vector) -> Fraction:
 # Known answers --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("impact", "after"),
+@each(
+    "impact, after",
     [
         pytest.param(Impact((3, 0), 2, (-1, 0), 2, (1, 0), 1.0), [(-1, 0), (3, 0)], id="equal masses exchange"),
         # 2 kg at 3 m/s against 1 kg at rest with e = 1/2 exchange 3 N s.
@@ -120,7 +120,7 @@ def test_neither_the_length_of_the_normal_nor_the_unit_of_mass_matters(impact: I
     np.testing.assert_array_equal(plain, scaled)
 
 
-@pytest.mark.parametrize("v1", [(-1.0, 0.0), (0.0, 0.0), (0.0, 5.0)])
+@each("v1", [(-1.0, 0.0), (0.0, 0.0), (0.0, 5.0)])
 def test_bodies_that_do_not_approach_are_returned_as_they_were(v1: Vector) -> None:
     """Separating, at rest or sliding along each other, there is no impact."""
     after1, after2 = resolve_impact(v1, 1, [0, 0], 2, [1, 0])
@@ -149,7 +149,7 @@ GOOD: dict[str, Any] = {"v1": [1, 0], "m1": 1.0, "v2": [0, 0], "m2": 1.0, "norma
 
 
 @each(
-    ("name", "value", "says"),
+    "name, value, says",
     [
         ("v1", [math.nan, 0], "v1 must be finite everywhere, got nan"),
         ("v2", [0, math.inf], "v2 must be finite everywhere, got inf"),

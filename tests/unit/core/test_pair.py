@@ -106,8 +106,8 @@ def ties(kind: str, count: int) -> list[list[float]]:
     return rows
 
 
-@pytest.mark.parametrize("rows", release_after(1, [150, 600]))
-@pytest.mark.parametrize("kind", ["graze", "touching", "sliding"])
+@each("rows", release_after(1, [150, 600]))
+@each("kind", ["graze", "touching", "sliding"])
 def test_no_rounding_decides_a_tie(kind: str, rows: int) -> None:
     """Where b, c or D is exactly 0, or a rounding from it, the answer is that of rational arithmetic."""
     seen = set()

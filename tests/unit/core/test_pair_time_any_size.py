@@ -78,7 +78,7 @@ def assert_all_right(columns: Array) -> None:
 SPANS = [(-320.0, 307.9), (-150.0, 150.0), (-60.0, 60.0), (-25.0, 25.0)]
 
 
-@pytest.mark.parametrize("seeds", [1, pytest.param(50, marks=pytest.mark.release)])
+@each("seeds", [1, pytest.param(50, marks=pytest.mark.release)])
 @each("least, most", SPANS)
 def test_numbers_of_all_sizes_in_one_pair_have_the_right_time(least: float, most: float, seeds: int) -> None:
     """Hit or miss is exact and a time within 2 ulp, in the scalar and the array form alike."""
@@ -87,9 +87,7 @@ def test_numbers_of_all_sizes_in_one_pair_have_the_right_time(least: float, most
 
 
 @each("name", CLASSES)
-@pytest.mark.parametrize(
-    ("length", "speed"), release_after(2, [(500, 0), (-900, -900), (-500, 0), (0, 500), (0, -500), (900, 900)])
-)
+@each("length, speed", release_after(2, [(500, 0), (-900, -900), (-500, 0), (0, 500), (0, -500), (900, 900)]))
 def test_scaling_by_powers_of_two_changes_no_bit_of_a_time(name: str, length: int, speed: int) -> None:
     """Lengths or speeds times a power of two give times, to the bit, times the one or over the other."""
     columns = pairs_of_class(name, 60, 3)
@@ -153,7 +151,7 @@ def test_a_time_beyond_the_largest_float_is_never() -> None:
 
 
 @each(
-    ("place", "velocity", "time_s"),
+    "place, velocity, time_s",
     [
         ((2.0**1000, 0.0), (-1.0, 0.0), 2.0**1000),
         ((0.0, 2.0**1000), (0.0, -1.0), 2.0**1000),

@@ -85,8 +85,8 @@ def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None
 
 
 @each("form", FORMS)
-@pytest.mark.parametrize(
-    ("d", "u", "time"),
+@each(
+    "d, u, time",
     [
         pytest.param((5.0, 0.0), (-2.0, 0.0), 2.0, id="head-on"),
         pytest.param((4.0, 3.0), (-1.0, 0.0), math.inf, id="passing by"),
@@ -142,8 +142,8 @@ def test_the_time_is_never_negative_and_never_nan(dx: float, dy: float, ux: floa
 # Walls ----------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("gap", "velocity", "time"),
+@each(
+    "gap, velocity, time",
     [
         pytest.param(3.0, -2.0, 1.5, id="approaching"),
         pytest.param(3.0, 2.0, math.inf, id="separating"),
@@ -173,7 +173,7 @@ def test_plain_numbers_give_a_float() -> None:
 
 
 @each(
-    ("p1", "v1", "r1", "p2", "v2", "r2", "shape"),
+    "p1, v1, r1, p2, v2, r2, shape",
     [
         ((2,), (2,), (), (7, 2), (2,), (), (7,)),
         ((2,), (7, 2), (), (2,), (2,), (), (7,)),
@@ -218,7 +218,7 @@ GOOD: dict[str, Any] = {"p1": [0, 0], "v1": [1, 0], "r1": 1.0, "p2": [5, 0], "v2
 
 
 @each(
-    ("name", "value", "says"),
+    "name, value, says",
     [
         ("p1", [math.nan, 0], "p1 must be finite everywhere, got nan"),
         ("v1", [0, -math.inf], "v1 must be finite everywhere, got -inf"),
@@ -239,7 +239,7 @@ def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: 
     assert str(caught.value).startswith(says)
 
 
-@pytest.mark.parametrize(("name", "shape"), [("p1", (3, 2)), ("r1", (3,))])
+@each("name, shape", [("p1", (3, 2)), ("r1", (3,))])
 def test_shapes_that_do_not_broadcast_are_refused(name: str, shape: tuple[int, ...]) -> None:
     """Three discs against four is a mistake, and the message shows the shapes."""
     with pytest.raises(InputError, match="do not broadcast") as caught:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from tests.lengths import each
 
 from carom.core.features import Face
 from carom.core.wall_features import are_decidable, features_of
@@ -70,8 +71,8 @@ def face(a: tuple[float, float], b: tuple[float, float]) -> Face:
     return Face.between(a, b)
 
 
-@pytest.mark.parametrize(
-    ("second", "smooth", "elastic"),
+@each(
+    "second, smooth, elastic",
     [
         pytest.param((0.0, 3.0), True, True, id="90 degrees"),
         pytest.param((-4.0, 3.0), False, False, id="an obtuse corner"),

@@ -71,7 +71,7 @@ def test_every_entry_point_of_the_group_is_listed_once() -> None:
     assert names[2:] == sorted(names[2:])
 
 
-@pytest.mark.parametrize("name", ["pic", "pit"])
+@each("name", ["pic", "pit"])
 def test_caroms_own_methods_come_in_by_entry_point_and_are_available(name: str) -> None:
     """Carom's own methods are adapters like any other, of Carom's own version, and need no installation."""
     (info,) = (info for info in engines() if info.name == name)
@@ -113,8 +113,8 @@ def test_an_engine_is_unavailable_for_what_is_missing_and_for_nothing_else(row: 
     assert unavailable_reason(engine) == reason
 
 
-@pytest.mark.parametrize(
-    ("installed", "oldest", "refused"),
+@each(
+    "installed, oldest, refused",
     [
         ("5.4.1", "5.7", True),
         ("5.6.99", "5.7", True),

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import disc_at, staged, sure
 from tests.unit.execution.stubs import Makes, Still
 
@@ -68,8 +69,8 @@ def test_a_clock_that_shows_no_time_is_too_coarse() -> None:
     assert time_run(Adapter(0.0, 0.001), SCENE, "tuned", DT_S).advance_s == 0.001
 
 
-@pytest.mark.parametrize(
-    ("begun", "shown"),
+@each(
+    "begun, shown",
     [
         *((begun, 1.0) for begun in ("1", None, math.nan, -math.inf, -(10**400))),
         *((0.0, shown) for shown in (math.inf, math.nan, -1.0, "1", None)),
@@ -81,7 +82,7 @@ def test_a_clock_that_shows_no_number_is_refused_by_value(begun: Any, shown: Any
         time_run(Adapter(begun, shown), SCENE, "tuned", DT_S)
 
 
-@pytest.mark.parametrize("shown", [(0.0,), (0.0, math.inf), (0.0, 0.0, 0.001)])
+@each("shown", [(0.0,), (0.0, math.inf), (0.0, 0.0, 0.001)])
 def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
     """In a timing pass an engine with such a clock is not timed, with the reason; PIT is timed."""
     found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line

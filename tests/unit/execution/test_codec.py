@@ -105,7 +105,7 @@ def test_a_line_of_a_journal_of_wrong_types_is_refused_in_a_sentence(journal_lin
             reopened(path, [head, {**entry, "answer": {**entry["answer"], "value": value}}])
 
 
-@pytest.mark.parametrize("extra", [None, "absent", 5, {}])
+@each("extra", [None, "absent", 5, {}])
 def test_a_head_with_a_name_more_is_refused_by_that_name(journal_lines: tuple[Path, list[Any]], extra: Any) -> None:
     """A head that says more than this one's is of other work, though what it says be null."""
     path, (head, entry) = journal_lines

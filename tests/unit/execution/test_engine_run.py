@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import disc_at, staged, sure, wall_at
 from tests.unit.execution.stubs import Makes, Still
 
@@ -55,7 +56,7 @@ def observed(world: Any) -> Mapping[str, int]:
     return observe_run(Makes(world), scene, "default", DT).counts
 
 
-@pytest.mark.parametrize(("world", "lacked"), [(UnreadSettings(), "SPECULATIVE"), (UnreadCounts(), "solved")])
+@each("world, lacked", [(UnreadSettings(), "SPECULATIVE"), (UnreadCounts(), "solved")])
 def test_an_attribute_that_the_engine_lacks_is_told_as_that(world: Still, lacked: str) -> None:
     """An AttributeError inside a property of a world comes out as it is, and the world is closed."""
     with pytest.raises(AttributeError, match=lacked):
@@ -75,8 +76,8 @@ def test_counts_may_be_absent_or_come_by_any_way() -> None:
     assert observed(Delegating())["solved"] == 3
 
 
-@pytest.mark.parametrize("name", ["contact/drop", "contact/rolling-resistance", "contact/incline-rolls"])
-@pytest.mark.parametrize("steps_per_s", [47, 60])
+@each("name", ["contact/drop", "contact/rolling-resistance", "contact/incline-rolls"])
+@each("steps_per_s", [47, 60])
 def test_a_disc_in_contact_is_at_the_scene_s_end_what_it_is_there(name: str, steps_per_s: int) -> None:
     """A last step that reaches beyond the end is taken back by what the wall leaves of gravity, not by all of it."""
     scene = all_scenes()[name].scene
@@ -131,10 +132,8 @@ class OneByOne:
         return getattr(self.world, "counts", {})
 
 
-@pytest.mark.parametrize("engine", ["pic", "pit"])
-@pytest.mark.parametrize(
-    "scene", ["paper/missed", "gravity/box", "spin/throw-slide", "contact/damped-pair", "contact/drop"]
-)
+@each("engine", ["pic", "pit"])
+@each("scene", ["paper/missed", "gravity/box", "spin/throw-slide", "contact/damped-pair", "contact/drop"])
 def test_quiet_steps_taken_at_once_change_nothing(engine: str, scene: str) -> None:
     """Many steps in one call give the trace of the same steps one by one, with its states, samples and counts."""
     adapter, scene_of = load_adapter(engine), as_scene(scene)

@@ -57,7 +57,7 @@ def rounded() -> Iterator[tuple[Array, Array]]:
 
 
 @each(
-    ("scene", "states", "bits", "begins"),
+    "scene, states, bits, begins",
     [
         pytest.param(PARTING, straight(PARTING), 64, True, id="they part"),
         *(
@@ -107,8 +107,8 @@ def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, 
     assert float(time_until_near(place, speed, np.array([4.0 * r]))[0]) <= float(touches)
 
 
-@pytest.mark.parametrize(
-    ("place", "speed", "near_s"),
+@each(
+    "place, speed, near_s",
     [
         ((1e12, 0.5), (-1e3, 0.0), 1e9),  # from a million million radii away, by half a radius aside
         ((math.inf, 0.0), (1.0, 0.0), 0.0),
@@ -134,7 +134,7 @@ def test_two_steps_must_leave_every_velocity_as_it_was() -> None:
     assert begun_at(PARTING, states) == 0
 
 
-@pytest.mark.parametrize(("units", "begins"), [(0, True), (4, True), (5, False), (-5, False)])
+@each("units, begins", [(0, True), (4, True), (5, False), (-5, False)])
 def test_a_position_may_be_off_by_what_rounding_makes_of_it(units: int, begins: bool) -> None:
     """Just above 4 m a step may be off by four units in the last place, each 2^-50 m, and not by five."""
     scene, speed = pair(3.5, 1.0), np.array([(0.0, 0.0), (1.0, 0.0)])
@@ -144,7 +144,7 @@ def test_a_position_may_be_off_by_what_rounding_makes_of_it(units: int, begins: 
     assert (begun_at(scene, states, dt_s) > 0) is begins
 
 
-@pytest.mark.parametrize(("steps_after_the_end", "begins"), [(1, False), (1.5, False), (2.5, True)])
+@each("steps_after_the_end, begins", [(1, False), (1.5, False), (2.5, True)])
 def test_what_comes_near_within_two_steps_of_the_end_is_followed(steps_after_the_end: float, begins: bool) -> None:
     """An engine that looks two steps ahead may act on a contact that comes after the end of the scene."""
     near_s = 10.0 + steps_after_the_end * DT
@@ -153,7 +153,7 @@ def test_what_comes_near_within_two_steps_of_the_end_is_followed(steps_after_the
     assert (begun_at(scene, straight(scene, 600)) > 0) is begins
 
 
-@pytest.mark.parametrize(
+@each(
     "name", ["paper/late", "paper/multiple", "classics/deflection", "classics/inelastic-oblique", "issues/nimble-143"]
 )
 def test_a_run_that_ends_early_ends_where_the_whole_run_does(name: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Scene, Wall
@@ -65,7 +66,7 @@ def test_a_contact_of_several_steps_is_one_impact() -> None:
     assert impact["velocity_second_after"].tolist() == [1.0, 0.0]
 
 
-@pytest.mark.parametrize(("turned", "float_bits", "known"), [(1e-15, 64, False), (1e-9, 64, True), (1e-9, 32, False)])
+@each("turned, float_bits, known", [(1e-15, 64, False), (1e-9, 64, True), (1e-9, 32, False)])
 def test_paths_that_turned_by_rounding_alone_meet_nowhere(turned: float, float_bits: int, known: bool) -> None:
     """An impact that is undone leaves a velocity's last bits changed: where such lines meet is no time of anything."""
     start = state((0.0, 1.0), (0.21, 0.0))
@@ -127,7 +128,7 @@ def test_two_contacts_of_one_disc_in_one_step_are_told_apart_by_their_impulses()
     assert np.isnan(collector.states["position_first"]).all()
 
 
-@pytest.mark.parametrize("turned", [(1.0, 0.0), (0.0, -1.0)])
+@each("turned", [(1.0, 0.0), (0.0, -1.0)])
 def test_a_pair_pushed_together_again_by_a_third_body_collides_twice(turned: tuple[float, float]) -> None:
     """A pair that had bounced off and approaches again at the next step is a second impact, not the first going on."""
 
@@ -148,7 +149,7 @@ def test_a_pair_pushed_together_again_by_a_third_body_collides_twice(turned: tup
     assert found.met == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
 
 
-@pytest.mark.parametrize("turn_s", [0.0125, 0.05, 0.0875])
+@each("turn_s", [0.0125, 0.05, 0.0875])
 def test_the_effective_time_is_where_the_path_turned(turn_s: float) -> None:
     """Free-flight lines that meet at an instant within the step give it back; of a disc at a wall, its own two."""
     start = state((0.0, 2.0), (1.0, -1.0))
@@ -253,7 +254,7 @@ def landing(fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: i
     return collect(start, *seen, scene=scene)
 
 
-@pytest.mark.parametrize("fall_s", [0.41, 0.55, 0.5999])
+@each("fall_s", [0.41, 0.55, 0.5999])
 def test_a_ball_that_lands_and_rests_has_struck_where_it_landed(fall_s: float) -> None:
     """A contact that gravity holds to the end of the run ends its impact where it rests: the instant is the landing."""
     assert landing(fall_s).effective == pytest.approx([fall_s], abs=8 * math.ulp(1.0))
@@ -270,7 +271,7 @@ def test_a_soft_contact_that_throws_back_is_not_ended_where_it_turns() -> None:
     assert impact["velocity_first_after"][1] == 0.5 * G * 0.55
 
 
-@pytest.mark.parametrize("acts_at_end", [False, True])
+@each("acts_at_end", [False, True])
 def test_velocities_of_discs_that_fall_together_are_those_of_their_impact(acts_at_end: bool) -> None:
     """Before and after an impact discs are as fast as they fell until then, whichever end of a step it acts at.
 

@@ -20,6 +20,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 from tests.stage import disc_at, staged, sure
 
 from carom.comparator import Errors
@@ -121,8 +122,8 @@ SIGNS = ["\u2028", "\u2029", "\x85", "\x1b[31m", "\u202e", "\x0c"]
 NAMED = [JournalEntry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=measures())) for sign in SIGNS]
 
 
-@pytest.mark.parametrize(
-    ("opened", "entries"),
+@each(
+    "opened, entries",
     [
         pytest.param(score_journal, [CRASHED], id="a crash has its reason and no numbers"),
         pytest.param(score_journal, NAMED, id="no sign in a name breaks a line"),
@@ -159,7 +160,7 @@ def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
         score_journal(path, resume=True)
 
 
-@pytest.mark.parametrize("torn", ['{"key":{"scene', "{", "\x00\x00\x00", "\x00\x00\n", '{"key":1,\n'])
+@each("torn", ['{"key":{"scene', "{", "\x00\x00\x00", "\x00\x00\n", '{"key":1,\n'])
 def test_a_torn_last_line_is_cut_off_and_nothing_else(tmp_path: Path, torn: str) -> None:
     """What a kill or a loss of power tears is the last line; it goes, the others stay, and the next is a line."""
     path = kept(tmp_path, 0.1, 0.2)
@@ -239,7 +240,7 @@ def test_ctrl_c_while_the_first_line_is_written_does_not_lose_it(
     assert steps_in(path) == [0.1]
 
 
-@pytest.mark.parametrize("torn", [2**26, pytest.param(2**31, marks=pytest.mark.long)])
+@each("torn", [2**26, pytest.param(2**31, marks=pytest.mark.long)])
 def test_a_torn_line_of_any_size_is_cut_off_without_being_read_into_memory(tmp_path: Path, torn: int) -> None:
     """A tail of gigabytes, most of them a hole, costs no more memory than a block of it."""
     path = kept(tmp_path, 0.1)
@@ -254,9 +255,7 @@ def test_a_torn_line_of_any_size_is_cut_off_without_being_read_into_memory(tmp_p
     assert path.read_bytes() == whole
 
 
-@pytest.mark.parametrize(
-    "line", ["[" * 100_000, '{"key":' * 100_000, '{"a": [' + "0," * 2**18 + "0]}", '{"expected": "a"}', "null"]
-)
+@each("line", ["[" * 100_000, '{"key":' * 100_000, '{"a": [' + "0," * 2**18 + "0]}", '{"expected": "a"}', "null"])
 def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) -> None:
     """Nested without end, of a quarter of a million values or of the wrong kind: a line is refused by its number."""
     path = kept(tmp_path, 0.1)
@@ -270,7 +269,7 @@ def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) 
         score_journal(path, resume=True)
 
 
-@pytest.mark.parametrize("status", [Status.CRASHED, Status.TIMED_OUT, Status.FAILED, Status.UNSUPPORTED, Status.RAN])
+@each("status", [Status.CRASHED, Status.TIMED_OUT, Status.FAILED, Status.UNSUPPORTED, Status.RAN])
 def test_what_was_broken_off_is_run_again_where_it_is_asked_for(tmp_path: Path, status: Status) -> None:
     """With `retry` a crash, a time-out and an adapter's error count as not run; what ran, or can't be run, counts."""
     path, answer = tmp_path / "journal.jsonl", Answer(status, "why", measures() if status is Status.RAN else None)

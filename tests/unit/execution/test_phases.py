@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 import carom
@@ -83,7 +83,7 @@ def dropped() -> Scene:
     )
 
 
-@pytest.mark.parametrize(("phase", "ahead_s"), [(0.5, 0.125), (0.75, 0.1875)])
+@each("phase, ahead_s", [(0.5, 0.125), (0.75, 0.1875)])
 def test_a_falling_scene_is_shifted_along_its_parabola(phase: float, ahead_s: float) -> None:
     """Under gravity a start moved ahead is a point of the parabola: ``h = 1/2 - g t^2/2``, ``v = -g t``, by hand."""
     (one,) = shifted_references(solve_pic(dropped()), 0.25, [phase])
@@ -115,9 +115,7 @@ def missing(offset: float, advance: float) -> Scene:
     )
 
 
-@pytest.mark.parametrize(
-    ("offset", "advance", "phases"), release_after(1, [(0.8, 0.9, 24), (0.8, 0.9, 60), (0.0, 2.0, 60)])
-)
+@each("offset, advance, phases", release_after(1, [(0.8, 0.9, 24), (0.8, 0.9, 60), (0.0, 2.0, 60)]))
 def test_pit_misses_the_share_of_phases_that_the_closed_form_says(offset: float, advance: float, phases: int) -> None:
     """Over many phases PIT's misses are the closed form's, to the discrepancy of the sequence.
 
@@ -153,7 +151,7 @@ def test_the_closed_form_is_of_straight_paths_within_the_run() -> None:
     assert math.isnan(pit_miss_probability(staged("legs", small, turning, duration_s=1.0), 1 / 5))
 
 
-@pytest.mark.parametrize("phases", [-1, True, 2.5])
+@each("phases", [-1, True, 2.5])
 def test_a_number_of_phases_that_is_none_is_refused(phases: int) -> None:
     """A negative, fractional or logical number of phases is refused by name."""
     with pytest.raises(InputError, match="phases must be a whole number"):

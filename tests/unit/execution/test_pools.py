@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.processes import PATIENT_S, limit_only
 
 from carom import Disc, Scene, Wall
@@ -81,7 +82,7 @@ def options(engines: tuple[str, ...]) -> Options:
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("where", [name for name in POOLS if name != "in process"])
+@each("where", [name for name in POOLS if name != "in process"])
 @pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
 def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:
     """A crash, a hang and a failure each are a row that explains itself; any other row is that of a run in process."""
@@ -102,7 +103,7 @@ def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest
     assert found == {name: one for name, one in expected.items() if name != "raises"}
 
 
-@pytest.mark.parametrize("first", [1, 2])
+@each("first", [1, 2])
 def test_a_signal_that_comes_while_a_pool_is_started_is_heard(first: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """An interruption of a thread's start leaves the pool as it was, without a running part."""
     started: list[threading.Thread] = []

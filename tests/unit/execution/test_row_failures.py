@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, staged, wall_at
 from tests.unit.execution.conftest import STANDING
 
@@ -71,7 +71,7 @@ def by_engine(results: Results) -> dict[str, Row]:
     return {row.job.engine: row for row in results.rows}
 
 
-@pytest.mark.parametrize("phases", [0, 2])
+@each("phases", [0, 2])
 def test_a_row_that_can_not_be_scored_costs_no_other(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, phases: int
 ) -> None:
@@ -102,9 +102,7 @@ def spoilt(results: Results, **fields: Any) -> Results:
     return replace(results, rows=rows)
 
 
-@pytest.mark.parametrize(
-    "fields", release_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}])
-)
+@each("fields", release_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}]))
 def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
     """A row whose record or replay can't be made is a failed row of the report; the report is written."""
     results = spoilt(checked(scene, "sound"), **fields)

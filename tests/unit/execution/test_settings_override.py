@@ -91,7 +91,7 @@ def test_a_value_is_read_as_the_kind_that_the_setting_is(scene: Scene) -> None:
 
 
 @each(
-    ("settings", "words"),
+    "settings, words",
     [
         ({"iterations": "2.5"}, "'iterations' of pymunk must be a whole number, got '2.5'"),
         ({"iterations": 2.0}, "'iterations' of pymunk must be a whole number, got '2.0'"),

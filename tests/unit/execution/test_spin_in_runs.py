@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pytest
 from tests.lengths import each, release_after
 from tests.stage import sure
 
@@ -95,8 +94,8 @@ def test_pic_as_it_is_is_exact(name: str) -> None:
     assert graded(name, run(name, lambda seen: seen)) == (Grade.EXACT, {Verdict.CONFORMS})
 
 
-@pytest.mark.parametrize("name", ROUGH)
-@pytest.mark.parametrize("factor", release_after(1, [-1.0, 1 + 1e-6, 1.001]))
+@each("name", ROUGH)
+@each("factor", release_after(1, [-1.0, 1 + 1e-6, 1.001]))
 def test_wrong_spins_are_inaccurate_by_name(name: str, factor: float) -> None:
     """Spins that are off by a thousandth or a millionth, or turned round, while all velocities are right."""
     grade, verdicts = graded(name, run(name, spins_times(factor)))

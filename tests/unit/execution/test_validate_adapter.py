@@ -58,7 +58,7 @@ def test_a_state_that_is_not_finite_is_the_engines_own() -> None:
 
 
 @each(
-    ("fields", "words"),
+    "fields, words",
     [
         ({"position_m": STATE.tolist()}, r"position_m of an Observation must be an array of floats, got '\[\[0.0"),
         ({"position_m": STATE.T[:1]}, r"position_m of an Observation must have the shape \(2, 2\), got \(1, 2\)"),
@@ -112,7 +112,7 @@ def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
 
 
 @each(
-    ("contact", "words"),
+    "contact, words",
     [
         (Contact(1, 0, 0.1, ALONG_X), "bodies 1 and 0"),
         (Contact(0, 0, 0.1, ALONG_X), "bodies 0 and 0"),
@@ -138,8 +138,8 @@ WALL = Contact(0, -1, DT, ALONG_X, None, ((1.0, 0.0), (0.0, 0.0), (-1.0, 0.0), (
 BEYOND = math.nextafter(LARGEST, math.inf)
 
 
-@pytest.mark.parametrize("place", [1, 3])
-@pytest.mark.parametrize("value", [1e-17, -5e-324, 1.0])
+@each("place", [1, 3])
+@each("value", [1e-17, -5e-324, 1.0])
 def test_a_wall_of_a_contact_neither_moves_nor_turns(place: int, value: float) -> None:
     """Values of a wall in a contact must be exactly 0; another value is an error that names it."""
     moved: Any = list(WALL.velocities or ())
@@ -167,7 +167,7 @@ def test_a_finite_number_has_a_square() -> None:
             enter(filled(field, [BEYOND] * NUMBERS[field]))
 
 
-@pytest.mark.parametrize("second", [1, -1])
+@each("second", [1, -1])
 def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
     """A contact that says what happened between two immovable bodies is a slip; one that says nothing passes."""
     fixed = [Disc(position_m=(x, 0), radius_m=0.1, mass_kg=math.inf) for x in (0, 1)]
@@ -196,7 +196,7 @@ def test_a_normal_is_of_length_1_to_half_the_digits_of_the_floats() -> None:
         enter(Contact(0, 1, DT, (1.0 + off, 0.0)))
 
 
-@pytest.mark.parametrize("contacts", [(), (TOLD,)])
+@each("contacts", [(), (TOLD,)])
 def test_spins_are_asked_for_where_discs_turn(contacts: tuple[Contact, ...]) -> None:
     """Where discs turn, spins are part of the state, and of an impact that tells its velocities."""
     with pytest.raises(AdapterError, match="spin"):
@@ -224,7 +224,7 @@ def test_settings_come_in_as_plain_values() -> None:
 
 
 @each(
-    ("check", "found", "words"),
+    "check, found, words",
     [
         (lambda found: plain_settings(found, "of it"), None, "settings of it must be a mapping, got None"),
         (lambda found: plain_settings(found, "of it"), {"k": np.zeros(2)}, "setting 'k' of it must be a number"),

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.lengths import each
 
 from carom.execution.working_folder import Folder, _clear_abandoned
 
@@ -52,7 +53,7 @@ def mixed(work: Path, outside: Path) -> None:
     (work / "0").chmod(0)
 
 
-@pytest.mark.parametrize("act", [link, dangling, file, deep, mixed])
+@each("act", [link, dangling, file, deep, mixed])
 def test_a_folder_is_removed_whatever_was_made_of_it(
     act: Callable[[Path, Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

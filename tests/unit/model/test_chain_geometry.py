@@ -76,7 +76,7 @@ def test_a_shape_is_drawn_on_its_line() -> None:
 
 
 @each(
-    ("points", "bulges", "closed", "pairs"),
+    "points, bulges, closed, pairs",
     [
         pytest.param([(0, 0), (2, 0), (1, 1), (1, -1)], (0, 0, 0), False, [(0, 2)], id="lines that cross"),
         pytest.param([(0, 0), (2, 0), (1, 1), (1, 0)], (0, 0, 0), False, [(0, 2)], id="an end on a line"),
@@ -143,7 +143,7 @@ def test_however_flat_an_arc_is_its_nearest_point_is_known_to_the_rounding_of_it
             assert abs(exact_gap(edge, foot.x, foot.y)) <= room
 
 
-@pytest.mark.parametrize("bulge", [0.3, 1e-6, 1e-12, 1e-15])
+@each("bulge", [0.3, 1e-6, 1e-12, 1e-15])
 def test_beside_a_flat_arc_its_end_is_nearest(bulge: float) -> None:
     """A point before the one end, or behind the other, has that end for its nearest point."""
     arc = Outline(((-1.0, 0.0), (1.0, 0.0)), (bulge,), 0.0)

@@ -8,6 +8,7 @@ import mpmath
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 
 from carom.model.damping import UNDAMPED, Damping
 
@@ -36,7 +37,7 @@ def test_the_latest_undamped_time_is_mapped_to_no_later_instant(rate: float, spa
     assert damping.damped(latest) <= seconds < damping.damped(math.nextafter(latest, math.inf))
 
 
-@pytest.mark.parametrize("rate", [5e-324, 1e-300, 1.0, 1e300])
+@each("rate", [5e-324, 1e-300, 1.0, 1e300])
 def test_the_end_of_time_is_before_what_is_never_met(rate: float) -> None:
     """The latest undamped time of all is one that is still mapped to a number."""
     damping = Damping(rate)
@@ -44,7 +45,7 @@ def test_the_end_of_time_is_before_what_is_never_met(rate: float) -> None:
     assert rate * damping.latest(math.inf) < 1.0
 
 
-@pytest.mark.parametrize("seconds", [0.0, 1e-300, 0.1, 1e300])
+@each("seconds", [0.0, 1e-300, 0.1, 1e300])
 def test_without_damping_both_times_are_one(seconds: float) -> None:
     """At a rate of 0, and of one so small that no float shows it, times stay as they are, and so do speeds."""
     assert UNDAMPED.undamped(seconds) == UNDAMPED.damped(seconds) == UNDAMPED.latest(seconds) == seconds

@@ -27,7 +27,7 @@ def two_discs(**changed: object) -> DiscArrays:
 
 
 @each(
-    ("changed", "words"),
+    "changed, words",
     [
         ({"position_m": np.zeros((0, 2))}, "position_m must hold at least one disc"),
         ({"radius_m": np.ones(3)}, r"radius_m must have the shape \(2,\), got \(3,\)"),
@@ -73,7 +73,7 @@ def test_the_arrays_of_a_scene_hold_its_fields_for_reading() -> None:
         start.position_m[0, 0] = 1.0
 
 
-@pytest.mark.parametrize("made_before", [False, True])
+@each("made_before", [False, True])
 def test_a_changed_copy_of_a_scene_has_arrays_of_its_own(made_before: bool) -> None:
     """A copy with another disc has that disc in its arrays, whether those of the first had been made or not."""
     first = scene()

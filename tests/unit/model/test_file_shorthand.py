@@ -8,6 +8,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+from tests.lengths import each
 
 from carom.errors import SceneError
 from carom.model.file_shorthand import SHAPES, written_out
@@ -57,8 +58,8 @@ def test_a_file_that_is_saved_says_nothing_for_short(tmp_path: Path) -> None:
     assert load_scene(path) == scene
 
 
-@pytest.mark.parametrize(
-    ("change", "says"),
+@each(
+    "change, says",
     [
         ({"length_unit": "ft"}, 'length_unit: must be "m" or "px", got'),
         ({"pixels_per_metre": None}, "pixels_per_metre: is required with length_unit px, but missing"),
@@ -92,7 +93,7 @@ def test_the_published_schema_takes_what_is_said_for_short() -> None:
     assert set(scene_schema()["$defs"]["Disc"]["properties"]["shape"]["enum"]) == set(SHAPES)
 
 
-@pytest.mark.parametrize("value", ["12", None, [1, 2, 3], {"x": 1}, True, 10**400, [[1], 2]])
+@each("value", ["12", None, [1, 2, 3], {"x": 1}, True, 10**400, [[1], 2]])
 def test_what_is_no_length_is_refused_as_it_stands(tmp_path: Path, value: object) -> None:
     """The error of a malformed field in a file in pixels names it, as in a file in metres."""
     content = PIXELS | {"discs": [{"position_m": value, "radius_m": 1}]}

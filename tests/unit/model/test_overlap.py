@@ -12,6 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.drawn import jittered
+from tests.lengths import each
 
 from carom.errors import InputError, SceneError
 from carom.model.disc_arrays import DiscArrays
@@ -98,8 +99,8 @@ def test_a_scene_names_the_first_ten_overlaps_and_says_that_there_are_more() -> 
     assert lines[10:] == ["and more of them"]
 
 
-@pytest.mark.parametrize("immovable", [False, True])
-@pytest.mark.parametrize("walls", [1, 3])
+@each("immovable", [False, True])
+@each("walls", [1, 3])
 def test_discs_in_walls_are_named_by_disc_and_wall(walls: int, immovable: bool) -> None:
     """Every movable disc that reaches into a wall is named with each such wall; an immovable one may be in it."""
     n = 30

@@ -96,7 +96,7 @@ BAD_DISC_FIELDS = [
 ]
 
 
-@each(("field", "value", "says"), BAD_DISC_FIELDS)
+@each("field, value, says", BAD_DISC_FIELDS)
 def test_a_bad_field_of_a_disc_is_refused_by_field_index_and_value(field: str, value: object, says: str) -> None:
     """An invalid value in the third disc is refused with the disc's index, the field's name and the value."""
     discs = [disc(), disc(position_m=[9.0, 0.0]), disc(position_m=[0.0, 9.0]) | {field: value}]
@@ -142,13 +142,13 @@ BAD_SCENE_FIELDS = [
 ]
 
 
-@each(("field", "value", "says"), BAD_SCENE_FIELDS)
+@each("field, value, says", BAD_SCENE_FIELDS)
 def test_a_bad_field_of_a_scene_is_refused_by_field_and_value(field: str, value: object, says: str) -> None:
     """An invalid value of a scene is refused with the field's name, the index where it is in a list, and the value."""
     assert message(lambda: scene(**{field: value})).startswith(says)
 
 
-@pytest.mark.parametrize("field", ["colour", "self", "model_config", "__init__", "radius"])
+@each("field", ["colour", "self", "model_config", "__init__", "radius"])
 def test_an_unknown_field_is_refused_by_its_path(field: str) -> None:
     """A field that no scene has is named, on any level, even one named like Python's own."""
     says = f"{field}: is not a field of a scene; see `carom scenes --schema`"
@@ -178,7 +178,7 @@ def test_a_value_nested_too_deeply_to_show_is_refused_like_any_other() -> None:
     assert message(lambda: scene(name=nested)) == "name: must be a valid string, got a value nested too deeply to show"
 
 
-@pytest.mark.parametrize("mass", [INF, "inf"])
+@each("mass", [INF, "inf"])
 def test_a_mass_of_infinity_is_an_immovable_disc(mass: object) -> None:
     """Infinity and the string "inf" both mean immovable; a finite mass does not. One that is driven moves and spins."""
     assert Disc(**disc(mass_kg=mass)).immovable
@@ -277,7 +277,7 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@each(("fields", "says"), NOT_TOGETHER)
+@each("fields, says", NOT_TOGETHER)
 def test_what_does_not_go_together_is_refused_with_field_value_and_what_to_do(
     fields: dict[str, Any], says: str
 ) -> None:
@@ -339,7 +339,7 @@ def test_coordinates_at_the_end_of_the_range_are_handled_in_silence() -> None:
 # Walls ----------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("scale", [1.0, 5.0, 1e-200, 1e200, 5e-324])
+@each("scale", [1.0, 5.0, 1e-200, 1e200, 5e-324])
 def test_a_wall_stores_its_normal_as_a_unit_vector(scale: float) -> None:
     """A normal of any length, however small or large, becomes the unit vector of its direction."""
     assert Wall(point_m=(0, 0), normal=(0, -scale)).normal == (0.0, -1.0)
@@ -403,7 +403,7 @@ def test_needs_are_what_the_scene_asks_for_and_no_more() -> None:
 
 
 @each(
-    ("duration", "dt", "steps"),
+    "duration, dt, steps",
     [(2.0, 1 / 240, 480), (1.0, 0.1, 10), (0.3, 0.1, 3), (1.0, 0.3, 4), (1.0, 2.0, 1), (10.0, 1 / 60, 600), (7, 7, 1)],
 )
 def test_step_count_is_the_number_that_was_meant(duration: float, dt: float, steps: int) -> None:
@@ -411,8 +411,8 @@ def test_step_count_is_the_number_that_was_meant(duration: float, dt: float, ste
     assert scene(duration_s=duration).step_count(dt) == steps
 
 
-@pytest.mark.parametrize(
-    ("dt", "says"),
+@each(
+    "dt, says",
     [
         *((dt, f"above 0, got {dt}") for dt in (0.0, -0.1, NAN, INF)),
         *((dt, f"at least 2.33e-10 of the scene's duration (1.0 s), got {dt}") for dt in (1e-300, 5e-324)),

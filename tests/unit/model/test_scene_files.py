@@ -17,6 +17,7 @@ import jsonschema
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.lengths import each
 
 from carom.errors import SceneError
 from carom.model.scene import Disc, Scene, Wall, load_scene, save_scene, scene_schema
@@ -123,7 +124,7 @@ NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
 }
 
 
-@pytest.mark.parametrize("what", NO_SCENES)
+@each("what", NO_SCENES)
 def test_a_file_that_holds_no_scene_is_refused_in_a_sentence(what: str, tmp_path: Path) -> None:
     """What its parser says comes with its place, a field with its value, and a limit with its number."""
     ending, data, says = NO_SCENES[what]
@@ -149,7 +150,7 @@ def checked_by_schema(scene: dict[str, Any]) -> None:
     schema().validate(scene)
 
 
-@pytest.mark.parametrize("data", ["name.{} = 1", "[name.{}]\nx = 1"])
+@each("data", ["name.{} = 1", "[name.{}]\nx = 1"])
 def test_a_toml_name_of_very_many_parts_is_refused(tmp_path: Path, data: str) -> None:
     """Dotted keys nest without brackets, and are read in a time that grows with the square of their parts."""
     for separator in (".", " . ", '."b".', ".'b'\t."):
@@ -157,13 +158,13 @@ def test_a_toml_name_of_very_many_parts_is_refused(tmp_path: Path, data: str) ->
         assert text == "has a key of more than 4 dotted parts"
 
 
-@pytest.mark.parametrize("depth", range(940, 1000, 4))
+@each("depth", range(940, 1000, 4))
 def test_no_depth_of_nesting_ends_in_another_error(tmp_path: Path, depth: int) -> None:
     """Between what the parser can read and what it cannot there is no depth that slips through as another error."""
     assert refusal(written(tmp_path / "x.json", '{"name":' + "[" * depth + "]" * depth + "}"))
 
 
-@pytest.mark.parametrize(("name", "shown"), [("x.yaml", "'.yaml'"), ("x", "no suffix"), ("x.TOML", "'.TOML'")])
+@each("name, shown", [("x.yaml", "'.yaml'"), ("x", "no suffix"), ("x.TOML", "'.TOML'")])
 def test_an_unknown_suffix_is_refused_by_name_on_loading_and_saving(tmp_path: Path, name: str, shown: str) -> None:
     """A file of another kind is refused by its ending before it is opened, and nothing is written."""
     says = f"a scene file must end in .toml or .json, got {shown}"
@@ -291,7 +292,7 @@ def test_saving_to_a_place_that_cannot_be_written_is_the_systems_own_error(tmp_p
         save_scene(SAMPLE, tmp_path / "missing" / "x.toml")
 
 
-@pytest.mark.parametrize("name", ["x.toml", "x.json"])
+@each("name", ["x.toml", "x.json"])
 def test_friction_and_spin_are_saved_and_loaded(tmp_path: Path, name: str) -> None:
     """Every field of friction and spin comes back from a file to the bit, an infinite inertia included."""
     save_scene(ROUGH, tmp_path / name)
@@ -363,7 +364,7 @@ BAD_EDITS: list[tuple[list[str | int], object]] = [
 ]
 
 
-@pytest.mark.parametrize(("path", "value"), BAD_EDITS)
+@each("path, value", BAD_EDITS)
 def test_the_schema_rejects_what_loading_rejects(path: list[str | int], value: object, tmp_path: Path) -> None:
     """Each of these mistakes is caught by the schema, as in an editor, and by loading alike."""
     edited = as_json(SAMPLE)

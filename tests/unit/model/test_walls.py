@@ -34,7 +34,7 @@ def test_walls_are_told_apart_by_their_fields() -> None:
     )
 
 
-@pytest.mark.parametrize("suffix", [".toml", ".json"])
+@each("suffix", [".toml", ".json"])
 def test_every_kind_of_wall_is_loaded_as_it_was_saved(tmp_path: Path, suffix: str) -> None:
     """A scene with all kinds of walls, in a file and back, is equal."""
     made = scene(
@@ -53,8 +53,8 @@ def test_a_half_plane_is_written_as_ever() -> None:
     assert set(Chain(points_m=[(0, 0), (1, 0)]).model_dump()) == {"points_m"}
 
 
-@pytest.mark.parametrize(
-    ("wall", "said"),
+@each(
+    "wall, said",
     [
         ({"points_m": [[0, 0]]}, "walls[0].points_m: must be 2 points at least, got 1"),
         ({"points_m": [[3, 0], [4, 0]], "closed": True}, "3 points of a closed chain without bulges at least, got 2"),
@@ -96,7 +96,7 @@ def test_what_is_no_wall_is_refused_with_its_edge_and_its_numbers(wall: Any, sai
 
 
 @each(
-    ("wall", "said"),
+    "wall, said",
     [
         (Chain(points_m=[(-1, 0.25), (1, 0.25)]), "the disc reaches 0.25 m into edge 0 of it"),
         (Chain(points_m=[(-1, 1), (1, 1)], half_width_m=0.75), "the disc reaches 0.25 m into edge 0 of it"),
@@ -117,7 +117,7 @@ def test_a_disc_in_a_wall_is_refused(wall: Any, said: str) -> None:
     assert said in str(refused.value)
 
 
-@pytest.mark.parametrize(
+@each(
     "wall",
     [
         Chain(points_m=[(-1, 0.5), (1, 0.5)]),

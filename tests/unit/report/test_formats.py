@@ -20,6 +20,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 from rich.console import Console
+from tests.lengths import each
 from tests.stage import sure
 
 import carom
@@ -200,7 +201,7 @@ def test_names_that_command_a_terminal_or_turn_the_writing_reach_no_file(tmp_pat
     assert {row["scene"] for row in rows} == {name}
 
 
-@pytest.mark.parametrize("module", ["jinja2", "matplotlib"])
+@each("module", ["jinja2", "matplotlib"])
 def test_a_missing_extra_is_named(
     results: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str
 ) -> None:
@@ -258,7 +259,7 @@ NO_RESULTS = {
 }
 
 
-@pytest.mark.parametrize("what", NO_RESULTS)
+@each("what", NO_RESULTS)
 def test_what_no_report_holds_is_refused_in_a_sentence(
     what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -321,7 +322,7 @@ def test_junit_counts_are_those_of_the_rows(results: Results, folder: Path) -> N
     assert any("gone is not installed" in entry.attrib["message"] for entry in root.iter("skipped"))
 
 
-@pytest.mark.parametrize("fail_on", [Grade.SAMPLED, Grade.WRONG, None])
+@each("fail_on", [Grade.SAMPLED, Grade.WRONG, None])
 def test_junit_fails_what_the_exit_code_fails(results: Results, fail_on: Grade | None) -> None:
     """A case fails where the row violates the line that was asked for, and for no other grade."""
     cases = ET.fromstring(junit(results, fail_on)).iter("testcase")  # noqa: S314 - our own text

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
 from tests.command import carom_command
+from tests.lengths import each
 
 from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.comparator.grade import Grade
@@ -50,8 +50,8 @@ def test_a_verdict_is_found_by_its_sentence() -> None:
     assert entry.word == "wrong velocity"
 
 
-@pytest.mark.parametrize(
-    ("word", "near"),
+@each(
+    "word, near",
     [("mised", "'missed'"), ("inacurate", "'inaccurate'"), ("zzz", ""), ("NaN", "'not finite'")],
 )
 def test_a_misspelt_word_gets_the_nearest_one(word: str, near: str) -> None:
@@ -62,7 +62,7 @@ def test_a_misspelt_word_gets_the_nearest_one(word: str, near: str) -> None:
     assert (near or "`carom explain` lists the words") in result.output
 
 
-@pytest.mark.parametrize(("word", "meant"), [("tunnelling", "missed"), ("invented", "spurious")])
+@each("word, meant", [("tunnelling", "missed"), ("invented", "spurious")])
 def test_words_that_people_search_for_lead_to_carom_s(word: str, meant: str) -> None:
     """A word of the field that no report uses is answered with the report's own."""
     assert [entry.word for entry in explained(word)] == [meant]

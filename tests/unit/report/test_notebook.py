@@ -11,6 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.quiver import Quiver
+from tests.lengths import each
 from tests.stage import altered, cross_checked
 
 import carom
@@ -96,8 +97,8 @@ def test_large_results_are_told_without_a_picture() -> None:
     assert Seen(page).elements == {"div": 1, "pre": 1}
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-@pytest.mark.parametrize("field", ["time_s", "normal", "velocity_first_after"])
+@each("bad", [np.nan, np.inf])
+@each("field", ["time_s", "normal", "velocity_first_after"])
 def test_a_trace_that_is_not_finite_is_told_and_not_drawn(scene: Scene, field: str, bad: float) -> None:
     """NaN and infinity have no place in a picture: a cell has the lines alone, a plot and a replay say which."""
     trace = carom.solve_pic(scene)

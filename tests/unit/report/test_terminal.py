@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import pytest
 from rich.console import Console
+from tests.lengths import each
 from tests.stage import cross_checked, disc_at, staged
 
 import carom
@@ -48,8 +49,8 @@ def test_the_whole_suite_is_one_screen(document: Document) -> None:
     assert len(lines) - len(methods) + pit_and_four_engines_with_three_profiles <= 25
 
 
-@pytest.mark.parametrize("width", [60, 80, 120, 200])
-@pytest.mark.parametrize("full", [False, True])
+@each("width", [60, 80, 120, 200])
+@each("full", [False, True])
 def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
     """No line is longer than the terminal, and in tables no name is cut: a wide one is shown in parts."""
     lines = printed(document, width, full=full)
@@ -58,7 +59,7 @@ def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full
         assert sum(line.strip().startswith("classics/perfectly-inelastic") for line in lines) >= 1
 
 
-@pytest.mark.parametrize("width", [30, 34, 40])
+@each("width", [30, 34, 40])
 def test_a_number_keeps_its_unit(width: int) -> None:
     """A column of numbers is never so narrow that a number and its unit are on two lines."""
     columns = [Column(f"error {k}", lambda share: f"{share} %", number=True) for k in range(3)]
@@ -91,7 +92,7 @@ def every_kind(of: Scene) -> list[object]:
     return [of, reference, carom.compare(reference, observed), results, carom.certify(of)]
 
 
-@pytest.mark.parametrize("of", [scene(), scene(20, f"<b>{RIGHT_TO_LEFT}{'x' * 150}")], ids=["plain", "hostile"])
+@each("of", [scene(), scene(20, f"<b>{RIGHT_TO_LEFT}{'x' * 150}")])
 def test_every_result_fits_a_corner_of_the_screen(of: Scene) -> None:
     """`repr` and `str` are the same few lines of printing characters, whatever the size and the name."""
     for thing in every_kind(of):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import cross_checked, sure
 
 import carom
@@ -36,7 +36,7 @@ def gap_of(scene: Scene, impact: Any, places: Sequence[Any]) -> float:
     return wall.outline.gap(float(here[0]), float(here[1]), radius)
 
 
-@pytest.mark.parametrize("one_in", release_after(1, [3, 1]))
+@each("one_in", release_after(1, [3, 1]))
 def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
     """At each impact of the reference a disc touches what it strikes, to 1e-9 of the extent, played and drawn."""
     scenes = [entry.scene for entry in all_scenes().values()][::one_in]
@@ -52,7 +52,7 @@ def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
             assert max(abs(gap_of(scene, impact, places)) for places in (played, drawn)) <= near, scene.name
 
 
-@pytest.mark.parametrize("name", release_after(1, ["paper/missed", "classics/gas", "gravity/box", "gravity/ladder"]))
+@each("name", release_after(1, ["paper/missed", "classics/gas", "gravity/box", "gravity/ladder"]))
 def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
     """A track passes every state that was kept, to `SHARPNESS` of the extent, and holds no more knots than states."""
     scene = all_scenes()[name].scene

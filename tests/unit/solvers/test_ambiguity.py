@@ -9,6 +9,7 @@ from typing import NamedTuple
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 
 from carom import solve_pic
@@ -46,8 +47,8 @@ def test_impacts_at_different_instants_are_unique() -> None:
     assert find_ambiguous([Blow(float(k), 0.0, 1.0, 0.0) for k in range(5)]) == [False] * 5
 
 
-@pytest.mark.parametrize(
-    ("normals", "ambiguous"),
+@each(
+    "normals, ambiguous",
     [
         pytest.param([(1.0, 0.0), (0.6, 0.8)], [1], id="two at one instant"),
         pytest.param([(0.6, 0.8), (-0.8, 0.6)], [], id="at right angles neither changes the other"),

@@ -10,6 +10,7 @@ import random
 import numpy as np
 import pytest
 from tests.drawn import slowing
+from tests.lengths import each
 from tests.stage import disc_at, staged, sure, wall_at
 from tests.unit.solvers.kinds import assert_same
 
@@ -141,7 +142,7 @@ def over_an_edge(speed: float, *points: tuple[float, float], **fields: float) ->
     return solve_pic(Scene(name="edge", discs=[disc], walls=[Chain(points_m=((-5.0, 0.0), *points))], **laws))
 
 
-@pytest.mark.parametrize(("speed", "flies"), [(3.0, True), (math.sqrt(5.0), True), (2.2, False)])
+@each("speed, flies", [(3.0, True), (math.sqrt(5.0), True), (2.2, False)])
 def test_a_disc_flies_off_an_edge_where_its_weight_holds_it_to_no_circle(speed: float, flies: bool) -> None:
     """From u^2 = P R on, here 5; slower, the run ends by name at that instant, at the end of the edge."""
     trace = over_an_edge(speed, (1.0, 0.0))

@@ -92,7 +92,7 @@ def test_pit_reports_the_instants_of_its_frames() -> None:
     assert 0.0 <= found["time_s"][0] - first["time_s"] < 1 / 60
 
 
-@pytest.mark.parametrize("frames", [240, 960, 3840])
+@each("frames", [240, 960, 3840])
 def test_pit_comes_to_pic_as_frames_come_closer(frames: int) -> None:
     """Velocities of one impact are off by at most a frame's effect of damping and turning."""
     pair = [disc_at(-2, 0, 3, 0), disc_at(2, 0.3, -1, 0)]

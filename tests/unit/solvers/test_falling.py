@@ -6,7 +6,6 @@ import math
 from fractions import Fraction
 from typing import Any
 
-import pytest
 from tests.lengths import each
 
 from carom import Chain, Disc, Outcome, Scene, solve_pic
@@ -28,7 +27,7 @@ _FLOOR: Any = {"point_m": (0.0, 0.0), "normal": (0.0, 1.0)}
 _HOP_M_S = math.sqrt(2 * 5 * 2.0**-52 * 1001.0)
 
 
-@pytest.mark.parametrize(("part", "rests", "impacts"), [(0.9, True, 0), (1.1, False, 1)])
+@each("part, rests, impacts", [(0.9, True, 0), (1.1, False, 1)])
 def test_a_disc_rests_if_its_hop_would_be_lower_than_its_gap_is_known_to(
     part: float, rests: bool, impacts: int
 ) -> None:
@@ -65,7 +64,7 @@ def gap_after_a_fall(x: float, wall: Chain | Disc, reach: Fraction, height: Frac
     return abs(px**2 + (py - height) ** 2 - reach**2) / (2 * reach)
 
 
-@pytest.mark.parametrize("inside", [True, False])
+@each("inside", [True, False])
 def test_a_disc_is_set_on_an_arc_of_five_hundred_kilometres_as_on_a_floor(inside: bool) -> None:
     """At the impact the gap is that of rounded coordinates of a metre, not of the arc's radius."""
     bulge, thick = Fraction(1e-6), Fraction(3, 8)  # half width and the disc's radius

@@ -60,8 +60,8 @@ def test_the_edge_of_a_merged_face_is_the_one_that_holds_the_foot() -> None:
         assert sure(plain.log.edges()).tolist() == [(edge, FACE)]
 
 
-@pytest.mark.parametrize(
-    ("feature", "x", "since_s"),
+@each(
+    "feature, x, since_s",
     [
         pytest.param(Face.between((0.0, 1.0), (0.0, -1.0)), 0.25, -0.125, id="face"),
         pytest.param(Arc.vertex((0.0, 0.0), 0.0), 0.375, -0.0625, id="vertex"),
@@ -83,8 +83,8 @@ def test_impacts_at_one_instant_come_in_the_order_of_walls_and_features() -> Non
     assert trace.final_velocity_m_s.tolist() == [[1.0, 1.0]]
 
 
-@pytest.mark.parametrize(
-    ("corner", "fields", "ambiguous"),
+@each(
+    "corner, fields, ambiguous",
     [
         pytest.param([(9, 0), (0, 0), (0, 9)], {}, False, id="90 degrees"),
         pytest.param([(9, 0), (0, 0), (0, 9)], {"wall_restitution": 0.5}, False, id="90 degrees with losses"),
@@ -108,8 +108,8 @@ def test_corners_are_ambiguous_but_for_those_whose_order_does_not_matter(
     assert bool(trace.ambiguous) is ambiguous
 
 
-@pytest.mark.parametrize(
-    ("disc", "wall", "time_s"),
+@each(
+    "disc, wall, time_s",
     [
         pytest.param(disc_at(1, 0, 0, 1, r=0.25), Ring(centre_m=(0, 0), radius_m=1.25), 0.0),
         pytest.param(disc_at(0, -1.5, 1), STADIUM, 2.0),
@@ -147,7 +147,7 @@ def slid(rnd: random.Random) -> tuple[Scene, float]:
 
 
 @each(
-    ("drawn", "fields"),
+    "drawn, fields",
     [
         (pushed, {}),
         (slid, {}),
@@ -172,7 +172,7 @@ def test_a_disc_that_comes_to_glide_along_an_arc_is_told_however_it_is_rounded(
     assert outcomes <= {ends, Outcome.STANDSTILL} if drawn is pushed else outcomes == {ends}
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.2, 0.5, 0.9])
+@each("restitution", [0.0, 0.2, 0.5, 0.9])
 def test_a_disc_that_loses_speed_in_a_ring_glides_at_the_end_of_infinitely_many_impacts(restitution: float) -> None:
     """Impact k takes e of the speed w across, and leaves u along: the next is a chord, 2 R w / (u^2 + w^2), away."""
     for number in range(12):
@@ -196,7 +196,7 @@ def test_a_disc_that_loses_speed_in_a_ring_glides_at_the_end_of_infinitely_many_
         assert trace.end_time_s == pytest.approx(time_s, rel=1e-12)
 
 
-@each(("g", "time_s"), [(0.0, 1.0), (1.0, math.sqrt(3) - 1)])
+@each("g, time_s", [(0.0, 1.0), (1.0, math.sqrt(3) - 1)])
 def test_a_disc_as_wide_as_a_half_circle_comes_back_the_way_it_came(g: float, time_s: float) -> None:
     """From the middle of a cup, and of one between two edges that it slides along; by an ulp wider or narrower, too."""
     for wall, ulps in ((CUP, (-1, 0)), (CHANNEL, (-4, -2, -1, 0, 2))):
@@ -239,7 +239,7 @@ def wide(number: int) -> Scene:
     return table(disc, wall, wall_restitution=rnd.choice((1.0, 0.5)), duration_s=5.0)
 
 
-@pytest.mark.parametrize("first", release_after(1, range(0, 1000, 50)))
+@each("first", release_after(1, range(0, 1000, 50)))
 def test_nothing_slips_through_an_arc_as_wide_as_it(first: int) -> None:
     """However it is rounded, at arcs of more than half a circle and less, with smooth ends or without."""
     kept = 0

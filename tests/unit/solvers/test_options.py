@@ -56,7 +56,7 @@ def test_an_option_out_of_range_is_refused_in_the_same_words_at_every_door(
 
 @each("name", RUNS)
 @each(
-    ("goal", "message"),
+    "goal, message",
     [
         ((math.nan,), "time_s must be a number of seconds, got nan"),
         (("3",), "time_s must be a number of seconds, got '3'"),
@@ -86,7 +86,7 @@ def rough_start(**changes: Any) -> DiscArrays:
 
 
 @each(
-    ("name", "value", "message"),
+    "name, value, message",
     [
         ("radius_m", np.array([0.5, 0.5, 0.25]), "disc 2 differs, and 0 other discs"),
         ("radius_m", np.full(3, 0.25), "disc 0 differs, and 2 other discs"),

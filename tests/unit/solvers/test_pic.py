@@ -136,7 +136,7 @@ def test_a_perfectly_inelastic_wall_is_hit_once(offset: int, bearing: int, speed
     assert len(trace.impacts) == 1
 
 
-@pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise])
+@each("solve", [solve_pic, solve_pic_framewise])
 def test_inelastic_collapse_at_one_instant_ends_in_standstill(solve: Any) -> None:
     """A disc pressing another against a wall at e = 0 halves its speed without end: that is said, not computed."""
     scene = staged(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from tests.lengths import each
 
 import carom
 from carom import Chain, Disc, Scene, Wall
@@ -23,9 +24,9 @@ def wall(kind: str, at: complex, normal: complex, drive: complex = 0.0, **more: 
     return Chain(points_m=[(end.real, end.imag) for end in ends], velocity_m_s=velocity, **more)
 
 
-@pytest.mark.parametrize("kind", ["half-plane", "edge"])
-@pytest.mark.parametrize("angle", ANGLES)
-@pytest.mark.parametrize("drive", [0.0, 0.125, 0.3, -0.1])
+@each("kind", ["half-plane", "edge"])
+@each("angle", ANGLES)
+@each("drive", [0.0, 0.125, 0.3, -0.1])
 def test_a_disc_that_moves_with_a_wall_does_not_meet_it_again_after_a_wall_across(
     kind: str, angle: float, drive: float
 ) -> None:
@@ -47,7 +48,7 @@ def test_a_disc_that_moves_with_a_wall_does_not_meet_it_again_after_a_wall_acros
     assert trace.impacts["second"].tolist() == [-1, -2]
 
 
-@pytest.mark.parametrize("driven", [False, True])
+@each("driven", [False, True])
 def test_discs_that_leave_each_other_along_a_tangent_do_not_meet_when_one_comes_back(driven: bool) -> None:
     """Between two impacts on elastic walls a disc passes another one, whose normal velocity an impact has given it."""
     pusher = {"mass_kg": math.inf, "driven": True} if driven else {"mass_kg": 1.0}
@@ -92,7 +93,7 @@ def test_collapse_under_gravity_ends_by_name() -> None:
     assert len(trace.impacts) <= 2 * 100 * 5**2
 
 
-@pytest.mark.parametrize("opening", [0.5 * math.pi - 0.02, 1.6, 1.75, 1.9, 2.2])
+@each("opening", [0.5 * math.pi - 0.02, 1.6, 1.75, 1.9, 2.2])
 def test_a_corner_ends_when_its_impacts_do(opening: float) -> None:
     """With restitution 0 a frictionless disc slides up one wall and the other, at speeds w, c w, c^2 w, ... in turn.
 

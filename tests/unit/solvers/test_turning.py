@@ -147,7 +147,7 @@ HELD = with_discs(pair(), spin_rad_s=0.0, inertia_factor=math.inf).discs
 
 
 @each(
-    ("fields", "able", "reason"),
+    "fields, able, reason",
     [
         ({}, Capabilities(), "the scene has spinning discs, which this method does not support"),
         ({"friction": 0.5}, Capabilities(), "the scene has spinning discs, which this method does not support"),

@@ -49,9 +49,7 @@ def test_the_answer_is_one_screen(document: Document) -> None:
     assert all(any(line.startswith(f"{m.label} ") for line in lines) for m in rows)
 
 
-@pytest.mark.parametrize(
-    ("width", "full"), release_after(1, [(60, False), (120, True), (200, False), (60, True), (120, False)])
-)
+@each("width, full", release_after(1, [(60, False), (120, True), (200, False), (60, True), (120, False)]))
 def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
     """No line is longer than the terminal, and no name of a method is cut."""
     lines = printed(document, width, full=full)
@@ -285,7 +283,7 @@ def evidence(found: Advice) -> list[str]:
 
 
 @each(
-    ("ending", "stands_at", "depth"),
+    "ending, stands_at, depth",
     [
         (SpotEnding.STANDS, 1e-4, 1.0),
         (SpotEnding.NEVER_STOOD, None, 0.0),

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 import carom
 from carom.execution.journal import MemoryJournal
@@ -86,9 +87,7 @@ def of_bench(where: str | None, _folder: Path) -> Any:
     return work_precision([carom.scene("paper/wrong-direction")], plan, plan.pool(), notes=MemoryJournal())
 
 
-@pytest.mark.parametrize(
-    "study", [of_run, of_cross_check, of_stress, of_advise, of_tune, of_bench], ids=lambda one: one.__name__[3:]
-)
+@each("study", [of_run, of_cross_check, of_stress, of_advise, of_tune, of_bench])
 def test_a_cluster_changes_no_result(study: Callable[[str | None, Path], Any], address: str, tmp_path: Path) -> None:
     """With the address of a scheduler a study returns, to the bit, what it returns without one."""
     here, there = study(None, tmp_path / "here"), study(address, tmp_path / "there")

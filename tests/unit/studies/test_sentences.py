@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 
 import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 from tests.unit.studies.examples import METHODS, campaign_results, growth
 
@@ -123,7 +123,7 @@ def test_the_only_method_is_not_the_fastest_of_one() -> None:
     assert growth_document(alone).lead == ("A simulated second of 10000 discs takes PIC 0.1 s (grows as n^1.00).",)
 
 
-@pytest.mark.parametrize("known", [True, False])
+@each("known", [True, False])
 def test_what_is_reported_twice_is_not_said_to_follow_from_errors(known: bool) -> None:
     """An impact that the reference has once: from its own state before the bodies meet, or that state is not known."""
     reference = solve_pic(LATE)
@@ -175,8 +175,8 @@ def says(results: Results) -> str:
 UNPROVEN = "None of these scenes has a known answer: PIC is the reference, without independent proof."
 
 
-@pytest.mark.parametrize(
-    ("scenes", "engines", "sentences"),
+@each(
+    "scenes, engines, sentences",
     release_after(
         2,
         [

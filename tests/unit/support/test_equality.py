@@ -72,7 +72,7 @@ def test_certified_traces_are_compared_but_for_how_long_they_took() -> None:
     assert one != replace(one, radii=one.radii[:0])
 
 
-@pytest.mark.parametrize("kind", [Trace, Samples, Flight])
+@each("kind", [Trace, Samples, Flight])
 def test_what_holds_arrays_has_no_hash(kind: type) -> None:
     """An array can be changed in its place, so the refusal is Python's own, which names the type."""
     one = trace()

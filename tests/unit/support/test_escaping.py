@@ -3,9 +3,9 @@ from __future__ import annotations
 import json
 import unicodedata
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 
 from carom.support.escaping import last_words, shortened, visible
 
@@ -33,7 +33,7 @@ def test_json_stays_the_same_json(text: str) -> None:
     assert len(line.splitlines()) == 1
 
 
-@pytest.mark.parametrize(("length", "shown"), [(60, 60), (61, 60), (10**6, 60)])
+@each("length, shown", [(60, 60), (61, 60), (10**6, 60)])
 def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
     """What is longer than a message shows is cut, and says so by three full stops."""
     text = shortened("a" * length)
@@ -41,8 +41,8 @@ def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
     assert text.endswith("...") == (length > 60)
 
 
-@pytest.mark.parametrize(
-    ("printed", "said"),
+@each(
+    "printed, said",
     [
         ("", ""),
         ("\n  \n", ""),

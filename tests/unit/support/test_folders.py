@@ -45,7 +45,7 @@ def test_a_folder_of_another_command_is_refused(tmp_path: Path) -> None:
     assert content(tmp_path / "out") == as_bytes(OLD)
 
 
-@pytest.mark.parametrize("torn", ["", "b", "bench", "bench\n", "bench\nCarom replaces the fi"])
+@each("torn", ["", "b", "bench", "bench\n", "bench\nCarom replaces the fi"])
 def test_a_marker_that_was_not_finished_is_made_anew(tmp_path: Path, torn: str) -> None:
     """Where a full disk left the beginning of a marker and nothing else, the folder can be used; else it is refused."""
     (tmp_path / MARKER).write_text(torn)
@@ -74,7 +74,7 @@ def _dangling(path: Path) -> None:
     path.parent.joinpath("nowhere").write_text("mine")
 
 
-@pytest.mark.parametrize("made", [_file, _dangling])
+@each("made", [_file, _dangling])
 def test_what_is_no_folder_is_refused_before_the_work(tmp_path: Path, made: Callable[[Path], None]) -> None:
     """A file, or a link to nothing that can be made, is found before anything is run, not after."""
     made(tmp_path / "out")
@@ -190,9 +190,7 @@ def test_a_file_name_is_safe_everywhere(name: str) -> None:
     assert len(found) <= 100
 
 
-@pytest.mark.parametrize(
-    ("name", "file"), [("paper/missed", "paper.missed"), ("my-scene_2", "my-scene_2"), ("a/b", "a.b")]
-)
+@each("name, file", [("paper/missed", "paper.missed"), ("my-scene_2", "my-scene_2"), ("a/b", "a.b")])
 def test_an_ordinary_name_stays_readable(name: str, file: str) -> None:
     """The names of the catalogue, and what most people write, can be read off the file."""
     assert file_name(name) == file

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.drawn import KINDS, TABLES, drawn, slowing, thrown
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.processes import ran
 from tests.stage import crushed_rows
 from tests.unit.solvers.test_finite_walls import pushed, slid, wide
@@ -112,7 +112,7 @@ def _catalogue() -> list[Job]:
     return [(entry.scene, method) for entry in all_scenes().values() for method in ("pic", "pit")]
 
 
-@pytest.mark.parametrize("one_in", release_after(1, [3, 1]))
+@each("one_in", release_after(1, [3, 1]))
 def test_the_catalogue_has_the_bits_of_python(one_in: int) -> None:
     """Every time, normal, velocity, spin, mode and final state is the same float."""
     assert _unlike([job for k, job in enumerate(_catalogue()) if k // 2 % one_in == 0]) == []
@@ -142,7 +142,7 @@ _FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("module", "old", "new"), release_after(1, _FAULTS))
+@each("module, old, new", release_after(1, _FAULTS))
 def test_a_fault_in_a_row_is_found(module: str, old: str, new: str, tmp_path: Path) -> None:
     """A number that differs by rounding does not pass as the same bits."""
     for source in SOURCES.iterdir():
@@ -302,7 +302,7 @@ def test_rows_of_discs_that_are_crushed_have_the_bits_of_python() -> None:
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("first", range(0, 200, 20))
+@each("first", range(0, 200, 20))
 def test_two_thousand_scenes_have_the_bits_of_python(first: int) -> None:
     """Two thousand of them, two hundred of each kind."""
     assert _unlike(_random(range(first, first + 20))) == []
@@ -315,7 +315,7 @@ def test_a_hundred_slowing_tables_and_extreme_sizes_have_the_bits_of_python() ->
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("first", range(4, 404, 100))
+@each("first", range(4, 404, 100))
 def test_hundreds_of_tables_have_the_bits_of_python(first: int) -> None:
     """Four hundred draws of tables, a quarter of them driven and falling."""
     assert _unlike(_tables(range(first, first + 100))) == []
@@ -371,7 +371,7 @@ def test_blocks_are_unpacked_to_what_was_packed() -> None:
     assert [bytes.fromhex(line) for line in done.stdout.splitlines()] == contents
 
 
-@pytest.mark.parametrize("change", ["length", "letter", "end"])
+@each("change", ["length", "letter", "end"])
 def test_a_damaged_block_is_refused(change: str) -> None:
     """A block whose length, content or end is not what was written is not unpacked, and ends in bounded time."""
     block = page.packed_block(b"the content of a block" * 10)

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.planted.faults import DT, ROW, SPEED, faithful
 from tests.stage import disc_at, staged, sure, wall_at
 
@@ -24,7 +25,7 @@ def own(trace: Trace, reference: Trace = REFERENCE) -> Consistency:
     return sure(compare(reference, trace).consistency)
 
 
-@pytest.mark.parametrize("engine", ["pic", "pit"])
+@each("engine", ["pic", "pit"])
 def test_every_run_of_our_own_methods_agrees_with_itself(engine: str) -> None:
     """PIC and PIT through the seam, on all kinds of scenes and with gravity, contradict themselves in nothing."""
     adapter = load_adapter(engine)

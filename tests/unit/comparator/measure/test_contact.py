@@ -59,8 +59,8 @@ def test_pic_is_exact_in_contact(name: str) -> None:
     assert sure(score.contact).looks >= 30
 
 
-@pytest.mark.parametrize("dt_s", release_after(1, [1 / 60, 1 / 240]))
-@pytest.mark.parametrize("name", release_after(10, [*list(CONTACT)[::2], *list(CONTACT)[1::2]]))
+@each("dt_s", release_after(1, [1 / 60, 1 / 240]))
+@each("name", release_after(10, [*list(CONTACT)[::2], *list(CONTACT)[1::2]]))
 def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None:
     """It knows no contact, and hops from frame to frame: that is what checking once per step costs."""
     sampling = solve_pit(CONTACT[name], frame_rate_hz=round(1 / dt_s))
@@ -116,7 +116,7 @@ def test_a_disc_that_stands_still_where_it_moves_is_wrong() -> None:
     assert any("a disc stands still that should move" in finding.reason for finding in score.findings)
 
 
-@pytest.mark.parametrize(("steps", "grade"), [(2.0, Grade.INACCURATE), (3.0, Grade.WRONG)])
+@each("steps, grade", [(2.0, Grade.INACCURATE), (3.0, Grade.WRONG)])
 def test_a_disc_that_does_not_come_to_rest_is_wrong(steps: float, grade: Grade) -> None:
     """Three steps' fall of jitter is no rest any more; two are, and too much where PIT's is as much as one."""
 
@@ -154,7 +154,7 @@ def moved(looks: States, where: NDArray[np.bool_], place: float = 0.0, speed: fl
     return replace(looks, position_m=position, velocity_m_s=velocity)
 
 
-@pytest.mark.parametrize(("steps", "grade"), [(1.0, Grade.SAMPLED), (3.0, Grade.WRONG)])
+@each("steps, grade", [(1.0, Grade.SAMPLED), (3.0, Grade.WRONG)])
 def test_a_disc_that_hops_while_it_glides_on_is_wrong(steps: float, grade: Grade) -> None:
     """At the fall of three steps, off and into its floor, it never rests; of one step, PIT is no better."""
 
@@ -172,9 +172,7 @@ def test_a_disc_that_hops_while_it_glides_on_is_wrong(steps: float, grade: Grade
     assert "hops at" in reasons(score)
 
 
-@pytest.mark.parametrize(
-    ("off", "said"), [(0.005, "held 0.005 m off its wall"), (-0.005, "held 0.005 m inside its wall")]
-)
+@each("off, said", [(0.005, "held 0.005 m off its wall"), (-0.005, "held 0.005 m inside its wall")])
 def test_a_disc_that_is_held_off_its_wall_is_said_to_be(off: float, said: str) -> None:
     """By a skin of 5 mm, or in an overlap as deep."""
     score = doctored(lambda looks: moved(looks, looks.time_s >= 0.0, place=off), "contact/slide-to-roll")
@@ -183,7 +181,7 @@ def test_a_disc_that_is_held_off_its_wall_is_said_to_be(off: float, said: str) -
     assert said in reasons(score)
 
 
-@pytest.mark.parametrize(("until_s", "in_time"), [(0.5, False), (1.25, True)])
+@each("until_s, in_time", [(0.5, False), (1.25, True)])
 def test_bounces_that_end_early_are_told_beyond_what_sampling_loses(until_s: float, in_time: bool) -> None:
     """Of bounces that end at 1.342 s, those of the last tenth are no step's; all after the first are."""
 
@@ -231,7 +229,7 @@ def test_a_block_that_creeps_is_told() -> None:
     assert "discs that should rest move at 0.01 m/s on average" in reasons(doctored(creeping, "contact/holds"))
 
 
-@pytest.mark.parametrize("restitution", release_after(1, [0.2, 0.8, 0.95]))
+@each("restitution", release_after(1, [0.2, 0.8, 0.95]))
 def test_pit_of_a_ball_that_comes_to_rest_is_no_worse_than_sampled(restitution: float) -> None:
     """Whatever its floor gives back, though it hops for ever, and the higher the more."""
     for height in (1.0, 1.013):

@@ -129,7 +129,7 @@ def test_a_trace_without_impacts_has_nothing_to_score() -> None:
 
 
 @each(
-    ("feature", "place", "velocity"),
+    "feature, place, velocity",
     [
         (Face.between((0.0, 0.0), (2.0, 0.0), 0.1), (1.0, 0.3), (0.5, -1.0)),
         (Arc.vertex((0.0, 0.0), 0.1), (-0.2, 0.05), (1.0, 0.3)),
@@ -150,7 +150,7 @@ def test_where_an_overlap_began_the_rim_touched(
 
 
 @each(
-    ("feature", "place"),
+    "feature, place",
     [(Face.between((0.0, 0.0), (2.0, 0.0)), (1.0, 0.25)), (Arc.on(CIRCLE, None, inside=True), (0.0, -1.75))],
 )
 def test_a_disc_that_touches_a_wall_and_moves_along_it_came_to_it_now(
@@ -160,7 +160,7 @@ def test_a_disc_that_touches_a_wall_and_moves_along_it_came_to_it_now(
     assert in_core(feature).overlap_start(0, Mover.at(place, (1.0, 0.0), 0.25)) == 0.0
 
 
-@pytest.mark.parametrize("name", release_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))
+@each("name", release_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))
 def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
     """The closed form from its own state before each impact leaves nothing to the method but checking once per step."""
     scene = carom.scene(f"tables/{name}")

@@ -127,7 +127,7 @@ def test_a_missed_impact_is_paid_for() -> None:
     assert score.grade is Grade.WRONG
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf])
+@each("value", [math.nan, math.inf])
 def test_what_is_no_number_pays_more_than_any_price(value: float) -> None:
     """NaN or infinity anywhere in a run is wrong, and its price is infinite, where the number is and where not."""
     velocity = faithful(REFERENCE).impacts.copy()
@@ -158,7 +158,7 @@ def test_an_end_of_pit_s_that_was_not_measured_excuses_no_end() -> None:
     assert scored(carried_off(reference, 0.1), early).grade is Grade.INACCURATE
 
 
-@pytest.mark.parametrize("outcome", [Outcome.NON_FINITE, Outcome.WARNED, Outcome.COMPLETED])
+@each("outcome", [Outcome.NON_FINITE, Outcome.WARNED, Outcome.COMPLETED])
 def test_a_run_that_ends_before_an_impact_pays_more_than_any_price(outcome: Outcome) -> None:
     """A run that ends before the impact has an infinite cost, whatever outcome it reports."""
     whole = faithful(REFERENCE)
@@ -227,8 +227,8 @@ def test_no_number_of_a_score_stands_in_it_twice() -> None:
         assert not set(found.values()) & set(numbers)
 
 
-@pytest.mark.parametrize("name", release_after(16, [*NAMES[::2], *NAMES[1::2]]))
-@pytest.mark.parametrize("finer", release_after(1, [1, 4]))
+@each("name", release_after(16, [*NAMES[::2], *NAMES[1::2]]))
+@each("finer", release_after(1, [1, 4]))
 def test_pit_is_never_worse_than_pit(name: str, finer: int) -> None:
     """PIT compared with itself pays at most the price, and is not inaccurate in any scene at any step."""
     scene = catalogue()[name].scene

@@ -6,7 +6,7 @@ import dataclasses
 import math
 
 import numpy as np
-import pytest
+from tests.lengths import each
 from tests.stage import altered, disc_at, staged, sure, wall_at
 
 from carom import Scene, compare, solve_pic
@@ -115,7 +115,7 @@ def test_what_no_order_gives_is_said_to_match_none() -> None:
     assert "matches none of 3 admissible outcomes" in score.findings[0].reason
 
 
-@pytest.mark.parametrize("discs", [3, 4, 5])
+@each("discs", [3, 4, 5])
 def test_a_row_of_equal_touching_discs_has_the_cradles_answer(discs: int) -> None:
     """One pair at a time, equal elastic discs have one outcome: the last one leaves with all the speed."""
     reference = solve_pic(cradle(discs))

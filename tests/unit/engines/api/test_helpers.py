@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from tests.lengths import each
 from tests.stage import disc_at, staged, sure
 
 from carom.engines.api import (
@@ -26,7 +27,7 @@ from carom.engines.api import (
 from carom.solvers.pic import solve_pic
 
 
-@pytest.mark.parametrize(("a", "b", "pair"), [(2, 5, (2, 5)), (5, 2, (2, 5)), (3, -1, (3, -1)), (-4, 0, (0, -4))])
+@each("a, b, pair", [(2, 5, (2, 5)), (5, 2, (2, 5)), (3, -1, (3, -1)), (-4, 0, (0, -4))])
 def test_a_contact_is_from_the_lower_disc_to_the_other_body(a: int, b: int, pair: tuple[int, int]) -> None:
     """In whatever order an engine names two bodies, the disc of the lower number comes first, and a wall second."""
     assert pair_of(a, b) == pair
@@ -66,8 +67,8 @@ def test_a_clock_counts_steps_and_does_not_add_them_up() -> None:
     assert clock.now_s == 3.0
 
 
-@pytest.mark.parametrize("pair", [0.0, 0.25, 1.0])
-@pytest.mark.parametrize("wall", [0.0, 0.5, 1.0])
+@each("pair", [0.0, 0.25, 1.0])
+@each("wall", [0.0, 0.5, 1.0])
 def test_products_of_restitutions_are_those_asked_for(pair: float, wall: float) -> None:
     """Disc times disc is the restitution of a pair, disc times wall that of a wall, also where one of them is zero."""
     discs = [Disc(position_m=(0.0, 0.0), radius_m=0.5)]

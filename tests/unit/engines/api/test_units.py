@@ -22,7 +22,7 @@ SCENE = staged(
 )
 
 
-@pytest.mark.parametrize(("length", "time"), [(2.0**10, 1.0), (1.0, 2.0**-20), (2.0**-3, 2.0**5)])
+@each("length, time", [(2.0**10, 1.0), (1.0, 2.0**-20), (2.0**-3, 2.0**5)])
 def test_units_can_not_be_seen(length: float, time: float) -> None:
     """Impacts and the end, solved in other units and taken back, have the same bits: powers of two round nothing."""
     true, found = solve_pic(SCENE), solve_pic(scaled(SCENE, length=length, time=time))

@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 
 import pytest
+from tests.lengths import each
 
 from carom import Disc, Wall
 from carom.errors import CaromError, InputError
@@ -42,8 +43,8 @@ def test_a_dump_in_pixels_becomes_metres() -> None:
         assert (less.radius_m, less.mass_kg, less.spin_rad_s) == (disc.radius_m / 4, disc.mass_kg, disc.spin_rad_s)
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
+@each(
+    "content, words",
     [
         ("{", "it is not a dump of Planck's Serializer.toJson"),
         ("[]", "it is not a dump of Planck's Serializer.toJson"),
@@ -61,7 +62,7 @@ def test_json_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, content: 
     assert "world.json" in str(refused.value)
 
 
-@pytest.mark.parametrize("part", range(1, len(json.loads(DUMP.read_text()))))
+@each("part", range(1, len(json.loads(DUMP.read_text()))))
 def test_a_dump_with_a_part_that_is_none_is_refused(tmp_path: Path, part: int) -> None:
     """Whichever entry of the list is no object, the file is refused in a sentence, or is about what is dropped."""
     entries = json.loads(DUMP.read_text())

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 from tests.processes import PATIENT_S
 from tests.unit.engines.protocol.programs import crowd, manifest_of
 
@@ -72,8 +73,8 @@ def test_every_request_has_its_answer(tmp_path: Path) -> None:
     world.close()
 
 
-@pytest.mark.parametrize(
-    ("instead", "told"),
+@each(
+    "instead, told",
     [
         ("if do == 'step': answer = {'error': {'kind': 'refused', 'message': 'too fast'}}", "refused 'step': too fast"),
         (
@@ -121,8 +122,8 @@ def test_what_goes_wrong_is_said(instead: str, told: str, tmp_path: Path) -> Non
     world.close()
 
 
-@pytest.mark.parametrize(
-    ("instead", "told"),
+@each(
+    "instead, told",
     [
         ("while do == 'step': sys.stdout.write('x' * 65536)", "answered more than 1 MiB in a line"),
         ("if do == 'step': import os, time; os.close(1); time.sleep(3600)", "closed its output"),
@@ -139,7 +140,7 @@ def test_a_program_that_had_to_be_killed_is_told_for_what(
     assert "signal" not in str(caught.value)
 
 
-@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan])
+@each("value", [math.inf, -math.inf, math.nan])
 def test_a_setting_without_a_number_in_json_is_refused(value: float, tmp_path: Path) -> None:
     """No program is sent a text for a number: infinity is refused by the setting's name, from Python too."""
     path = manifest_of(tmp_path)
@@ -237,7 +238,7 @@ def test_any_answer_is_a_value_or_a_sentence(told: st.DataObject, echoing: Progr
     assert echoing.observe().position_m.tolist() == [[0.0, 0.0]]
 
 
-@pytest.mark.parametrize(
+@each(
     "language", [pytest.param(one, marks=[pytest.mark.long] * (one != "javascript")) for one in BUILDS]
 )  # the others are compiled first
 def test_the_templates_are_pit(language: str, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from tests.clocks import Clock
 from tests.command import carom_command, told
+from tests.lengths import each
 from tests.processes import ended, noted
 from tests.unit.engines.protocol.programs import manifest_of
 
@@ -107,8 +108,8 @@ def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_
     assert found.version_from(tmp_path) == ""
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
+@each(
+    "old, new, told",
     [
         ('name = "toy"', "", "name: is required"),
         ('version = "1.2"', "version = 1.2", "version: must be a valid string, got 1.2;"),

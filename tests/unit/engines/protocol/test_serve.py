@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.distribution import lay
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.processes import ran
 from tests.unit.engines.protocol.programs import crowd
 
@@ -52,7 +52,7 @@ def physics(trace: Trace) -> Trace:
     return replace(trace, method="", settings=own, counts=ours)
 
 
-@pytest.mark.parametrize("name", release_after(1, ["pymunk", "mujoco"]))
+@each("name", release_after(1, ["pymunk", "mujoco"]))
 def test_a_served_adapter_gives_the_digits_of_the_adapter(name: str, tmp_path: Path) -> None:
     """Impacts, states, settings read back and local truth are equal to the bit, also where steps are cut."""
     adapter, behind = available(name), served(tmp_path, name)
@@ -63,7 +63,7 @@ def test_a_served_adapter_gives_the_digits_of_the_adapter(name: str, tmp_path: P
         assert physics(here) == physics(there)
 
 
-@pytest.mark.parametrize("name", PYTHON)
+@each("name", PYTHON)
 def test_its_manifest_declares_what_the_adapter_declares(name: str, tmp_path: Path) -> None:
     """Capabilities, of each profile too, accuracies, knobs and what is not as shipped are read back as they were."""
     adapter, behind = load_adapter(name), served(tmp_path, name)
@@ -85,8 +85,8 @@ def ask(server: Server, **request: object) -> dict[str, object]:
     return server.answer(json.dumps(request))
 
 
-@pytest.mark.parametrize(
-    ("line", "kind", "told"),
+@each(
+    "line, kind, told",
     [
         ("", "refused", "the line: Invalid JSON"),
         ("[]", "refused", "the line: "),

@@ -59,7 +59,7 @@ def test_no_bound_is_above_the_time_of_impact(kind: str) -> None:
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_no_bound_in_any_unit_is_above_the_time_of_impact(kind: str) -> None:
     """The same of 290,000 bounds, in units of any size: such that their quotient, a time, is no larger than 2^500."""
     powers = (-250, -166, 0, 125, 250)
@@ -172,7 +172,7 @@ def told(certified: CertifiedTrace) -> tuple[object, ...]:
     return certified.ending, certified.decimals, trace.impacts[["first", "second"]].tolist(), kind, certified.commuted
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+@each("scene", SCENES)
 def test_the_digits_are_the_same_without_bounds(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Balls alone certify the same impacts, with the same digits, and stop at the same event."""
     bounded = certify(scene, max_impacts=40, digits=20)

@@ -84,7 +84,7 @@ def test_the_precision_of_python_flint_is_left_as_it_was() -> None:
 
 
 @each(
-    ("option", "words"),
+    "option, words",
     [
         ({"digits": 0}, "digits must be a whole number from 1 to 10000, got 0"),
         ({"digits": 10_001}, "digits must be a whole number from 1 to 10000, got 10001"),

@@ -105,7 +105,7 @@ def test_walls_at_any_other_angle_do_not_commute() -> None:
     assert found.proven
 
 
-@pytest.mark.parametrize(("x", "y", "vx", "vy"), [(-20, 5, 1, 0), (-20.0, 0.0, 4.0, 3.0), (12.0, -16.0, 0.0, 1.0)])
+@each("x, y, vx, vy", [(-20, 5, 1, 0), (-20.0, 0.0, 4.0, 3.0), (12.0, -16.0, 0.0, 1.0)])
 def test_an_exact_graze_on_first_paths_is_no_impact(x: float, y: float, vx: float, vy: float) -> None:
     """Passing at exactly the contact distance of 5 (or 12) changes nothing, whatever the direction; D = 0 exactly."""
     distance = abs(x * vy - y * vx) / math.hypot(vx, vy)
@@ -233,7 +233,7 @@ def test_what_comes_to_rest_in_a_corner_is_reported_and_kept() -> None:
     assert sure(certified.degeneracy).kind is Degenerate.RESTING_CONTACT
 
 
-@pytest.mark.parametrize("scale", [2.0**-500, 1.0, 2.0**500])
+@each("scale", [2.0**-500, 1.0, 2.0**500])
 def test_no_size_is_too_small_or_too_large(scale: float) -> None:
     """Lengths and speeds may be near the ends of float64's range: what overflows there is left to the balls."""
     discs = (disc(0, 0, 3 * scale, 0, r=scale), disc(10 * scale, scale, r=scale))

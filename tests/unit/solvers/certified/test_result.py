@@ -24,7 +24,7 @@ def test_each_digit_shown_is_right_to_one_unit_in_the_last(value: float, radius:
 
 
 @each(
-    ("value", "radius", "text"),
+    "value, radius, text",
     [
         (0.125, 0.0, "0.125"),
         (0.123456, 1e-4, "0.123"),

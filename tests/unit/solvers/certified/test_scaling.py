@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 from tests.rebuilt import in_units
 
 from carom import Scene, certify
@@ -78,7 +79,7 @@ def test_powers_of_two_change_no_digit(scene: Scene, length: int, drift: int) ->
     assert numbers(found, length, speed) == plain_numbers(scene)
 
 
-@pytest.mark.parametrize(("length", "speed"), [(256, 256), (-300, -300), (500, 250)])
+@each("length, speed", [(256, 256), (-300, -300), (500, 250)])
 def test_powers_of_two_change_no_digit_without_bounds(length: int, speed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same with balls alone."""
     monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
@@ -86,7 +87,7 @@ def test_powers_of_two_change_no_digit_without_bounds(length: int, speed: int, m
     assert numbers(found, length, speed) == numbers(certify(SCENES[0], max_impacts=MOST))
 
 
-@pytest.mark.parametrize("power", [-500, 500])
+@each("power", [-500, 500])
 def test_radii_are_scaled_too(power: int) -> None:
     """What is proven of a number is scaled with it, as long as it is no subnormal number itself."""
     plain = certify(SCENES[0], max_impacts=MOST)

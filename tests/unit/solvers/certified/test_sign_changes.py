@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import pytest
 from flint import arb, ctx
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 
 from carom.solvers.certified.legs import ball
 from carom.solvers.certified.sign_changes import falls_of, squared_gap
@@ -28,7 +28,7 @@ def powers_of(roots: list[Fraction], leading: int = 1) -> list[arb]:
     return list(map(ball, powers))
 
 
-@pytest.mark.parametrize("seed", release_after(50, range(200)))
+@each("seed", release_after(50, range(200)))
 def test_each_fall_is_found_in_order_and_holds_its_root(seed: int) -> None:
     """The falls of a quartic of four real roots, some past or nearly equal, are those ahead where it decreases."""
     rng = random.Random(seed)

@@ -17,7 +17,7 @@ from carom.solvers.pic import pic_run
 
 
 @each("friction, ambiguous", [(0.0, ()), (0.25, (1,))])
-@pytest.mark.parametrize("by_all_pairs", [True, False])
+@each("by_all_pairs", [True, False])
 def test_two_impacts_at_right_angles_are_unique_without_friction_only(
     friction: float, ambiguous: tuple[int, ...], by_all_pairs: bool
 ) -> None:

@@ -80,21 +80,21 @@ def pinched(half: float) -> Scene:
     return staged("pinched", disc, edge, piston, duration_s=20.0)
 
 
-@pytest.mark.parametrize(("half", "outcome"), [(3.0, Outcome.CRUSHED), (0.5, Outcome.COMPLETED)])
+@each("half, outcome", [(3.0, Outcome.CRUSHED), (0.5, Outcome.COMPLETED)])
 def test_a_disc_between_edges_is_crushed_at_the_same_impact(half: float, outcome: Outcome) -> None:
     """Or gets out sideways, where they are too short."""
     assert_same(pinched(half), 10**6)
     assert EventDrivenRun(pinched(half)).advance_to(20.0) is outcome
 
 
-@pytest.mark.parametrize("discs", [1, *release_after(0, [2, 3])])
+@each("discs", [1, *release_after(0, [2, 3])])
 def test_a_row_is_crushed_at_the_same_impact(discs: int) -> None:
     """By a mallet and a wall, of one disc and of more in a row, in either loop."""
     assert assert_same(row(discs, 0.25, 0.125), 10**6).notes
 
 
-@pytest.mark.parametrize(
-    ("scene", "between", "time_s"),
+@each(
+    "scene, between, time_s",
     [(row(1, 0.25, 0.125), "wall 0 and disc 1", 8.0), (pinched(3.0), "wall 0 and wall 1", 6.0)],
 )
 def test_the_instant_of_a_crush_is_that_at_which_no_space_is_left(scene: Scene, between: str, time_s: float) -> None:
@@ -107,7 +107,7 @@ def test_the_instant_of_a_crush_is_that_at_which_no_space_is_left(scene: Scene, 
     assert run.time_s < time_s
 
 
-@pytest.mark.parametrize("across", [0.0, -0.5])
+@each("across", [0.0, -0.5])
 def test_under_gravity_a_disc_is_crushed_only_if_it_stays_before_the_edges(across: float) -> None:
     """Gravity along two short edges pulls the disc out before they meet; gravity along the normal does not."""
     scene = pinched(0.5).model_copy(update={"gravity_m_s2": (across, -0.5 - across)})

@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.unit.solvers.kinds import all_pairs, assert_same
 
 from carom import Chain, Disc, Outcome, Scene
@@ -35,9 +35,7 @@ def gas_among(segments: int) -> Scene:
     return Scene(name="gas among segments", discs=discs, walls=[box, *walls[:segments]], duration_s=100.0)
 
 
-@pytest.mark.parametrize(
-    ("segments", "most", "cells"), release_after(1, [(25, 50, 1.0), (25, 200, 1.0), (12, 100, 2.5)])
-)
+@each("segments, most, cells", release_after(1, [(25, 50, 1.0), (25, 200, 1.0), (12, 100, 2.5)]))
 def test_a_gas_among_segments_has_the_bits_of_all_pairs(segments: int, most: int, cells: float) -> None:
     """Many cells, each of which knows a few of the walls, and none of which may know too few."""
     assert_same(gas_among(segments), most, cells=cells)
@@ -55,7 +53,7 @@ def gas_in_a_polygon(edges: int, radius: float) -> Scene:
     return Scene(name="gas in a polygon", discs=discs, walls=[wall], duration_s=1e3)
 
 
-@pytest.mark.parametrize("options", release_after(1, [{"cells": 3.0}, {"contact_s": 0.01}, {"cells": math.inf}, {}]))
+@each("options", release_after(1, [{"cells": 3.0}, {"contact_s": 0.01}, {"cells": math.inf}, {}]))
 def test_cells_chosen_anew_keep_the_bits_of_all_pairs(options: dict[str, float]) -> None:
     """A gas that leaves the box in which it began gets other cells, in which discs meet what they would have met."""
     scene = gas_in_a_polygon(12, 8.0)
@@ -65,7 +63,7 @@ def test_cells_chosen_anew_keep_the_bits_of_all_pairs(options: dict[str, float])
     assert run.counts["choices"] > 0
 
 
-@pytest.mark.parametrize("radius", release_after(1, [60.0, 6.0]))
+@each("radius", release_after(1, [60.0, 6.0]))
 def test_a_gas_that_fills_a_polygon_looks_at_all_of_it_at_first_alone(radius: float) -> None:
     """Once discs have been at the walls, few of a hundred predictions look at all sides and vertices."""
     run = EventDrivenRun(gas_in_a_polygon(300, radius))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import sure
 
 from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
@@ -12,9 +13,7 @@ from carom.solvers.rows import CONTACT_DTYPE
 probe = pytest.importorskip("tests.probe")
 
 
-@pytest.mark.parametrize(
-    ("name", "dtype"), [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE), ("Contact", CONTACT_DTYPE)]
-)
+@each("name, dtype", [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE), ("Contact", CONTACT_DTYPE)])
 def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void]) -> None:
     """The structs that the kernel writes have the fields of the trace's arrays: their order, places and types."""
     struct = probe.layouts()[name]
@@ -24,7 +23,7 @@ def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void
     assert kinds == [(kind.base, kind.shape, place) for kind, place in expected]
 
 
-@pytest.mark.parametrize(("name", "size"), [("Disc", 64), ("Prediction", 32), ("Cell", 8)])
+@each("name, size", [("Disc", 64), ("Prediction", 32), ("Cell", 8)])
 def test_rows_fill_lines_of_a_cache(name: str, size: int) -> None:
     """A disc fills a cache line of 64 bytes, and of smaller rows a whole number does, without gaps."""
     struct = probe.layouts()[name]

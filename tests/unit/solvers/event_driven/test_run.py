@@ -41,7 +41,7 @@ STARTS = {
 }
 
 
-@pytest.mark.parametrize("name", release_after(2, STARTS))
+@each("name", release_after(2, STARTS))
 def test_no_result_depends_on_the_cells_or_on_a_stop_in_the_long_run(name: str) -> None:
     """Wider cells, one cell for all, or a run taken up from its state amid an epoch: the same outcome."""
     start, (impacts, wide) = STARTS[name], (100_000, 3.0) if name == "large" else (20_000, math.inf)
@@ -56,8 +56,8 @@ def test_no_result_depends_on_the_cells_or_on_a_stop_in_the_long_run(name: str) 
     assert (first.log.array().tobytes() + log, *state) == outcome_of(narrow)
 
 
-@pytest.mark.parametrize("room", [1.0, 8.0])
-@pytest.mark.parametrize("sides", release_after(1, [8, 3, 60]))
+@each("room", [1.0, 8.0])
+@each("sides", release_after(1, [8, 3, 60]))
 def test_cells_miss_none_of_many_walls(sides: int, room: float) -> None:
     """In polygons, tight and so wide that discs leave all cells far behind, the bits are those of all pairs."""
     rng = np.random.default_rng(sides)
@@ -77,7 +77,7 @@ def test_cells_miss_none_of_many_walls(sides: int, room: float) -> None:
     assert kernel.positions().tobytes() == plain.positions().tobytes()
 
 
-@pytest.mark.parametrize("cell_factor", [1.0, 1.7, math.inf])
+@each("cell_factor", [1.0, 1.7, math.inf])
 def test_simultaneous_impacts_come_in_the_order_of_their_bodies(cell_factor: float) -> None:
     """A lattice of discs that all meet at once, each in a pair of its own, does so in the order of the disc numbers."""
     pairs = 12
@@ -143,7 +143,7 @@ def test_progress_samples_and_stops() -> None:
     assert stopped.impacts.tobytes() == trace.impacts[:7].tobytes()
 
 
-@pytest.mark.parametrize("form", [EventDrivenRun, all_pairs])
+@each("form", [EventDrivenRun, all_pairs])
 def test_discs_that_meet_too_far_out_to_be_told_apart_end_the_run(form: Callable[[Scene], EventDrivenRun]) -> None:
     """Two discs that meet after 1.8e16 m, where floats are 2 m apart, have no normal: an error says so."""
     discs = [

@@ -7,6 +7,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 
 from carom.errors import InputError
 from carom.solvers.pit.clock import FrameClock
@@ -27,7 +28,7 @@ def test_a_frame_is_not_before_its_own_instant(frame: int, rate: float) -> None:
         assert clock.frames_before(clock.time_s(frame) * (1 + 2.0**-50) + clock.frame_s * 2.0**-20) == frame + 1
 
 
-@pytest.mark.parametrize("time_s", [-1.0, math.nan, math.inf])
+@each("time_s", [-1.0, math.nan, math.inf])
 def test_a_time_that_has_no_number_of_frames_before_it_is_refused(time_s: float) -> None:
     """A time that is negative, infinite or NaN is refused by name and value."""
     with pytest.raises(InputError, match=f"time_s must be a finite number of seconds, 0 or more, got {time_s}"):

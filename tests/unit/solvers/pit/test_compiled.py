@@ -25,8 +25,8 @@ def crowd(seed: int, *, ratio: float, speed: float) -> Scene:
     return scene_of(replace(start, velocity_m_s=start.velocity_m_s * speed, walls=start.walls[seed % 2 :]), 8.0)
 
 
-@pytest.mark.parametrize("ratio", [1.0, 3.0, 100.0])
-@pytest.mark.parametrize("speed", release_after(1, [1.0, 0.1, 10.0]))
+@each("ratio", [1.0, 3.0, 100.0])
+@each("speed", release_after(1, [1.0, 0.1, 10.0]))
 def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: float) -> None:
     """Discs in many cells, of one size or many, have the result of the compiled plain loop."""
     forms = compiled_forms()
@@ -53,7 +53,7 @@ def test_one_large_disc_among_many_small_ones_has_the_bits_of_the_plain_loop() -
     assert len(assert_identical(scene, FrameClock(rate_hz=30.0)).log) > 100
 
 
-@pytest.mark.parametrize(("velocity", "expected"), [(0.0, 0), (2.0**-30, 1)])
+@each("velocity, expected", [(0.0, 0), (2.0**-30, 1)])
 def test_touching_or_nearly_so_is_decided_by_the_plain_test(velocity: float, expected: int) -> None:
     """Discs that touch exactly collide at the first frame if they approach at all, and never if they do not."""
     scene = line(0.0, 1.0, velocities=(velocity, 0.0), duration_s=1.0)
@@ -166,7 +166,7 @@ def test_the_record_is_handed_out_as_it_grows() -> None:
     assert len(seen[-1]) == len(run.log) == len(whole) > 100
 
 
-@pytest.mark.parametrize("count", [1, 36, 37])
+@each("count", [1, 36, 37])
 def test_any_number_of_discs_runs(count: int) -> None:
     """One disc alone has only walls to meet; from some number on discs are kept in cells."""
     discs = [disc_at(2.0 * (k % 7), 2.0 * (k // 7), k % 5 - 2.5, k % 3 - 1.5, r=0.75) for k in range(count)]

@@ -129,7 +129,7 @@ def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
         solve_pit(line(0.0, velocities=(1.0,)), frame_rate_hz=rate)
 
 
-@pytest.mark.parametrize("against", ["wall", "disc", "immovable"])
+@each("against", ["wall", "disc", "immovable"])
 def test_an_impact_that_leaves_no_approach_is_reported_once(against: str) -> None:
     """At e = 0, at any tilt, rounding leaves some 1e-17 m/s of approach, which is no impact: a pair has one."""
     rng, clock = np.random.default_rng(3), FrameClock(rate_hz=60.0)

@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import pytest
 from tests.drawn import drawn, slowing, table, thrown
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished
 
 from carom import Chain, Disc, Scene, Wall
@@ -38,8 +37,8 @@ DRAWN: dict[str, Callable[[int], Scene]] = {
 }
 
 
-@pytest.mark.parametrize("kind", DRAWN)
-@pytest.mark.parametrize("numbers", release_after(1, [range(4), range(4, 60)]))
+@each("kind", DRAWN)
+@each("numbers", release_after(1, [range(4), range(4, 60)]))
 def test_drawn_scenes_have_the_bits_of_the_plain_loop(kind: str, numbers: range) -> None:
     """Few discs, drawn at random, at a frame rate that is not round."""
     for number in numbers:
@@ -104,8 +103,8 @@ CROWDS: dict[str, Callable[[], Scene]] = {
 }
 
 
-@pytest.mark.parametrize("kind", CROWDS)
-@pytest.mark.parametrize("rate_hz", release_after(1, [30.0, 7.0, 240.0]))
+@each("kind", CROWDS)
+@each("rate_hz", release_after(1, [30.0, 7.0, 240.0]))
 def test_crowds_are_plain_loopings_to_the_bit(kind: str, rate_hz: float) -> None:
     """Skipping, and sweeping where that costs less, find what a loop over all pairs finds."""
     scene, clock, forms = CROWDS[kind](), FrameClock(rate_hz=rate_hz), compiled_forms()

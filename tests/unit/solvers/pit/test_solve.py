@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from tests.lengths import each
 from tests.stage import line
 from tests.unit.solvers.pit.forms import compiled_forms, finished, plain
 
@@ -51,7 +52,7 @@ def test_an_impact_so_far_out_that_it_has_no_normal_ends_a_run_of_every_form() -
             finished(scene, FrameClock(rate_hz=1e-7), form)
 
 
-@pytest.mark.parametrize("rate", [None, 10.0])
+@each("rate", [None, 10.0])
 def test_a_trace_tells_how_it_was_made(rate: float | None) -> None:
     """Method, frame length, end and counts are the run's; the frame rate is the scene's own unless one is given."""
     scene = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=4.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.drawn import KINDS, drawn
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import line
 
 from carom import Chain, solve_pit
@@ -17,8 +17,8 @@ from carom.solvers.reference.algorithm_1 import run_algorithm_1
 MOST_TESTS = 1e6
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("numbers", release_after(1, [range(3), range(3, 40)]))
+@each("kind", KINDS)
+@each("numbers", release_after(1, [range(3), range(3, 40)]))
 def test_solve_pit_gives_the_bits_of_the_definition(kind: str, numbers: range) -> None:
     """Skipping of frames, cells and sweeps change no bit."""
     for number in numbers:
@@ -31,7 +31,7 @@ def test_solve_pit_gives_the_bits_of_the_definition(kind: str, numbers: range) -
         np.testing.assert_array_equal(trace.final_velocity_m_s, [disc.velocity for disc in found.discs])
 
 
-@pytest.mark.parametrize(
+@each(
     "fields",
     [
         {"gravity_m_s2": (0.0, -1.0)},

@@ -20,7 +20,7 @@ def test_all_impacts_of_one_frame_are_carried_out() -> None:
     assert trace.impacts["time_s"].tolist() == [1.0, 2.0, 3.0]
 
 
-@pytest.mark.parametrize("rate", [1.0, 0.5, 0.25])
+@each("rate", [1.0, 0.5, 0.25])
 def test_an_impact_on_a_frame_instant_happens_once(rate: float) -> None:
     """An impact exactly at a frame instant, be it the last one, is neither lost nor doubled."""
     scene = line(0.0, 5.0, velocities=(1.0, 0.0), duration_s=4.0)

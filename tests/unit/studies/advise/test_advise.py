@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import disc_at, staged, sure, wall_at, with_discs
 from tests.unit.report.test_terminal import printed
 
@@ -104,7 +104,7 @@ def test_the_closed_form_is_what_a_scan_of_the_overlap_finds(
         assert error(limit + 1e-7 * window.length_s) >= angle - 1e-5
 
 
-@pytest.mark.parametrize("scene", [pair(0.3), pair(0.7, mass=5.0), pair(0.05, speed=20, radius=0.05)])
+@each("scene", [pair(0.3), pair(0.7, mass=5.0), pair(0.05, speed=20, radius=0.05)])
 def test_one_step_above_fails_and_one_below_passes(scene: Scene) -> None:
     """PIT's closed form, run: at its step every start meets the demand, and a step 0.1 % larger has one that fails."""
     limit = hardest_impacts(solve_pic(scene), Demand(DEGREE))[0].limit
@@ -138,7 +138,7 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
     assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
-@pytest.mark.parametrize("starts", release_after(1, [16, CONFIRM]))
+@each("starts", release_after(1, [16, CONFIRM]))
 def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Tuned pymunk does what PIT does: its steps are below the closed form, by no more than a step of the grid."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
@@ -257,7 +257,7 @@ def test_an_impact_in_the_last_step_is_asked_for() -> None:
     assert 0.0 < found.direction_error_rad < math.inf
 
 
-@pytest.mark.parametrize(("name", "cause"), [("driven/paddle", Cause.WALL), ("driven/swatter", Cause.EDGE)])
+@each("name, cause", [("driven/paddle", Cause.WALL), ("driven/swatter", Cause.EDGE)])
 def test_only_of_a_half_plane_it_is_said_that_nothing_passes(name: str, cause: Cause) -> None:
     """A swatter, which a disc is beyond after one step, has another phrase than a wall without a far side."""
     (hard,) = hardest_impacts(solve_pic(name), Demand(DEGREE))

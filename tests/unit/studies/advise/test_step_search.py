@@ -7,6 +7,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
+from tests.lengths import each
 from tests.stage import sure
 
 from carom.execution.job import Answer, Method, Status
@@ -124,7 +125,7 @@ def test_the_answer_in_whole_steps_of_a_frame_is_run_at_64_starts_too() -> None:
     assert in_a_frame(sure(large.demand.in_frame).dt_s, 60) == 1
 
 
-@pytest.mark.parametrize("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
+@each("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
 def test_a_whole_number_of_steps_is_known_whatever_the_rate(rate_hz: float) -> None:
     """Every step of a grid below half a frame is a whole number a frame, those of 1.5 frames and 2/3 are none."""
     one = Scene(**{**dict(SCENE), "frame_rate_hz": rate_hz, "duration_s": 5.0 / rate_hz})
@@ -167,7 +168,7 @@ def test_runs_that_end_early_are_counted_as_such() -> None:
     assert whole.ending is SearchEnding.FOUND
 
 
-@pytest.mark.parametrize("budget", [1, 1000, 5000, 50_000])
+@each("budget", [1, 1000, 5000, 50_000])
 def test_a_budget_is_never_exceeded_and_what_was_not_reached_is_no_answer(budget: int) -> None:
     """However large: the steps of all trials stay within it, two searches are one, and no answer is half a search."""
     curve: Curve = lambda dt, _: (False, math.radians(1000.0) * dt)  # noqa: E731 - it is named for two calls

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests.lengths import each
 from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import HERE, bench
 
@@ -42,8 +43,8 @@ def earlier(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize(
-    ("factor", "change"),
+@each(
+    "factor, change",
     [
         (1.3, BaselineChange.REGRESSED),
         (0.7, BaselineChange.IMPROVED),

@@ -10,13 +10,13 @@ from carom.studies.bench.convergence import Convergence, fit_order, fit_power, s
 STEPS = [1 / 60, 1 / 167, 1 / 464, 1 / 1292, 1 / 3594, 1 / 10000]
 
 
-@each(("freedom", "published"), [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)])
+@each("freedom, published", [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)])
 def test_students_quantiles_are_the_published_ones(freedom: int, published: float) -> None:
     """The 97.5 % quantiles are those of every printed table (NIST/SEMATECH e-Handbook, 1.3.6.7.2)."""
     assert student_quantile(0.975, freedom) == pytest.approx(published, abs=5e-4)
 
 
-@pytest.mark.parametrize("order", [1.0, 2.0])
+@each("order", [1.0, 2.0])
 def test_a_power_law_gives_its_order_back(order: float) -> None:
     """Errors that are an exact power of the step have that order, with an interval of no width, and converge."""
     found = fit_order(STEPS, [0.3 * step**order for step in STEPS])
@@ -35,8 +35,8 @@ def test_the_interval_is_that_of_a_textbook() -> None:
     assert exponent - low == pytest.approx(high - exponent, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("errors", "verdict", "low", "high"),
+@each(
+    "errors, verdict, low, high",
     [
         ([0.030, 0.031, 0.029, 0.030, 0.0305, 0.0295], Convergence.DOES_NOT_CONVERGE, -0.5, 0.5),
         ([0.1, 0.001, 0.05, 0.01], Convergence.UNDECIDED, -math.inf, math.inf),
@@ -44,7 +44,6 @@ def test_the_interval_is_that_of_a_textbook() -> None:
         ([0.1, 0.01], Convergence.TOO_FEW, math.nan, math.nan),
         ([0.1], Convergence.TOO_FEW, math.nan, math.nan),
     ],
-    ids=["only scatter", "scatter as much as they fall", "rounding at every step", "two steps", "one step"],
 )
 def test_a_verdict_is_that_of_the_interval(errors: list[float], verdict: Convergence, low: float, high: float) -> None:
     """Below a half it does not converge, with a half in it nothing is decided, and of two steps there is none."""

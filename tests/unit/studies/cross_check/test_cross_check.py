@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.clocks import Clock
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 import carom
@@ -169,8 +169,8 @@ def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
     assert np.allclose(samples.position_m[:, 0, 0], samples.time_s, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
+@each(
+    "given, said",
     [
         ({"engine_names": "pit"}, "engines must be a list, even of one item, got 'pit'"),
         ({"engine_names": [3]}, "engines[0] must be a name, got 3"),
@@ -209,8 +209,8 @@ def test_pit_is_run_once_and_each_form_of_pic(scene: Scene) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("asked", "found"),
+@each(
+    "asked, found",
     [
         ("default", {"pic frame-by-frame", "pit"}),
         ("tuned", {"pic event-driven", "pit"}),

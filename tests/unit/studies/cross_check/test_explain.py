@@ -43,14 +43,14 @@ SAID = [
 ]
 
 
-@each(("name", "options", "said"), SAID)
+@each("name, options, said", SAID)
 def test_a_plan_says_what_is_done_and_what_is_left_out(name: str, options: dict[str, Any], said: str) -> None:
     """The form of PIC, the frames that PIT looks at, how far engines are followed, what is kept, and phases."""
     assert said in plan(name, engines=["pit"], **options)
 
 
 @each(
-    ("name", "skipped"),
+    "name, skipped",
     [
         ("paper/late", r"event queue, grid, wall tests, \d+ of 24 frames of PIT, engine steps after step 11 of 24"),
         ("gravity/falling-pair", r"wall tests, \d+ of \d+ frames of PIT"),

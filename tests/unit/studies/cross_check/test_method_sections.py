@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from tests.lengths import each
 from tests.stage import cross_checked, sure
 
 from carom.catalogue import find_scenes
@@ -115,7 +116,7 @@ def test_terminal_and_report_have_one_order(several: Results) -> None:
     assert len(set(merits)) > 1
 
 
-@pytest.mark.parametrize("scene", ["paper/missed", "paper/late", "paper/multiple"])
+@each("scene", ["paper/missed", "paper/late", "paper/multiple"])
 def test_of_one_scene_terminal_and_report_have_one_order(several: Results, scene: str) -> None:
     """Where one scene was run, its table of physical errors and the report's table of methods begin with the same."""
     rows = tuple(row for row in several.rows if row.job.scene.name == scene)

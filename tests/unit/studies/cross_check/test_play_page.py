@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.command import carom_command
+from tests.lengths import each
 from tests.stage import cross_checked, disc_at, staged
 
 import carom
@@ -44,7 +45,7 @@ def test_a_scene_on_a_table_that_slows_discs_has_a_link() -> None:
     assert play_link(PAIR.model_copy(update={"table_deceleration_m_s2": 0.5}))
 
 
-@pytest.mark.parametrize("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll"])
+@each("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll"])
 def test_a_scene_of_one_disc_and_any_wall_has_a_link(name: str) -> None:
     """Edges, driven walls and contact that lasts are no reason to have none."""
     assert play_link(all_scenes()[name].scene)
@@ -57,7 +58,7 @@ def test_the_page_has_the_scenes_of_the_report_first() -> None:
     assert "classics/bullet" in names
 
 
-@pytest.mark.parametrize(("scene", "linked"), [(PAIR, True), (MANY, False)])
+@each("scene, linked", [(PAIR, True), (MANY, False)])
 def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, linked: bool, tmp_path: Path) -> None:
     """The report has the page, and the replay's data a link to it, only if one of its scenes can be thrown."""
     results = cross_checked([scene], ["pit"], dts=[1 / 24])

@@ -302,7 +302,7 @@ def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
 
 
 @each(
-    ("value", "shown"),
+    "value, shown",
     [
         (0.0, "0"),
         (0.0754, "0.075"),
@@ -328,7 +328,7 @@ def test_numbers_are_short_and_right(value: float, shown: str) -> None:
     assert formatting.number(value) == shown
 
 
-@pytest.mark.parametrize(("dt_s", "shown"), [(1 / 24, "1/24 s"), (1 / 960, "1/960 s"), (0.03, "0.03 s"), (2.0, "2 s")])
+@each("dt_s, shown", [(1 / 24, "1/24 s"), (1 / 960, "1/960 s"), (0.03, "0.03 s"), (2.0, "2 s")])
 def test_steps_are_fractions_where_they_are(dt_s: float, shown: str) -> None:
     """A step is shown as the fraction of a second that it is meant to be."""
     assert formatting.step(dt_s) == shown

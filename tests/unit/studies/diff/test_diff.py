@@ -13,7 +13,7 @@ import jsonschema
 import numpy as np
 import pytest
 from tests.command import carom_command, told
-from tests.lengths import release_after
+from tests.lengths import each, release_after
 from tests.planted.faults import DT, ROW, SPEED, replayed
 from tests.stage import sure
 from tests.unit.report.test_terminal import printed
@@ -140,8 +140,8 @@ def broken() -> Trace:
 MISSING = replayed(REFERENCE, REFERENCE.impacts[:-1].copy())
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "kind", "number"),
+@each(
+    "old, new, kind, number",
     [
         pytest.param(sideways(1e-3), sideways(0.0), Kind.BETTER, "", id="better than a little off"),
         pytest.param(sideways(0.021), sideways(0.02), Kind.BETTER, "", id="better than further off"),
@@ -227,8 +227,8 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
 
 @pytest.mark.long
 @pytest.mark.skipif(not SAMPLE.exists(), reason="a source distribution has no reports")
-@pytest.mark.parametrize(
-    ("old", "new"),
+@each(
+    "old, new",
     release_after(
         1,
         [

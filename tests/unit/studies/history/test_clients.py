@@ -61,8 +61,8 @@ def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
     assert ended(noted(tmp_path / "child"))
 
 
-@pytest.mark.parametrize(
-    ("lines", "told"),
+@each(
+    "lines, told",
     [
         ("echo 'npm error code E404' >&2; exit 1", "npm: npm error code E404"),
         ("echo nonsense", "npm did not print JSON"),
@@ -191,7 +191,7 @@ def test_nothing_is_removed_while_another_uses_it(tmp_path: Path) -> None:
     assert Kept(tmp_path).names("pip", "toy") == ()
 
 
-@pytest.mark.parametrize("instead", ["a file", "a link", "a list that nests"])
+@each("instead", ["a file", "a link", "a list that nests"])
 def test_what_is_in_the_place_of_a_release_is_replaced(instead: str, tmp_path: Path) -> None:
     """A file, a link to another folder or a list that can't be read is no release, and the release is installed."""
     kept, other = Kept(tmp_path / "root"), tmp_path / "other"

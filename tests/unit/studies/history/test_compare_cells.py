@@ -55,7 +55,7 @@ def places(low: float, high: float, **fields: Any) -> SeenCell:
 
 
 @each(
-    ("old", "new", "moved"),
+    "old, new, moved",
     [
         (seen(RAN), seen(RAN), Moved.NOTHING),
         (seen(RAN), seen(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), Moved.NOTHING),
@@ -139,7 +139,7 @@ def test_releases_are_ordered_by_their_numbers() -> None:
 
 
 @each(
-    ("asked", "most", "found"),
+    "asked, most, found",
     [
         (None, 2, ("3.0.0", "10.0.0")),
         (None, 9, ("2.3.1", "2.3.1.post1", "2.10", "3.0.0", "10.0.0")),
@@ -162,7 +162,7 @@ def test_conditions_and_names_select(asked: list[str] | None, most: int, found: 
 
 
 @each(
-    ("word", "told"),
+    "word, told",
     [
         ("2.3.2", "there is no release '2.3.2'; did you mean '2.3.1'"),
         ("--index-url=x", "a version must begin with a digit"),

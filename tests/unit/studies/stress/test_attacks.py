@@ -25,7 +25,7 @@ from carom.studies.stress.friction import rough_attacks
 from carom.studies.stress.run import attacks
 
 ATTACKS = [attack for _, attack in attacks()]
-each_attack = pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)
+each_attack = each("attack", ATTACKS)
 
 #: Attacks that no float64 method can pass to the end: an error doubles faster than once a bounce.
 HORIZON = "unstable-orbit"
@@ -59,7 +59,7 @@ def test_pic_stands_every_attack(attack: Attack, stride: int, tmp_path: Path) ->
             assert not judgement.broken, (value, judgement)
 
 
-@pytest.mark.parametrize("name", ["grazing", "tunnelling", "galperin"])
+@each("name", ["grazing", "tunnelling", "galperin"])
 def test_pit_gives_way_where_sampling_must(name: str) -> None:
     """Checking once per frame passes at the harmless end, and fails at a graze, a bullet, a crowd of impacts."""
     attack = next(attack for attack in ATTACKS if attack.name == name)
@@ -118,9 +118,7 @@ def _by_hand(trial: Trial) -> tuple[list[float], float]:
         return [float(part) for part in end.velocity], float(end.spin)
 
 
-@pytest.mark.parametrize(
-    ("name", "whole"), [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT])
-)
+@each("name, whole", [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT]))
 def test_the_truth_is_that_of_60_digits_and_pic_meets_it(name: str, whole: bool) -> None:
     """The truth of scenes as stored, on both sides of each threshold and on it, to 1e-14; long, at all rungs."""
     attack = IN_CONTACT[name]
@@ -178,7 +176,7 @@ def test_pic_stands_every_rung(name: str) -> None:
             assert judgement.error < 1e-11, value
 
 
-@pytest.mark.parametrize("value", [0.9, 0.5, 0.1, 1e-3])
+@each("value", [0.9, 0.5, 0.1, 1e-3])
 def test_what_bounces_on_a_rough_floor_ends_rolling(value: float) -> None:
     """Bounces without end, sliding at first: the disc rolls as angular momentum about the floor says."""
     (trial,) = ROUGH["rolling"].trials(value)
@@ -188,7 +186,7 @@ def test_what_bounces_on_a_rough_floor_ends_rolling(value: float) -> None:
     assert trial.judge(solve_pit(trial.scene)).broken == ""
 
 
-@pytest.mark.parametrize("name", ["friction", "spin", "inertia"])
+@each("name", ["friction", "spin", "inertia"])
 def test_pit_stands_what_turns_no_normal(name: str) -> None:
     """Head-on and on walls checking once per step costs no velocity and no spin."""
     for value in ROUGH[name].ladder(quick=True):

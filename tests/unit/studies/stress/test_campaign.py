@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests.lengths import each
 
 from carom import load_scene, run
 from carom.errors import InputError
@@ -123,8 +124,8 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
     assert "tunnelling.pit.tuned.toml" in markdown
 
 
-@pytest.mark.parametrize(
-    ("phrase", "ending"),
+@each(
+    "phrase, ending",
     [
         ("gives way", SpotEnding.GIVES_WAY),
         ("stands to the end", SpotEnding.STANDS),

@@ -23,7 +23,7 @@ from carom.studies.stress.true_motion import UndecidedError, true_motion
 KNOWN = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONSERVED, Tag.GRAVITY}]
 
 
-@pytest.mark.parametrize("entry", KNOWN, ids=lambda entry: entry.name)
+@each("entry", KNOWN)
 def test_the_true_motion_is_the_known_answer(entry: CatalogueScene) -> None:
     """Brute force in decimals agrees with every closed form of the catalogue to the rounding of its floats."""
     motion, known, scene = true_motion(entry.scene), entry.known, entry.scene
@@ -70,7 +70,7 @@ def test_what_is_not_worked_out_is_refused(named: str, field: dict[str, Any]) ->
         true_motion(scene)
 
 
-@each(("field", "disc"), [("final_position_m", 0), ("final_velocity_m_s", 2), ("final_spin_rad_s", 2)])
+@each("field, disc", [("final_position_m", 0), ("final_velocity_m_s", 2), ("final_spin_rad_s", 2)])
 def test_a_relation_does_not_hold_for_what_is_no_number(field: str, disc: int) -> None:
     """A run whose places, velocities or spins are NaN, of one disc or another, is infinitely far off."""
     spins = field == "final_spin_rad_s"

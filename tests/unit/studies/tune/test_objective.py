@@ -61,7 +61,7 @@ def test_the_cost_is_the_median_of_ratios_to_the_first_profile() -> None:
 
 
 @each(
-    ("judged", "part"),
+    "judged, part",
     [
         (Judged(Grade.SAMPLED, 1.0), 0.5),
         (Judged(Grade.EXACT, 0.0), 0.0),

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import cast
 
 import pytest
+from tests.lengths import each
 
 from carom import Disc, Scene
 from carom.catalogue import find_scenes
@@ -72,7 +73,7 @@ def searched(seed: int, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
     return search.run(60, seed), search, toy
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 6))])
+@each("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 6))])
 def test_the_best_settings_are_found_and_no_others(seed: int) -> None:
     """Whatever the seed, the three settings that matter are found, and none that does nothing is among them."""
     best, _, _ = searched(seed)
