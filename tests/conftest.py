@@ -28,10 +28,11 @@ from carom.core.built import DIGEST
 from carom.engines.api import Adapter, Observation, Setting
 from carom.engines.registry import load_adapter, why_unavailable
 from carom.execution.fork_server import PATIENCE_S, ForkServer
+from carom.web import page
 
 # Hypothesis measures by the clock, which a busy machine stretches: neither an example nor the drawing of some is timed.
 UNTIMED: dict[str, Any] = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("carom", **UNTIMED, derandomize=True, max_examples=12)
+settings.register_profile("carom", **UNTIMED, derandomize=True, max_examples=8)
 settings.register_profile("more", **UNTIMED, derandomize=True, max_examples=50)
 settings.register_profile("search", **UNTIMED, max_examples=2000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
@@ -42,6 +43,8 @@ ROOM_BYTES = 2**30
 
 # Hundreds of commands are asked of one program: its options are read off its functions once.
 pytest.MonkeyPatch().setattr("typer.main.get_command", cache(get_command))
+# Each page of a scene has the same scripts, packed once for all.
+pytest.MonkeyPatch().setattr(page, "packed_block", cache(page.packed_block))
 
 
 class _Shared(ForkServer):

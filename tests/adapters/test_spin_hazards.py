@@ -57,7 +57,7 @@ def test_the_law_has_the_answer_that_these_tests_quote() -> None:
     assert law(Thrown(), 0.1) == pytest.approx((1.4, 3.0, -2.4), abs=1e-15)
 
 
-@each("friction", release_after(2, [0.1, 10.0, 0.01, 0.5]))
+@each("friction", release_after(1, [0.1, 10.0, 0.01, 0.5]))
 @each("spin", [0.0, -10.0, 10.0])
 @each("restitution", [0.0, 0.5, 1.0])
 def test_each_engine_has_the_law_with_the_right_settings(

@@ -198,7 +198,7 @@ def test_contact_and_spins_survive_as_data() -> None:
         assert enclosures(from_enclosures(document)) == document
 
 
-@each("seeds", release_after(1, [range(8), *(range(k, k + 20) for k in range(8, 408, 20))]))
+@each("seeds", release_after(1, [range(4), *(range(k, k + 20) for k in range(4, 404, 20))]))
 @each("gives_back", [False, True])
 def test_discs_thrown_on_slopes_are_within_their_radii_of_runs_of_60_digits(gives_back: bool, seeds: range) -> None:
     """With spin, any friction and rolling resistance, or friction that gives back: ends, and when modes change."""

@@ -26,7 +26,7 @@ KINDS: dict[str, tuple[dict[str, Any], int, int]] = {
 @each(
     "kind, seed",
     [
-        pytest.param(kind, seed, marks=[pytest.mark.release] * (seed >= 2))
+        pytest.param(kind, seed, marks=[pytest.mark.release] * (seed >= 1))
         for kind, (*_, seeds) in KINDS.items()
         for seed in range(seeds)
     ],

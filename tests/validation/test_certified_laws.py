@@ -222,7 +222,7 @@ def apart(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
 def test_runs_of_15_and_50_digits_enclose_the_same_truth() -> None:
     """In small rough scenes, with gravity and without, no number contradicts the other run's."""
     impacts = 0
-    for number in range(40):
+    for number in range(16):
         scene = small(number, rough=True, gravity=(0.25, -1.0) if number % 4 == 3 else (0.0, 0.0))
         if not scene.arrays.turns:
             continue
@@ -232,7 +232,7 @@ def test_runs_of_15_and_50_digits_enclose_the_same_truth() -> None:
             continue
         assert apart(found, certify(scene, digits=50, max_impacts=10)) == [], number
         impacts += len(found)
-    assert impacts > 100
+    assert impacts > 40
 
 
 def test_exactly_between_stick_and_slide_a_run_goes_on() -> None:

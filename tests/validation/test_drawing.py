@@ -131,7 +131,7 @@ def on_table(scene: Scene, trace: Trace) -> set[str]:
     return {what for what, occurs in found.items() if occurs}
 
 
-@each("each_kind", release_after(1, [12, 24]))
+@each("each_kind", release_after(1, [6, 24]))
 def test_tables_hold_what_they_are_for(each_kind: int) -> None:
     """Faces, vertices and arcs, corners, gliding, and what drives: in no smaller share of tables."""
     counted: Counter[str] = Counter()

@@ -89,7 +89,10 @@ def boosted(scene: Scene, drive: Vector) -> Scene:
     return Scene(**{**dict(scene), "discs": discs, "walls": [faster(wall) for wall in scene.walls]})
 
 
-@each("draw, seeds", release_after(2, [(a_table, range(12)), (on_a_path, range(8)), (a_table, range(12, 24))]))
+@each(
+    "draw, seeds",
+    release_after(2, [(a_table, range(4)), (on_a_path, range(8)), (a_table, range(4, 24))]),
+)
 def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], Scene], seeds: range) -> None:
     """A scene of which everything is driven along has its impacts at the same times, and velocities more by the drive.
 

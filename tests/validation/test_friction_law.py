@@ -97,7 +97,7 @@ def as_arrays(start: DiscArrays) -> tuple[np.void, np.void]:
     return impact[0], spins[0]
 
 
-@each("count", release_after(1, [150, 10_000]))
+@each("count", release_after(1, [50, 10_000]))
 def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
     """Every velocity and surface speed after an impact is the exact law's to a few units in the last place."""
     rng = random.Random(count)
@@ -188,9 +188,9 @@ def past(one: Body, other: Body, axes: tuple[tuple[Fraction, Fraction], ...]) ->
 
 
 def test_the_exact_law_keeps_what_physics_keeps() -> None:
-    """In 500 exact impacts momentum and angular momentum about the contact are kept, and energy never grows."""
+    """In 200 exact impacts momentum and angular momentum about the contact are kept, and energy never grows."""
     rng = random.Random(7)
-    for _ in range(500):
+    for _ in range(200):
         normal = rng.choice([(3, 4), (5, -12), (1, 0), (-8, 15)])
         length = math.isqrt(normal[0] ** 2 + normal[1] ** 2)
         nx, ny = (Fraction(c, length) for c in normal)
@@ -216,7 +216,7 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
             assert lost == 0
 
 
-@each("numbers", release_after(1, [range(2), *(range(k, k + 12) for k in range(2, 98, 12))]))
+@each("numbers", release_after(1, [range(1, 2), *(range(k, k + 14) for k in range(0, 98, 14))]))
 def test_whole_runs_obey_the_exact_law_impact_by_impact(numbers: range) -> None:
     """Each impact is what the exact law makes of the state before it, and that is what the last impact left."""
     for kind, number in product(KINDS, numbers):

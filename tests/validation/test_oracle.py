@@ -29,7 +29,7 @@ def slowed(seed: int) -> Scene:
 
 
 @each("kind", ["floating", "falling", "damped"])
-@each("seed", release_after(2, range(80)))
+@each("seed", release_after(1, range(1, 80)))
 def test_pic_is_off_by_no_more_than_the_scene_amplifies_rounding(seed: int, kind: str) -> None:
     """Each of the first impacts of a random scene is the oracle's, as closely as its condition lets float64 be."""
     falls = kind == "falling"

@@ -35,11 +35,11 @@ def falling(number: int) -> Scene:
 
 
 LAWS = {
-    "floating": Law(lambda number: small(number, repeated=False), 60, 600, 12, 1e-8),
-    "rough": Law(lambda number: small(number, rough=True, repeated=False), 15, 300, 10, 1e-8),
-    "falling": Law(falling, 10, 100, 10, 1e-8),
-    "damped": Law(under(damping_per_s=0.3), 10, 200, 10, 1e-11),
-    "on a table": Law(slowing, 20, 300, None, 1e-11),
+    "floating": Law(lambda number: small(number, repeated=False), 25, 600, 12, 1e-8),
+    "rough": Law(lambda number: small(number, rough=True, repeated=False), 6, 300, 10, 1e-8),
+    "falling": Law(falling, 4, 100, 10, 1e-8),
+    "damped": Law(under(damping_per_s=0.3), 5, 200, 10, 1e-11),
+    "on a table": Law(slowing, 8, 300, None, 1e-11),
 }
 
 

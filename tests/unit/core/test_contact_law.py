@@ -68,7 +68,7 @@ def problems(count: int) -> Iterator[tuple[Fraction, Fraction, tuple[Fraction, F
         yield drawn(), drawn(), most, Fraction(rng.choice((1, 2, 4, 8)), 2), signs
 
 
-@each("count", release_after(1, [500, 20_000]))
+@each("count", release_after(1, [150, 20_000]))
 def test_exactly_one_branch_of_two_frictions_holds_and_is_the_one_that_is_given(count: int) -> None:
     """Each problem has one answer in fractions, and `share_frictions` gives it; what is held at 0 is exact."""
     for s1, q1, most, y, signs in problems(count):
@@ -81,7 +81,7 @@ def test_exactly_one_branch_of_two_frictions_holds_and_is_the_one_that_is_given(
         assert not by["blocks"] or rim == 0
 
 
-@each("count", release_after(1, [500, 20_000]))
+@each("count", release_after(1, [150, 20_000]))
 def test_rates_are_those_of_the_law_of_two_frictions(count: int) -> None:
     """Rates of contacts are the law's to rounding, and what is reported as held is held."""
     for a, _, most, y, signs in problems(count):
@@ -124,7 +124,7 @@ def slip_after_stepping(press: Press, slip: float, approach: float, restitution:
         return s
 
 
-@each("landings", release_after(1, [30, 150]))
+@each("landings", release_after(1, [20, 150]))
 def test_what_is_left_of_a_slip_is_what_stepping_through_the_bounces_leaves(landings: int) -> None:
     """Of landings those whose slip keeps its sign agree to rounding; of the others next to nothing is left."""
     rng, slid = random.Random(2), 0

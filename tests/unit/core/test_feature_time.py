@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from flint import acb, acb_poly, ctx, fmpq
 from mpmath import atan2, mp, mpf, sqrt
-from tests.lengths import each
+from tests.lengths import each, release_after
 from tests.unit.core.features import feature_fall_time, feature_time, in_core
 
 from carom.core import primitives
@@ -245,14 +245,16 @@ def assert_right(found: dict[str, Found]) -> None:
         assert 0.0 < one.ulps <= 1.0, (name, one)
 
 
-def test_times_are_those_of_eighty_digits() -> None:
+@each("count", release_after(1, [75, 300]))
+def test_times_are_those_of_eighty_digits(count: int) -> None:
     """Far away, and as near to contact as 2^-50 of the largest length, with resting and driven walls."""
-    assert_right(measured(7, 100, falling=False))
+    assert_right(measured(7, count, falling=False))
 
 
-def test_times_of_fall_are_those_of_eighty_digits() -> None:
+@each("count", release_after(1, [30, 120]))
+def test_times_of_fall_are_those_of_eighty_digits(count: int) -> None:
     """The same under gravity, where the roots come from ball arithmetic."""
-    assert_right(measured(11, 40, falling=True))
+    assert_right(measured(11, count, falling=True))
 
 
 @pytest.mark.release

@@ -14,7 +14,7 @@ from tests.unit.core.exact import exact_time, ulps
 
 from carom.core import primitives
 
-CASES = 1500
+CASES = 500
 
 
 def assert_right(row: np.ndarray, found: float) -> None:

@@ -116,12 +116,6 @@ def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: P
     assert {line["engine"]: line["status"] for line in lines[1:]} == {"pit": "ran", "sound": "failed"}
 
 
-def test_a_sound_row_is_reported_as_it_is(scene: Scene) -> None:
-    """What can be reported is what was found."""
-    results = checked(scene, "sound")
-    assert report_of(results).results.rows == results.rows
-
-
 @pytest.mark.parametrize(
     ("act", "words"),
     release_after(

@@ -112,7 +112,7 @@ def _catalogue() -> list[Job]:
     return [(entry.scene, method) for entry in all_scenes().values() for method in ("pic", "pit")]
 
 
-@each("one_in", release_after(1, [3, 1]))
+@each("one_in", release_after(1, [5, 1]))
 def test_the_catalogue_has_the_bits_of_python(one_in: int) -> None:
     """Every time, normal, velocity, spin, mode and final state is the same float."""
     assert _unlike([job for k, job in enumerate(_catalogue()) if k // 2 % one_in == 0]) == []
@@ -153,7 +153,8 @@ def test_a_fault_in_a_row_is_found(module: str, old: str, new: str, tmp_path: Pa
     (tmp_path / module).write_text(text.replace(old, new), encoding="utf-8")
     places = ("tables/", "driven/", "contact/", "walls/")
     jobs = [job for job in _catalogue() if job[0].name.startswith(places)]
-    assert _unlike([*jobs, *_tables(range(12)), *_random(range(4, 5))], tmp_path)
+    few, many = _tables(range(2)), [*jobs, *_tables(range(12)), *_random(range(4, 5))]
+    assert _unlike(few, tmp_path) or _unlike(many, tmp_path)
 
 
 def _drawn(kind: str, seed: int) -> carom.Scene:
@@ -371,7 +372,7 @@ def test_blocks_are_unpacked_to_what_was_packed() -> None:
     assert [bytes.fromhex(line) for line in done.stdout.splitlines()] == contents
 
 
-@each("change", ["length", "letter", "end"])
+@each("change", release_after(1, ["letter", "length", "end"]))
 def test_a_damaged_block_is_refused(change: str) -> None:
     """A block whose length, content or end is not what was written is not unpacked, and ends in bounded time."""
     block = page.packed_block(b"the content of a block" * 10)

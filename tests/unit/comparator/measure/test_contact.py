@@ -50,7 +50,7 @@ def doctored(change: Callable[[States], States], name: str) -> Score:
     return compare(reference(name), replace(trace, looks=change(sure(trace.looks))))
 
 
-@each("name", list(CONTACT))
+@each("name", [*list(CONTACT)[1::3], *release_after(0, CONTACT)])
 def test_pic_is_exact_in_contact(name: str) -> None:
     """What it is at each step is what the closed form is, to rounding."""
     score = doctored(lambda looks: looks, name)
@@ -60,7 +60,7 @@ def test_pic_is_exact_in_contact(name: str) -> None:
 
 
 @each("dt_s", release_after(1, [1 / 60, 1 / 240]))
-@each("name", release_after(10, [*list(CONTACT)[::2], *list(CONTACT)[1::2]]))
+@each("name", release_after(5, [*list(CONTACT)[::4], *(name for k, name in enumerate(CONTACT) if k % 4)]))
 def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None:
     """It knows no contact, and hops from frame to frame: that is what checking once per step costs."""
     sampling = solve_pit(CONTACT[name], frame_rate_hz=round(1 / dt_s))

@@ -66,10 +66,10 @@ def test_cells_chosen_anew_keep_the_bits_of_all_pairs(options: dict[str, float])
 @each("radius", release_after(1, [60.0, 6.0]))
 def test_a_gas_that_fills_a_polygon_looks_at_all_of_it_at_first_alone(radius: float) -> None:
     """Once discs have been at the walls, few of a hundred predictions look at all sides and vertices."""
-    run = EventDrivenRun(gas_in_a_polygon(300, radius))
-    run.advance_to(math.inf, 1500)
+    run = EventDrivenRun(gas_in_a_polygon(100, radius))
+    run.advance_to(math.inf, 500)
     begun = run.counts
-    run.advance_to(math.inf, 3000)
+    run.advance_to(math.inf, 1000)
     done = {name: count - begun[name] for name, count in run.counts.items()}
     assert begun["beyond"] > 0
     assert done["beyond"] < 0.05 * done["predictions"]

@@ -126,7 +126,7 @@ def interrupted_soon() -> Iterator[None]:
         raise StopError
 
     before = signal.signal(signal.SIGALRM, interrupt)
-    signal.setitimer(signal.ITIMER_REAL, 0.05)
+    signal.setitimer(signal.ITIMER_REAL, 0.02)
     try:
         yield
     finally:
@@ -137,7 +137,7 @@ def interrupted_soon() -> Iterator[None]:
 @pytest.mark.skipif(sys.platform == "win32", reason="has no timer that signals")
 def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
     """What would take a minute ends soon after the signal; afterwards the run ends as if nothing had happened."""
-    scene = gas_scene(1000, 0.3)
+    scene = gas_scene(300, 0.3)
     run = form(scene, CLOCK)
     with interrupted_soon(), pytest.raises(StopError):
         run.advance_frames(2_000_000)
@@ -156,10 +156,10 @@ def test_other_threads_run_meanwhile() -> None:
     from carom.core.pit import FrameLoop
 
     loop = FrameLoop(gas_scene(300, 0.3), CLOCK, False, 0.0)
-    thread = threading.Thread(target=loop.run, args=(500, 2**62, 1e18))
+    thread = threading.Thread(target=loop.run, args=(200, 2**62, 1e18))
     thread.start()
     seen = set()
     while thread.is_alive():
         seen.add(loop.frames)
     thread.join()
-    assert any(0 < frames < 500 for frames in seen)
+    assert any(0 < frames < 200 for frames in seen)
