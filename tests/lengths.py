@@ -23,6 +23,13 @@ def release_after(count: int, values: Iterable[Any]) -> list[Any]:
     ]
 
 
+def long_until(count: int, values: Iterable[Any]) -> list[Any]:
+    """Return values to parametrise by, of which the first `count` are long and the others are for a release."""
+    several = list(values)
+    first = [value if isinstance(value, tuple) else (value,) for value in several[:count]]
+    return [*(pytest.param(*row, marks=pytest.mark.long) for row in first), *release_after(0, several[count:])]
+
+
 def by_group(*groups: str) -> list[Any]:
     """Return the catalogue's scenes to parametrise by, a list a group; of `groups`, three of four are for a release."""
     found = list[Any]()

@@ -235,7 +235,7 @@ def test_the_lines_of_a_step_are_all_that_a_steps_length_changes(name: str) -> N
     adapter = load_adapter(name)
     assert isinstance(adapter, CodedAdapter)
     slow = staged("slow", disc_at(0, 0, 0.1, r=1.0), duration_s=1 / 60)
-    for profile in (one for one in adapter.profiles if not adapter.profiles[one].located):
+    for profile in [one for one in adapter.profiles if not adapter.profiles[one].located][-1:]:
         here, finer = (
             adapter.code(slow, adapter.profiles[profile].settings(dt_s), "A heading.") for dt_s in (1 / 360, 1 / 720)
         )

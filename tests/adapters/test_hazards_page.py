@@ -27,6 +27,7 @@ def test_figures_over_starts_are_those_of_the_page(name: str, named: Named) -> N
     assert_shown(name, "group", "bounces", "driven", "findings")
 
 
+@pytest.mark.long
 def test_figures_of_pit_are_those_of_the_page() -> None:
     """What is quickly measured of Carom's own: the group `engines` and bounces."""
     assert_shown("pit", "group", "bounces")

@@ -21,17 +21,17 @@ from carom.engines.registry import adapter_points
 
 #: Tries of those that take milliseconds each; of the others one or two.
 QUICK = {
-    "scenes": 10,
-    "known-failures": 30,
-    "journal-cuts": 10,
-    "journal-garbage": 10,
-    "reports": 3,
+    "scenes": 5,
+    "known-failures": 10,
+    "journal-cuts": 5,
+    "journal-garbage": 5,
+    "reports": 1,
     "wild-numbers": 1,
-    "journal-types": 20,
-    "results": 2,
-    "clocks": 2,
-    "imports": 10,
-    "overlays": 5,
+    "journal-types": 8,
+    "results": 1,
+    "clocks": 1,
+    "imports": 5,
+    "overlays": 2,
 }
 SLOW = {
     "options": 8,

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from benchmarks.memory import CHANGED, write_copies
 
 from carom.report.results_file.file import read_records
 from carom.studies.diff.run import diff
 
 
+@pytest.mark.long
 def test_copies_are_read_and_differ_in_one_row_of_twenty(tmp_path: Path) -> None:
     """Each row is a cell of its own, and each changed row that has errors is a change."""
     old, new = tmp_path / "old.jsonl", tmp_path / "new.jsonl"

@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from tests.campaign.gases import Kind, draw
 from tests.campaign.run import run_of
@@ -238,6 +239,7 @@ def test_a_run_elsewhere_than_its_impacts_lead_is_found() -> None:
     assert "state" in broken(start, replace(stretch, velocity_m_s=velocity))
 
 
+@pytest.mark.long
 @each("kind", list(Kind))
 def test_every_pair_of_flights_that_overlaps_is_looked_at(kind: Kind) -> None:
     """Cells and windows leave out no pair: of discs a little larger than they are, all pairs have the same overlaps."""

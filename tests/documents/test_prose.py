@@ -123,6 +123,7 @@ def test_the_tables_of_verdicts_and_grades_are_generated() -> None:
     assert page.count("made by docs/figures/scoring_tables.py") == 2
 
 
+@pytest.mark.long
 def test_the_diagram_of_the_stages_is_generated() -> None:
     """`python docs/figures/stages.py` would change nothing, and the diagram has the five stages."""
     page = stages.PAGE.read_text(encoding="utf-8")
@@ -152,6 +153,7 @@ def slugs(page: Path) -> set[str]:
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
+@pytest.mark.long
 def test_citations_lead_to_pages() -> None:
     """Each page and heading of the documents that sources, tests or settings name exists."""
     files = [ROOT / "Makefile", ROOT / "action.yml", ROOT / "pyproject.toml"]

@@ -11,6 +11,8 @@ from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 import carom
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -75,6 +77,7 @@ def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     return named + (asked.vararg is not None) + (asked.kwarg is not None)
 
 
+@pytest.mark.long
 def test_functions_are_of_a_size_that_is_read() -> None:
     """No function of these rooms is longer than its room's, or takes more than a dozen arguments; a cross-check six."""
     functions = {
@@ -130,6 +133,7 @@ def test_compiled_modules_import_what_is_below_them() -> None:
     assert seen > 10
 
 
+@pytest.mark.long
 def test_a_word_that_misleads_stands_nowhere() -> None:
     """A search for a term of the field finds it, and the result names the term."""
     words = re.compile("|".join(INSTEAD))  # all at once, four times as fast as one after the other

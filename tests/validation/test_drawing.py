@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import pytest
 from tests.drawn import KINDS, TABLES, drawn, impacts_of, table
 from tests.lengths import each, release_after
 
@@ -93,6 +94,7 @@ def occurring(scene: Scene, trace: Trace) -> set[str]:
     return {what for what, occurs in found.items() if occurs}
 
 
+@pytest.mark.long
 def test_the_drawing_holds_what_it_is_for() -> None:
     """Impacts of each kind, ties, contact, oblique and repeated walls and each law occur in no smaller share."""
     counted: Counter[str] = Counter()

@@ -246,7 +246,7 @@ def test_the_checker_sees_a_wrong_spin() -> None:
     assert body_of(scene.arrays, -1, (0.0, 0.0), 0.0, (Fraction(0), Fraction(0))).mass == math.inf
 
 
-@each("count", [2, pytest.param(40, marks=pytest.mark.release)])
+@each("count", release_after(0, [40]))
 def test_rough_gases_invent_and_miss_no_impact(count: int) -> None:
     """Gases of the campaign, made rough: every rule of its checker holds, and of sixty impacts a gas the exact law."""
     for number in range(count):

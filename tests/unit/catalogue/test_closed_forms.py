@@ -95,6 +95,7 @@ def test_there_are_twenty_and_more_each_with_its_thread() -> None:
         assert entry.about
 
 
+@pytest.mark.long
 def test_pic_reproduces_the_known_answer_of_a_complaint_that_survives_its_file(tmp_path: Path) -> None:
     """Saved and loaded again each scene is the same to the bit, and PIC meets its known answer."""
     for entry in COMPLAINTS:

@@ -39,7 +39,7 @@ def test_a_missing_extension_is_an_error_with_a_remedy(tmp_path: Path) -> None:
     assert done.stderr.count("Traceback") == 1
 
 
-@each("edited, touched, stale", release_after(2, [(True, True, True), (False, True, False), (False, False, False)]))
+@each("edited, touched, stale", release_after(1, [(True, True, True), (False, True, False), (False, False, False)]))
 def test_an_edited_source_of_an_editable_install_is_warned_of_and_noted(
     edited: bool, touched: bool, stale: bool, tmp_path: Path
 ) -> None:

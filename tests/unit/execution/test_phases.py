@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each, release_after
+from tests.lengths import each, long_until
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 import carom
@@ -115,7 +115,7 @@ def missing(offset: float, advance: float) -> Scene:
     )
 
 
-@each("offset, advance, phases", release_after(1, [(0.8, 0.9, 24), (0.8, 0.9, 60), (0.0, 2.0, 60)]))
+@each("offset, advance, phases", long_until(1, [(0.8, 0.9, 24), (0.8, 0.9, 60), (0.0, 2.0, 60)]))
 def test_pit_misses_the_share_of_phases_that_the_closed_form_says(offset: float, advance: float, phases: int) -> None:
     """Over many phases PIT's misses are the closed form's, to the discrepancy of the sequence.
 

@@ -136,6 +136,7 @@ def test_jittereds_without_overlap_pass() -> None:
     jittered(np.random.default_rng(5), 60, spread=100.0).require_apart()
 
 
+@pytest.mark.long
 def test_many_walls_and_discs_in_a_polygon_are_apart() -> None:
     """A lattice of discs inside 5,000 walls, the tangents of a circle, is let through; one disc outside is named."""
     turn = np.linspace(0, 2 * math.pi, 5_000, endpoint=False)

@@ -146,6 +146,7 @@ def test_what_a_scene_with_finite_walls_needs() -> None:
     assert scene(same, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
 
 
+@pytest.mark.long
 def test_a_file_holds_a_thousand_edges_at_most(tmp_path: Path) -> None:
     """Edges are counted, not chains."""
     points = ", ".join(f"[{k}.0, 5.0]" for k in range(600))

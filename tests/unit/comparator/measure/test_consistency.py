@@ -25,6 +25,7 @@ def own(trace: Trace, reference: Trace = REFERENCE) -> Consistency:
     return sure(compare(reference, trace).consistency)
 
 
+@pytest.mark.long
 @each("engine", ["pic", "pit"])
 def test_every_run_of_our_own_methods_agrees_with_itself(engine: str) -> None:
     """PIC and PIT through the seam, on all kinds of scenes and with gravity, contradict themselves in nothing."""

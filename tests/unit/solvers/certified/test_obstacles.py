@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import pytest
 from tests.campaign.tables import draw
 from tests.stage import sure
 from tests.validation.table_runs import scene_of
@@ -23,6 +24,7 @@ def obstacles(*walls: object) -> tuple[Obstacle, ...]:
     return obstacles_of(Scene(name="table", discs=[disc], walls=walls, duration_s=1))
 
 
+@pytest.mark.long
 def test_they_are_the_features_that_pic_has() -> None:
     """Of random tables: as many of each kind, on the same edges, in the order of the walls."""
     compared = 0

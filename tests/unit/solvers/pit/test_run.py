@@ -151,6 +151,7 @@ def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
     assert bits(run) == bits(whole)
 
 
+@pytest.mark.long
 def test_other_threads_run_meanwhile() -> None:
     """While compiled code passes frames, another thread sees how many it has passed."""
     from carom.core.pit import FrameLoop

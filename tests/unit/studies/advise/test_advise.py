@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each, release_after
+from tests.lengths import each, long_until
 from tests.stage import disc_at, staged, sure, wall_at, with_discs
 from tests.unit.report.test_terminal import printed
 
@@ -138,7 +138,7 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
     assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
-@each("starts", release_after(1, [16, CONFIRM]))
+@each("starts", long_until(1, [16, CONFIRM]))
 def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Tuned pymunk does what PIT does: its steps are below the closed form, by no more than a step of the grid."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")

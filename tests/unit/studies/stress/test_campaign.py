@@ -34,6 +34,7 @@ def results(folder: Path) -> StressResults:
         return stress(names, replace(BOTH, jobs=1), out=folder, command="carom stress")
 
 
+@pytest.mark.long
 def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
     """No cell is empty: it has a number and the file that shows it, or a reason for having none."""
     assert len(results.spots) == len(results.lines) * len(results.methods)
