@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 from tests.adapters.staged import along_a_floor
 from tests.hazards.measures import ENGINES
-from tests.lengths import each, release_after
+from tests.lengths import each, long_until, release_after
 from tests.stage import Named, disc_at, staged, wall_at
 
 import carom_adapters.npm
@@ -140,7 +140,7 @@ def models_end(text: str, scene: Scene, steps: int) -> State:
 
 @each("scene_name", release_after(1, SCENES))
 @each("profile", release_after(1, ["tuned", "default"]))
-@each("name", WRITING)
+@each("name", ["pymunk", *long_until(3, ["pybullet", "mujoco", "box2d"])])
 def test_what_is_pasted_gives_the_adapters_digits(
     named: Named, name: str, profile: str, scene_name: str, tmp_path: Path
 ) -> None:

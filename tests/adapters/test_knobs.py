@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 from tests.adapters.staged import along_a_floor, break_, cradle, oblique, width
 from tests.lengths import each
 from tests.stage import Finish, Named
@@ -155,6 +156,7 @@ def test_no_tuned_setting_is_without_a_test(engine: Adapter) -> None:
     assert claimed == {knob.name for knob in KNOBS if knob.engine == engine.name}
 
 
+@pytest.mark.long
 @each(
     "name, profile, changes",
     [

@@ -48,7 +48,7 @@ def of_engines(**profiles: str) -> list[Any]:
     ]
 
 
-@each("q", release_after(2, [0.9, 3.0, 1.5, 20.0]))
+@each("q", release_after(1, [3.0, 0.9, 1.5, 20.0]))
 @each(
     "name, profile, half_width_m",
     [
@@ -147,8 +147,8 @@ def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
     ],
 )
 def test_a_leg_begins_at_the_step_at_or_after_its_instant(named: Named, finish: Finish, name: str) -> None:
-    """Sixteen instants within a step are waited for, so that what is driven is behind by its speed times that."""
-    for k in range(STARTS):
+    """Instants within a step are waited for, so that what is driven is behind by its speed times that."""
+    for k in range(0, STARTS, 5):
         seen = finish(named(name), with_a_late_leg(k / STARTS, 1 / 64), 1 / 64, "tuned")
         assert_begun_late(seen, k > 0, 1 / 64, rounding=2e-6)
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from docs.figures import contact, determinism, engine_pages, stress_tables, walls
 from tests.documents.blocks import ROOT
-from tests.lengths import each, release_after
+from tests.lengths import each, long_until
 
 import carom
 from carom.catalogue import all_scenes, scene_named
@@ -154,7 +154,7 @@ def test_who_comes_back_out_of_a_corner_is_as_the_page_says() -> None:
         assert found == pytest.approx(worst, abs=0.005)
 
 
-@each("figure", release_after(1, ["corners", "thin", "seams", "ends"]))
+@each("figure", long_until(1, ["corners", "thin", "seams", "ends"]))
 def test_the_figures_are_those_of_the_engine(figure: str) -> None:
     """pymunk, run again, gives its row."""
     (way,) = (way for way in walls.WAYS if way.key == "neighbours")

@@ -215,6 +215,7 @@ def test_a_word_is_found_over_the_end_of_a_line_and_not_in_a_docstring() -> None
     assert uses("held against", "withheld against it") == []
 
 
+@pytest.mark.long
 def test_no_message_and_no_page_uses_an_old_word() -> None:
     """No string of the package, no template and no page that a user reads says it: of documents all but decisions."""
     rows = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition(HEADING)[2].partition("\n\n")[0]

@@ -66,7 +66,7 @@ def falling_among(seed: int, *, as_rings: bool) -> Scene:
     return staged("driven", puck, *([] if as_rings else posts), *walls, **laws)
 
 
-@each("seeds", [range(8), pytest.param(range(8, 200), marks=pytest.mark.release)])
+@each("seeds", release_after(1, [range(3), range(3, 200)]))
 def test_a_disc_falls_on_a_fixed_disc_as_on_a_ring(seeds: range) -> None:
     """An immovable disc and a ring of its radius, both on legs or at rest, give balls that overlap; so does PIC."""
     compared = 0

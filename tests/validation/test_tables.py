@@ -35,7 +35,7 @@ def test_a_wedge_is_left_after_as_many_impacts_as_unfolding_says(degrees: int) -
     """Seen from the apex a straight path turns from one angle to another, over the images between them."""
     draw = np.random.default_rng(degrees)
     angle = math.radians(degrees)
-    for _ in range(20):
+    for _ in range(8):
         place = draw.uniform(1, 50) * cmath.exp(1j * draw.uniform(0.05, 0.95) * angle)
         velocity = cmath.exp(1j * draw.uniform(-math.pi, math.pi))
         # The path ends in its direction: it turns by less than pi from where it begins.

@@ -94,7 +94,7 @@ FAULTS: dict[str, Callable[[Features], Features]] = {
 }
 
 
-@each("name", release_after(3, FAULTS))
+@each("name", release_after(1, FAULTS))
 def test_a_fault_in_what_walls_consist_of_is_told(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """One of the first tables contradicts brute force, whatever is wrong with a wall's sides, arcs and vertices."""
     monkeypatch.setattr(obstacles, "features_of", lambda *asked: FAULTS[name](features_of(*asked)))

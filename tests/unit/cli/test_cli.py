@@ -511,7 +511,7 @@ def test_two_scenes_whose_names_differ_little_have_two_files(tmp_path: Path) -> 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="address space is limited on Linux")
 def test_little_address_space_is_a_sentence_and_exit_code_2(tmp_path: Path) -> None:
-    """Where NumPy gets no memory, that is no violation; help and version do without."""
+    """Where NumPy gets no memory, that is no violation; help does without."""
     command = 'ulimit -v 100000; exec "$0" -m carom "$@"'
     run = ("run", "paper/late", "-e", "pit", "--no-timing", "--report", str(tmp_path / "report"))
     done = subprocess.run(["sh", "-c", command, sys.executable, *run], capture_output=True, text=True, check=False)
@@ -519,9 +519,8 @@ def test_little_address_space_is_a_sentence_and_exit_code_2(tmp_path: Path) -> N
     assert "Traceback" not in done.stderr
     assert done.stderr.splitlines()[-1].startswith("carom: ")
     assert "(ulimit -v)" in done.stderr
-    for words in (("--help",), ("--version",)):
-        helped = subprocess.run(["sh", "-c", command, sys.executable, *words], capture_output=True, check=False)
-        assert helped.returncode == 0
+    helped = subprocess.run(["sh", "-c", command, sys.executable, "--help"], capture_output=True, check=False)
+    assert helped.returncode == 0
 
 
 def _play(*words: str) -> tuple[int, str]:

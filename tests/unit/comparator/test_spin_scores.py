@@ -112,7 +112,7 @@ def test_a_disc_that_holds_where_friction_lets_it_slide_is_named() -> None:
     assert result.grade is Grade.INACCURATE
 
 
-@each("name", ["edge", "gearing", "throw-stick", "english-slide"])
+@each("name", ["edge", "throw-stick"])
 def test_right_runs_take_no_wrong_branch(name: str) -> None:
     """PIC's impacts, also exactly between stick and slide, and those of PIT, take the branch that the law takes."""
     for trace in (solve_pic(scene_named(name)), solve_pit(scene_named(name))):

@@ -46,10 +46,10 @@ def damped(times: float, scenes: list[Scene]) -> list[Scene]:
 
 
 def named() -> Iterator[Any]:
-    """Yield scenes that have a name, by group: as they are, and damped. Three of four of the classics are long."""
+    """Yield scenes that have a name, by group: as they are, and damped. Seven of eight of the classics are long."""
     for group, found in groupby(all_scenes().values(), lambda entry: entry.group):
         scenes = [entry.scene for entry in found]
-        short = {"paper": scenes, "classics": scenes[::4]}.get(group, [])
+        short = {"paper": scenes, "classics": scenes[::8]}.get(group, [])
         for some, marks in ((short, ()), ([scene for scene in scenes if scene not in short], pytest.mark.long)):
             if some:
                 yield pytest.param(lambda some=some: some, id=f"{len(some)} of {group}", marks=marks)
@@ -79,7 +79,7 @@ def by_number(law: str, numbers: Iterable[int]) -> list[Scene]:
 def at_random() -> Iterator[Any]:
     """Yield what to draw of each law, in numbers: a few and, with `-m long`, many."""
     # Two of 24 and 38 come deep into a wall in a last step of 1.4 s, or meet at what damping has left of their speed.
-    for law, short, more, most in (("damped", 6, (24, 38), 40), ("slowing", 4, (), 150)):
+    for law, short, more, most in (("damped", 3, (24, 38), 40), ("slowing", 2, (), 150)):
         yield pytest.param(partial(by_number, law, (*range(short), *more)), id=law)
         yield pytest.param(partial(by_number, law, range(short, most)), id=f"more {law}", marks=pytest.mark.long)
 

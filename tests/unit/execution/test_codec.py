@@ -47,7 +47,7 @@ def spoilt(value: Any) -> Iterator[Any]:
             yield {name: one for name, one in value.items() if name != key}
 
 
-@each("name", ["contact/struck", "spin/slide", "tables/box-of-edges"])
+@each("name", ["contact/struck", "tables/box-of-edges"])
 def test_a_trace_comes_back_from_a_worker_as_it_was(name: str) -> None:
     """Modes of contact, states, spins and edges of walls keep every bit."""
     trace, codec = (

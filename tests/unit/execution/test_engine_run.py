@@ -135,7 +135,7 @@ class OneByOne:
 @each("engine", ["pic", "pit"])
 @each(
     "scene",
-    ["paper/missed", "gravity/box", "spin/throw-slide", "contact/drop"],
+    ["paper/missed", "gravity/box", "contact/drop"],
 )
 def test_quiet_steps_taken_at_once_change_nothing(engine: str, scene: str) -> None:
     """Many steps in one call give the trace of the same steps one by one, with its states, samples and counts."""

@@ -88,7 +88,7 @@ def graded(name: str, trace: Trace) -> tuple[Grade, set[Verdict]]:
     return score.grade, set(score.verdicts)
 
 
-@each("name", ROUGH)
+@each("name", ROUGH[::3])
 def test_pic_as_it_is_is_exact(name: str) -> None:
     """Unspoilt, the same adapter is exact: what is graded below is the fault."""
     assert graded(name, run(name, lambda seen: seen)) == (Grade.EXACT, {Verdict.CONFORMS})
@@ -107,7 +107,7 @@ def test_wrong_spins_are_inaccurate_by_name(name: str, factor: float) -> None:
     assert Verdict.WRONG_VELOCITY not in verdicts
 
 
-@each("name", ROUGH)
+@each("name", ROUGH[::3])
 def test_an_adapter_that_ignores_friction_and_spin_is_not_graded_well(name: str) -> None:
     """Smooth impacts without any spin, declared as friction: inaccurate, and the spin is named."""
     grade, verdicts = graded(name, run(name, without_spin, smooth=True))

@@ -36,7 +36,7 @@ def gap_of(scene: Scene, impact: Any, places: Sequence[Any]) -> float:
     return wall.outline.gap(float(here[0]), float(here[1]), radius)
 
 
-@each("one_in", release_after(1, [3, 1]))
+@each("one_in", release_after(1, [9, 1]))
 def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
     """At each impact of the reference a disc touches what it strikes, to 1e-9 of the extent, played and drawn."""
     scenes = [entry.scene for entry in all_scenes().values()][::one_in]

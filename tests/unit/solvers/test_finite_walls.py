@@ -302,7 +302,7 @@ def pieces(n: int, seed: int) -> Scene:
     )
 
 
-@each("seed", range(4))
+@each("seed", release_after(2, range(4)))
 def test_a_wall_in_pieces_is_the_same_wall_to_the_bit(seed: int) -> None:
     """Points that are exactly on an edge change no bit of any impact: a seam can't be met."""
     whole = solve_pic(pieces(1, seed), max_impacts=60)

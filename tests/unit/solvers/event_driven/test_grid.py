@@ -61,7 +61,7 @@ def test_a_cell_holds_any_number_of_discs() -> None:
     assert discs_around(grid, 2, 2) == []
 
 
-@each("distance", [0.0, 1e3, 1e9, 1e15, 3e15, 1e17])
+@each("distance", [0.0, 1e9, 1e17])
 @each("angle", release_after(1, [0.3, 0.0, 1.0, 2.5]))
 def test_a_wall_is_near_wherever_a_disc_may_touch_it(angle: float, distance: float) -> None:
     """A wall through the gas, given by a point however far along it, is near each cell in which a disc touches it."""

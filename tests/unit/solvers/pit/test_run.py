@@ -139,7 +139,7 @@ def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
     """What would take a minute ends soon after the signal; afterwards the run ends as if nothing had happened."""
     scene = gas_scene(300, 0.3)
     run = form(scene, CLOCK)
-    with interrupted_soon(), pytest.raises(StopError):
+    with pytest.raises(StopError), interrupted_soon():
         run.advance_frames(2_000_000)
     assert run.frames < 2_000_000
     if form is plain:  # interrupted in the middle of a frame, for all that it knows
