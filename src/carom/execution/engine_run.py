@@ -29,14 +29,14 @@ from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, canonical_profile
 from carom.support.dataclass import dataclass
 
-#: Most discs, and most states, that are kept in scenes in which discs may come to rest.
+#: If discs may come to rest, states of at most this many discs are kept, and at most this many states.
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256
 
-#: Number of states of one disc that are kept in rows: some 3 MB.
+#: Number of rows of states, times the number of discs: some 3 MB.
 _ROWS = 2**16
 
-#: Samples are for drawing: no picture is more than this many pixels wide.
+#: Largest number of samples. They are for drawing, and no picture is wider than this many pixels.
 MOST_SAMPLES = 4096
 
 
@@ -66,8 +66,8 @@ def observe_run(
 ) -> Trace:
     """Run a scene, observe it after each step, and return the trace.
 
-    The final state is that at the end of the scene: the state after the last step is advanced along its free path. The
-    run stops early once only free flight is left.
+    The final state is the state at the end of the scene: the state after the last step, advanced along its free path.
+    The run stops early once only free flight is left.
 
     Args:
         adapter: Adapter of the engine.
@@ -119,7 +119,8 @@ def run_pit(scene: Scene, dt_s: float) -> Trace:
 def choose_look_steps(steps: int) -> frozenset[int]:
     """Return the steps of a run after which the state is kept: all, or one from each of `MOST_LOOKS` equal intervals.
 
-    The step within an interval is quasi-random: at a fixed one, a disc that hops every two steps could seem to rest.
+    The step within an interval is quasi-random, because at a fixed step, a disc that hops every two steps could seem to
+    rest.
     """
     every = -(-steps // MOST_LOOKS)
     stretches = range(0, steps, every)
@@ -136,8 +137,8 @@ class _Run:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
         self.steps, self.taken = scene.step_count(dt_s), 0
         arrays, discs = scene.arrays, len(scene.discs)
-        #: The last states, and the row of the present one. The first row is the start or the last state of earlier
-        #: rows.
+        #: The last states, and the row of the present state. The first row is the start, or the last state of the
+        #: previous rows.
         self.rows, self.row = StateRows(1 + min(self.steps, max(_ROWS // discs, 2)), discs), 0
         self.rows.position_m[0], self.rows.velocity_m_s[0] = arrays.position_m, arrays.velocity_m_s
         self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, arrays.turns
@@ -201,7 +202,9 @@ class _Run:
                 return
 
     def _take_quiet_steps(self, world: Any, until_s: float) -> None:
-        """Take steps until one has contacts or a warning, or is near a time. Add the states of all except the last.
+        """Take steps until one has contacts or a warning, or is near a time.
+
+        Add the states of all these steps except the last.
 
         `world` is a `carom.engines.api.QuietWorld`. The contacts of such a world are impacts by themselves, so no
         contact stays open.
@@ -334,6 +337,6 @@ def _health(warning: str) -> tuple[Outcome, tuple[str, ...]]:
     """Return the outcome of a run that ends at a non-finite state or with a warning of its engine."""
     if not warning:
         return Outcome.NON_FINITE, ()
-    if warning == Outcome.STANDSTILL.value:  # an outcome of its own, with a valid state
+    if warning == Outcome.STANDSTILL.value:  # not a fault: the state is valid
         return Outcome.STANDSTILL, ()
     return Outcome.WARNED, (warning,)

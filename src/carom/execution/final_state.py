@@ -69,8 +69,8 @@ class LastStep:
     def _rates_of_change(self) -> tuple[Array, Array | None]:
         """Return the rates at which velocities and spins change between the scene's end and the end of the step.
 
-        A disc falls. If a wall balances more than half of gravity, velocity and spin change at the rate of the whole
-        last step, if that is slow enough for contact.
+        In flight, a disc falls. If a wall balances more than half of gravity, and the velocity changed slowly enough
+        for contact, velocity and spin change at the mean rates of the last step.
         """
         falls = float(np.hypot(*self.scene.gravity_m_s2))
         if not falls:

@@ -1,7 +1,7 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
-A contact that lasts several steps becomes one impact. The impact's velocities are those just before its first step and
-just after its last. If a method reports the velocities of a contact itself, these are used.
+A contact that lasts several steps becomes one impact. The impact has the velocities just before the first step and just
+after the last step of the contact. If a method reports a contact with velocities, the impact has these.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: A pair rests if its relative speed along the normal is at most what gravity adds in this many steps. One step passes
-#: until the engine tests for contact and one until the response acts. Half a step is between positions and velocities
-#: of a leapfrog scheme.
+#: A pair rests if its relative speed along the normal is at most what gravity adds in this many steps. An engine may
+#: take one step until it tests for contact, and one until the response acts. In a leapfrog scheme, positions and
+#: velocities are half a step apart.
 _REST_STEPS = 2.5
 
 
@@ -133,10 +133,10 @@ class ImpactCollector:
         return (*drive.velocity_at(middle_s), self._discs[body].spin_rad_s)
 
     def _has_effect(self, contact: Contact, before: Observation, now: Observation, step_s: float) -> bool:
-        """Whether a reported contact changed anything: engines also report contacts of zero impulse.
+        """Whether a reported contact changed a motion. Engines also report contacts of zero impulse.
 
-        A contact of two immovable bodies has no effect. Without reported impulses, the motion of the bodies decides; a
-        change that damping or table friction can explain does not count.
+        A contact of two immovable bodies has no effect. If no impulse is reported, a motion must have changed by more
+        than damping or a table explains.
         """
         if not self._movable((contact.first, contact.second)):
             return False
@@ -161,7 +161,10 @@ class ImpactCollector:
         time_s: float,
         now: Observation,
     ) -> None:
-        """Open a contact, or extend it by a step. `motion` holds the motions after earlier contacts of the step."""
+        """Open a contact, or extend it by a step.
+
+        `motion` has each body's motion after earlier contacts of the step.
+        """
         first, second = pair
         unchanged = [self._unchanged_motion(body, time_s) for body in pair]
         ahead = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
@@ -207,7 +210,7 @@ class ImpactCollector:
         (vx, vy, spin), (nx, ny) = motion, contact.normal
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
         tangential = contact.tangential_impulse_n_s
-        if not tangential:  # keeps the bits of scenes without friction
+        if not tangential:  # so that scenes without friction have the same bits
             return (vx + by_normal * nx, vy + by_normal * ny, spin)
         by_friction = sign * tangential * self._inverse_mass[body]
         return (
@@ -222,7 +225,7 @@ class ImpactCollector:
         motions = (*contact.before, *contact.after)
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
-        # Paths that differ by rounding only, since the impact was undone, have no meaningful intersection.
+        # If the impact was undone, the paths differ only by rounding, and have no meaningful intersection.
         known_time = contact.alone and turned(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
         effective = math.nan
         if known_time:
@@ -263,7 +266,7 @@ class ImpactCollector:
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
         """Return velocities and spins of slowed discs at the instant of an impact, from those at step boundaries.
 
-        If the instant is not known, the reported one is used. The reported instant is clamped to at most the contact's
+        If the instant is not known, the reported instant is used. An instant is limited to at most the contact's
         duration before its start or after its end.
         """
         lasted = contact.end_s - contact.start_s
@@ -278,7 +281,10 @@ class ImpactCollector:
 
 
 def _state(pair: Pair, time_s: float, state: Observation | None) -> _State:
-    """Return the state before an impact; only the time of its step is set if the state does not apply to the impact."""
+    """Return the state before an impact.
+
+    If the state is None, positions are NaN, and only the time of the step is known.
+    """
     if state is None:
         return (time_s, _UNKNOWN, _UNKNOWN)
     first, second = pair

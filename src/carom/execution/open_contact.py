@@ -39,13 +39,13 @@ class OpenContact:
     Attributes:
         number: Position in the order in which contacts began.
         reported: The contact as reported in its first step.
-        before: Velocities and spins of the two bodies before its first step.
+        before: Velocities and spins of the two bodies before the contact's first step.
         start_s: Start of its first step, seconds.
         start: State at the start of its first step.
         after: Velocities and spins after its last step so far.
         end_s: End of its last step so far, seconds.
         end: State at the end of its last step so far.
-        alone: Whether neither body had another contact in any of its steps.
+        alone: Whether neither body had another contact in any of these steps.
         steps: Number of steps so far.
         impulse: Sum of the impulses of all steps, or of the changes of velocity if no impulses are reported.
         along: Sum of impulse times normal.
@@ -74,7 +74,7 @@ class OpenContact:
         return (self.reported.first, self.reported.second)
 
     def impact(self) -> OpenContact:
-        """Return the contact up to the end of its impact. Steps after a whole step at rest are not part of it."""
+        """Return the contact up to the step after which the pair rests; the whole contact if the pair does not rest."""
         return self if self.rested is None or self.rested.steps == self.steps else self.rested
 
     def add(self, impulse: float, normal: Vector) -> None:
@@ -95,13 +95,13 @@ class OpenContact:
     def landing_s(self, gravity: Array, leg: Course) -> float:
         """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
 
-        `turn_s` does not apply, since gravity holds the pair and it does not fly on. After the impact its distance
-        along the normal changes at the speed at the boundary. The free path before is a parabola, or a line if gravity
-        moves both bodies alike.
+        `turn_s` does not apply, since gravity holds the pair together, so that no free path follows. After the impact,
+        the distance along the normal changes at the speed at the step boundary. The free path before the impact is a
+        parabola, or a line if gravity moves both bodies alike.
 
         Args:
             gravity: As `gravity_of` returns it.
-            leg: Motion of the wall, if the second body is one.
+            leg: Motion of the wall, if the second body is a wall.
         """
         d0, u0 = self._relative(self.start, self.start_s, leg)
         d1, u1 = self._relative(self.end, self.end_s, leg)
@@ -120,15 +120,15 @@ class OpenContact:
     def turn_s(self, gravity: Array, slowing: Slowing, leg: Course) -> float:
         """Return the instant at which the free paths before and after the contact are nearest, by least squares.
 
-        With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
-        d0 + u0 (t - t0) and d1 + u1 (t - t1). The lines meet, in one dimension exactly, where their difference is
-        least. The difference is a linear function of t with slope u0 - u1, also under gravity, where both are parabolas
-        of one curvature. With damping they are lines in undamped time. On a table their curvatures differ.
+        Let d and u be the relative position and velocity in the last state before the contact (0) and in the first
+        state after it (1). The paths are the lines d0 + u0 (t - t0) and d1 + u1 (t - t1). Their difference is a linear
+        function of t with slope u0 - u1, also under gravity, where both paths are parabolas of the same curvature. With
+        damping, the paths are lines in undamped time. On a table, the paths have different curvatures.
 
         Args:
             gravity: As `gravity_of` returns it.
             slowing: Law that slows discs down.
-            leg: Motion of the wall, if the second body is one.
+            leg: Motion of the wall, if the second body is a wall.
         """
         d0, u0 = self._relative(self.start, self.start_s, leg)
         d1, u1 = self._relative(self.end, self.end_s, leg)
@@ -141,13 +141,13 @@ class OpenContact:
         squared = float(slope @ slope)
         if squared == 0.0:
             return math.nan
-        # Measured from the contact's start, so that a late contact is as exact as an early one.
+        # Times are measured from the contact's start, so that a late contact is as exact as an early one.
         offset = d0 - (d1 - u1 * flown + pull * (lasted * lasted / 2))
         turn_s = self.start_s + slowing.damping.damped(-float(offset @ slope) / squared)
         return turn_s if math.isfinite(turn_s) else math.nan
 
     def _apart_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
-        """Return the distance at a time between the free paths before and after, and its rate of change."""
+        """Return the distance at a time between the free paths before and after the contact, and its rate of change."""
         seen = []
         for state, since_s in ((self.start, self.start_s), (self.end, self.end_s)):
             speed, lasted = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
