@@ -57,7 +57,7 @@ class Complaint(CatalogueScene):
         thread: Address of the thread.
         reported: Summary of the report in the thread.
         symptom: Symptom to find in a trace.
-        at_least: Least error that counts as the reported one, relative to the scene's speed or energy. The default of
+        at_least: Least error that counts as the reported error, relative to the scene's speed or energy. The default of
             one per cent is noticeable.
         made: Which parts of the scene are from the thread, and which were chosen here.
         package: Name of the engine or package, if it differs from the repository's.

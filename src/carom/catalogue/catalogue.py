@@ -75,7 +75,7 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
         patterns: Full names, groups, shell patterns such as ``paper/*``, or tags such as ``tag:walls``.
 
     Raises:
-        UnknownNameError: A pattern matches no scene; the message names the nearest one.
+        UnknownNameError: A pattern matches no scene; the message contains the nearest name.
     """
     everything = all_scenes()
     found: dict[str, CatalogueScene] = {}
@@ -91,7 +91,7 @@ def scene_named(name: str) -> Scene:
     """Return the scene with a full name.
 
     Raises:
-        UnknownNameError: There is no such scene; the message names the nearest one, or the scenes that a group or
+        UnknownNameError: There is no such scene; the message contains the nearest name, or the scenes that a group or
             pattern matches.
     """
     if (entry := all_scenes().get(name)) is not None:

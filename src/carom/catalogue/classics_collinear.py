@@ -35,7 +35,8 @@ def _sorting() -> Staged:
     impacts = []
     for time, a, b in crossings:
         here = ghost[a] + velocity[a] * time
-        # As many ghosts are further left as discs are. This is the number of the left disc of the two that meet.
+        # As many ghosts are further left as discs are. The value is the number of the left one of the two discs that
+        # meet.
         left = sum(ghost[k] + velocity[k] * time < here for k in range(n) if k not in (a, b))
         impacts.append(impact(time, left, left + 1, complex(velocity[b], 0), complex(velocity[a], 0)))
     source = (

@@ -56,7 +56,7 @@ def _deflection() -> Staged:
     )
     time = (-start_x - math.sqrt(contact**2 - miss_distance**2)) / speed
     deflection = math.pi - 2 * math.asin(miss_distance / contact)
-    # The fixed disc is to the left of the path, so the moving one turns to the right.
+    # The fixed disc is to the left of the path, so the moving disc turns to the right.
     after = speed * cmath.exp(-1j * deflection)
     source = "Deflection pi - 2 asin(b/R) by a rigid sphere: Landau and Lifshitz, Mechanics, section 18, problem 1"
     return answered(scene, [impact(time, 0, 1, after, 0j)], source)

@@ -151,7 +151,7 @@ def _slanted_wall() -> Staged:
     radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
     scene = scene_of(
         discs=[disc(radius * normal - velocity * time, velocity, radius)],
-        # Any point of the wall is valid; this one is 2 m from the place of impact.
+        # Any point of the wall is valid; this point is 2 m from the place of impact.
         walls=[Wall(point_m=vector(2j * normal), normal=(-3.0, 4.0))],
         wall_restitution=e,
         duration_s=1.5,

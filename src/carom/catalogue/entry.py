@@ -25,8 +25,8 @@ class Tag(StrEnum):
     INELASTIC = "inelastic"
     TWO_BODIES = "two-bodies"  # only one pair of bodies, so that one closed form is the whole answer
     IN_LINE = "in-line"  # the motion is along one line
-    CHAIN = "chain"  # more than one impact, so that an error in one is carried into the next
-    UNSTABLE = "unstable"  # a small error across the line grows many times over from impact to impact
+    CHAIN = "chain"  # more than one impact, so that an error in an impact is carried into the next impact
+    UNSTABLE = "unstable"  # a small error perpendicular to the line grows many times over from impact to impact
     GRAZING = "grazing"
     FAST = "fast"  # a disc moves more than its own diameter between two frames
     MASS_RATIO = "mass-ratio"  # of 100 or more
@@ -183,9 +183,9 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Return the largest deviation of a trace from the known answer; infinite if an impact is missing or wrong.
 
     The deviation has no unit. Times are divided by the scene's duration, and velocities by the greatest speed at the
-    start or in the answer. Positions and the deepest overlap at the end are divided by the greatest extent of the
-    start, energies by the known one. The deviation of a value that is not a number is infinite. If the answer depends
-    on a convention, a deviation may only mean another convention.
+    start or in the answer. Positions, and the deepest overlap at the end, are divided by the greatest extent of the
+    start; energies by the known energy. The deviation of a value that is not a number is infinite. If the answer
+    depends on a convention, a deviation may only mean another convention.
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf

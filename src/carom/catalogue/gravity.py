@@ -1,7 +1,7 @@
 """The group `gravity`: scenes with uniform gravity, each with its answer in closed form.
 
-The first scene has no impact: its error is that of the integrator, which samples free fall. The other scenes also have
-errors of collisions; `docs/theory/contact.md` says how to distinguish the two.
+The first scene has no impact: its error is the error of the integrator, which samples free fall. The other scenes also
+have errors of collisions; `docs/theory/contact.md` says how to distinguish the two.
 """
 
 from __future__ import annotations

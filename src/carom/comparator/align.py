@@ -29,8 +29,8 @@ class AlignedRun(ComparedRun):
         against_pit: Matches of the run's impacts with PIT's; None without PIT.
         edits: Number of insertions, deletions and swaps of neighbours that turn one sequence of pairs into the other;
             at most `MOST_EDITS`.
-        inverted: Pairs of matched impacts in the wrong order, as indices of the reference's impacts, the earlier one
-            first.
+        inverted: Pairs of matched impacts in the wrong order, as indices of the reference's impacts. The earlier impact
+            comes first.
         parted_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
         pit_parted_s: The same time for PIT at this step.
     """
@@ -144,7 +144,7 @@ def _sort_by_reference(
 ) -> set[tuple[int, int]]:
     """Sort observed impacts into the reference's order as far as allowed, and return the inverted pairs.
 
-    This is an insertion sort. Nearly all impacts are in order, and each of those costs one comparison.
+    This is an insertion sort. Nearly all impacts are in order. For each impact in order, one comparison is enough.
     """
     slack = LATEST_STAMP_STEPS * observed.dt_s
     stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
@@ -178,8 +178,8 @@ def edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
     """Return the smallest number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
 
     This is the restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate
-    string matching, ACM Computing Surveys 33(1), 2001). It is computed in a band about the diagonal that is doubled
-    until the result fits (E. Ukkonen, 1985). The result is at most `MOST_EDITS`.
+    string matching, ACM Computing Surveys 33(1), 2001). The distance is computed in a band about the diagonal, which is
+    doubled until the result fits (E. Ukkonen, 1985). The result is at most `MOST_EDITS`.
     """
     start = 0
     while start < min(len(a), len(b)) and a[start] == b[start]:

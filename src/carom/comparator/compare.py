@@ -51,11 +51,11 @@ class Score(Shown):
         price_paid: The run's largest velocity error divided by PIT's largest over the phases of the same step, or the
             same ratio of spin errors if that is larger. A missed impact counts as an error of the whole change that it
             causes. The run has the whole cost of sampling at 1, none of it at 0, and is worse than sampling above 1. If
-            sampling changes no velocity or spin and the run's are right, times are compared instead: the run's largest
-            time error is divided by PIT's largest, or by one step if that is longer. NaN without PIT, without an
-            impact, or if the scene has no unique answer. Infinite if sampling costs nothing, if a number of the run is
-            not finite, or if the run ended before its last impact.
-        findings: Verdicts, each with its reason; at least one.
+            sampling changes no velocity or spin, and the run's velocities and spins are right, times are compared
+            instead. In this case, the run's largest time error is divided by PIT's largest time error, or by one step
+            if one step is longer. NaN without PIT, without an impact, or if the scene has no unique answer. Infinite if
+            sampling costs nothing, if a number of the run is not finite, or if the run ended before its last impact.
+        findings: At least one verdict, each with its reason.
         grade: The grade.
         float_bits: Width of the floats that the method declares. *Exact* means exact to their rounding.
         scales: The scales that errors are divided by.
@@ -118,7 +118,7 @@ class Score(Shown):
     def own_velocity(self) -> float | None:
         """The velocity error that sampling does not explain: the smaller of the errors against PIT and the reference.
 
-        A method that is better than PIT differs from PIT because it is right. That difference is not an error.
+        A method that is better than PIT differs from PIT because it is right. Such a difference is not an error.
         """
         if self.against_pit is None:
             return None

@@ -1,8 +1,8 @@
 """First stage of a comparison: the part of a run that can be compared with its reference.
 
 The range ends at the horizon, when a disc starts to rest, slide or roll, or when a disc is crushed. Before a disc rests
-or is crushed, it may bounce infinitely often. Then the range ends as soon as a step can no longer separate these
-bounces.
+or is crushed, it may bounce infinitely often. In such a run, the range ends as soon as a step can no longer separate
+the bounces.
 """
 
 from __future__ import annotations
@@ -170,8 +170,8 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
     """Return the time after which steps can't separate the impacts of a disc on two walls that crush it.
 
     These impacts come ever faster. From some time on, each impact follows the previous one within two steps, so a
-    method that checks once per step finds at most one of them, late. If PIT is given and has a missing or extra impact
-    even earlier, the time ends there.
+    method that checks once per step finds at most one of them, late. If PIT is given, and misses or invents an impact
+    of the disc even earlier, return one step before that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -224,7 +224,7 @@ def _pit_follows_until(reference: Trace, pair: Pair, first_row: int, pit: Trace,
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # This impact counts unless PIT has lost or gained one before it.
+            # This impact counts unless PIT has lost or gained an impact before it.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)

@@ -6,7 +6,10 @@ from enum import Enum
 
 
 class Grade(Enum):
-    """Grades from best to worst, except for the last. `carom.report.outcome_marks` and `scoring.md` define them."""
+    """Grades from best to worst, except for the last, UNGRADED.
+
+    `carom.report.outcome_marks` and `scoring.md` define them.
+    """
 
     EXACT = "exact"
     CLOSE = "close"

@@ -27,7 +27,7 @@ class GradedRun(JudgedRun):
         grade: The grade.
         trajectory_grade: The grade from the reference's trajectory alone, unless the run has diverged from it.
         equals_pit: Whether the run has the same impacts and final state as PIT, to rounding.
-        price_paid: The run's largest error over that of sampling; see `carom.comparator.Score`.
+        price_paid: The run's largest error over the largest error of sampling; see `carom.comparator.Score`.
         lucky_phase: Number of phases of the step at which PIT is equally accurate, and of all phases; see `Score`.
     """
 
@@ -142,7 +142,8 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         return Grade.UNGRADED
     if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
         return Grade.CLOSE
-    # If all steps are sampled or better, sampling alone explains the final state. Then PIT's worst phase is the limit.
+    # If all steps are sampled or better, sampling alone explains the final state. If so, PIT's worst phase is the
+    # limit.
     local = judged.local_truth
     is_only_sampled = local is not None and worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
     has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
@@ -204,7 +205,7 @@ def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
 
 
 def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
-    """Whether no impact has a larger error than PIT has at that impact or at an earlier one.
+    """Whether the error of each impact is at most PIT's error at that impact or at an earlier one.
 
     Errors propagate from impact to impact. So the limit is PIT's largest error so far: at this phase, at another phase,
     or at the run's own lateness. If PIT misses an impact at this phase, both discs keep their old paths, and the
@@ -264,7 +265,7 @@ def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 
 
 
 def _compute_price_paid(judged: JudgedRun) -> float:
-    """Return the run's largest error over that of sampling."""
+    """Return the run's largest error over the largest error of sampling."""
     cost, errors = judged.sampling_cost, judged.measured.errors
     if cost is None or judged.convention is not None:
         return math.nan
@@ -282,8 +283,8 @@ def _compute_price_paid(judged: JudgedRun) -> float:
             ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
     step_s = judged.observed.dt_s or cost.dt_s
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
-        # Here late detection changes times only, not velocities. PIT is late by up to a step per impact, and lateness
-        # adds up.
+        # In this case, late detection changes times only, not velocities. PIT is late by up to a step per impact, and
+        # lateness adds up.
         late_s = abs(largest((error.time_s for error in errors), default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
     return max(ratios)

@@ -32,7 +32,7 @@ class Horizon:
 
     Attributes:
         tolerance: Largest error of a time over the scene's duration, and of a velocity or rim speed over the greatest
-            speed. That speed is taken at the start and, under gravity, also after each impact.
+            speed. The greatest speed includes speeds at the start and, under gravity, speeds after impacts.
         agreed: Number of impacts, counted from the first, that agree to the tolerance.
         order_differs: Index of the first impact whose bodies differ from those of the certified impact; None if there
             is none.

@@ -1,11 +1,12 @@
 """Matching of the impacts of two traces: matched, missed and spurious impacts.
 
-The impacts of each pair of bodies are aligned separately and in order, so an alignment never crosses. It has as many
-matches as possible and, among such alignments, the smallest total time difference. An observed impact can match a
-reference impact only within that impact's *window*, which extends between the neighbouring reference impacts of its
-bodies. Outside of the window the bodies are on other paths in the reference. A frame-sampled method stamps an impact up
-to two steps late: one step to notice it, and one more if it stamps the end of the step. So the window is longer by two
-steps at either end.
+The impacts of each pair of bodies are aligned separately and in order, so an alignment never crosses. The alignment has
+as many matches as possible and, among such alignments, the smallest sum of time differences. An observed impact can
+match a reference impact only within that impact's *window*, which extends between the neighbouring reference impacts of
+its bodies. Outside of the window the bodies are on other paths in the reference. A frame-sampled method stamps an
+impact up
+to two steps late: one step until the method notices the impact, and one more if the stamp is the end of the step. So
+the window is longer by two steps at either end.
 """
 
 from __future__ import annotations

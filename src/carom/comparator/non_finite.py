@@ -31,7 +31,7 @@ def turned(before: NDArray[np.float64], after: NDArray[np.float64], float_bits: 
     Args:
         before: Velocities of the two bodies before the impacts, shape ``(2, m, 2)``.
         after: The same after the impacts.
-        float_bits: Width of the method's floats. Their rounding is relative to the pair's greatest speed.
+        float_bits: Width of the method's floats. Velocities are rounded relative to the pair's greatest speed.
     """
     greatest = np.max(np.linalg.norm([before, after], axis=-1), axis=(0, 1))
     change = np.max(np.linalg.norm(after - before, axis=-1), axis=0)

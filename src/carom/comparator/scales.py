@@ -115,7 +115,7 @@ def compute_own_scales(trace: Trace) -> OwnScales:
 
 
 def median(values: Array) -> float:
-    """Return the median of at least one value; NaN if one is NaN. NumPy's median would load masked arrays first."""
+    """Return the median of one or more values; NaN if a value is NaN. NumPy's median would load masked arrays first."""
     ordered = np.sort(values)  # NaN is last
     one, other = ordered[[(len(ordered) - 1) // 2, len(ordered) // 2]].tolist()
     return math.nan if math.isnan(ordered[-1]) else one if one == other else (one + other) / 2
@@ -126,7 +126,7 @@ def largest(values: Iterable[float], default: float = math.nan) -> float:
 
     Args:
         values: The values.
-        default: The result if there are none.
+        default: The result for an empty array.
     """
     found = default
     for k, value in enumerate(values):

@@ -72,8 +72,8 @@ def shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -
 def shift_start(scene: Scene, by_s: float) -> Scene:
     """Start the scene `by_s` seconds earlier: move every disc back along its path, and keep the end.
 
-    The same impacts follow, each later by `by_s`. If bodies would meet on the way back, as those of a cradle that touch
-    at the start, the scene begins later instead, unless an impact prevents this.
+    The same impacts follow, each later by `by_s`. Bodies may meet on the way back, such as the discs of a cradle, which
+    touch at the start. If so, the scene begins later instead, unless an impact prevents this.
 
     Args:
         scene: The scene.
@@ -101,7 +101,7 @@ def _nothing_meets(scene: Scene, shift_s: float) -> bool:
             return _nothing_meets(_shifted(scene, shift_s), -shift_s)
         except SceneError:  # bodies overlap at the earlier start
             return False
-    # A damped path is a part of the undamped one, so it can also be solved backwards.
+    # A damped path is a part of the undamped path, so a damped path can also be solved backwards.
     flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.undamped(shift_s), scene.undamped
     if flown_s < 0:  # solve the path before the start backwards; parabolas are symmetric in time
         begun = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]

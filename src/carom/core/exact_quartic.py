@@ -52,7 +52,7 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
 def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
     """Yield the times, from 0 on, at which a gap closes; 0 itself if it is closed and does not open.
 
-    The gap is a polynomial in time, lowest power first. Its denominators are powers of two. A gap below 0 must open
+    The gap is a polynomial in time, lowest power first. The denominators are powers of two. A gap below 0 must open
     before it can close.
     """
     powers = list(gap)

@@ -21,7 +21,7 @@ def require_extension() -> None:
     """Check that the compiled extension is installed.
 
     Raises:
-        ImportError: The extension is not installed, or cannot be loaded. The message says what to do.
+        ImportError: The extension is not installed, or cannot be loaded. The message contains the remedy.
     """
     try:
         importlib.import_module("carom.core.built")

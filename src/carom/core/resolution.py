@@ -23,7 +23,10 @@ FARTHEST = 2.0**49
 
 
 def size_of(x: float, y: float, radius: float) -> float:
-    """Return ``|x| + |y| + radius`` of a disc. For a wall, the coordinates are those of the point on the wall."""
+    """Return ``|x| + |y| + radius`` of a disc.
+
+    For a wall, the coordinates are the coordinates of the point on the wall.
+    """
     return abs(x) + abs(y) + radius
 
 

@@ -94,8 +94,9 @@ def resolve_rough_impact(
 ) -> tuple[RoughBodies, RoughBodies]:
     """Return the bodies just after their impacts. Bodies that do not approach are unchanged.
 
-    Without friction the velocities are those of `carom.resolve_impact`, to the bit. `normal` is from first to second,
-    of any length above 0, shape ``(m, 2)``. `restitution` is the restitution along the normal, shape ``(m,)``.
+    Without friction, the velocities are the same as those of `carom.resolve_impact`, to the bit. `normal` is from first
+    to second, of any length above 0, shape ``(m, 2)``. `restitution` is the restitution along the normal, shape
+    ``(m,)``.
     """
     v1, v2 = resolve_impact(first.velocity, first.mass, second.velocity, second.mass, normal, restitution)
     unit = normal / np.hypot(normal[:, 0], normal[:, 1])[:, None]

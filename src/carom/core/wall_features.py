@@ -1,8 +1,8 @@
 """The features of a wall's outline: its faces, arcs and vertices, merged exactly.
 
-Neighbouring edges on one line, or on one circle, are one feature. A joint has no vertex if the tangents of its edges
-agree. So a wall that is cut into pieces, at points exactly on it, has the same features and bit-identical impacts. All
-decisions use rational numbers, so that nothing is rounded.
+Neighbouring edges on the same line, or on the same circle, are one feature. A joint has no vertex if the tangents of
+its edges agree. So a wall that is cut into pieces, at points exactly on it, has the same features and bit-identical
+impacts. All decisions use rational numbers, so that nothing is rounded.
 """
 
 from __future__ import annotations

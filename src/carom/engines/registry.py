@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from carom.engines.protocol.adapter import ProgramAdapter
 
 ENTRY_POINT_GROUP = "carom.adapters"
-#: Environment variable with additional manifests: files, or folders with one, separated as in PATH.
+#: Environment variable with additional manifests: files, or folders that contain a manifest, separated as in PATH.
 MANIFESTS = "CAROM_ENGINES"
 
 
@@ -197,7 +197,8 @@ def resolve_engine(word: str) -> str:
     Worker processes of this machine inherit the registration through the environment.
 
     Args:
-        word: A name, a manifest, or a folder with one. A path has a slash, ends in ``.toml``, or is ``.`` or ``..``.
+        word: A name, a manifest, or a folder with a manifest. A path has a slash, ends in ``.toml``, or is ``.`` or
+            ``..``.
 
     Raises:
         InputError: The word is not a string.

@@ -46,7 +46,7 @@ def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
 def profile_settings(
     adapter: Adapter, profile: str, dt_s: float, tried: SettingOverrides = ()
 ) -> Mapping[str, Setting]:
-    """Return the settings of a profile at a step, with the replaced ones.
+    """Return the settings of a profile at a step, including the settings that replace its own.
 
     Raises:
         UnknownNameError: The adapter has no such profile.

@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 
 class Codec(Generic[T]):
-    """Writes and reads values of one type as JSON. Creating a codec takes milliseconds.
+    """Converts values of one type to JSON and back. Creating a codec takes milliseconds.
 
     Args:
         kind: The type: a dataclass that JSON can represent.

@@ -112,7 +112,7 @@ def observe_run(
 
 
 def run_pit(scene: Scene, dt_s: float) -> Trace:
-    """Run a scene with PIT at a step, to measure the errors of sampling alone."""
+    """Run a scene with PIT at a step, to measure errors that are caused by sampling alone."""
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
@@ -162,7 +162,7 @@ class _Run:
 
     @property
     def earlier(self) -> tuple[float, Observation]:
-        """The last state before the present one that is within the scene's duration, and its time."""
+        """The last state, except for the present state, that is within the scene's duration; and its time."""
         within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
         if not len(within):
             return self.before

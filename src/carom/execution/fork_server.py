@@ -2,7 +2,7 @@
 
 The server is forked from the main thread of the `carom` command, before any other thread starts. The server has no open
 file except null and its socket, and it loads no adapter and no engine. For each request it forks a watchdog
-(`carom.execution.watchdog`), whose streams, folder, session, limits and environment are those of a new interpreter. The
+(`carom.execution.watchdog`), whose streams, folder, session, limits and environment are like in a new interpreter. The
 server ends with the command, and everything that it forked ends with it.
 
 Only the command `carom` on Linux has a fork server. Another process, such as a notebook, can have threads, which a fork
@@ -40,7 +40,10 @@ _allowed = False
 
 
 def allow_forking() -> None:
-    """Allow pools of this process to fork their workers. Only the command `carom` does so: it knows all its threads."""
+    """Allow pools of this process to fork their workers.
+
+    Only the command `carom` calls this function, because it knows all its threads.
+    """
     global _allowed  # noqa: PLW0603 - a property of the process
     _allowed = True
 
@@ -58,7 +61,7 @@ class ForkedProcess:
             os.close(file)
 
     def wait(self, timeout: float) -> int:
-        """Return the exit code, as `subprocess.Popen.wait` does.
+        """Return the exit code, like `subprocess.Popen.wait`.
 
         Raises:
             subprocess.TimeoutExpired: The process still runs after this many seconds.

@@ -70,7 +70,7 @@ class ImpactCollector:
         self.spins: NDArray[np.void] | None = None
 
     def pass_to(self, time_s: float, now: Observation) -> None:
-        """Pass steps without contacts, up to one that ended at `time_s`. No contact may be open."""
+        """Pass steps without contacts, up to the step that ended at `time_s`. No contact may be open."""
         self._last, self._last_s = now, time_s
 
     def add(self, time_s: float, now: Observation) -> None:
@@ -252,8 +252,8 @@ class ImpactCollector:
     ) -> tuple[Vector, Vector, Vector, Vector]:
         """Return the velocities of two falling discs at the instant of their impact, from those at step boundaries.
 
-        Both discs fall between the boundaries. Without this correction, the velocity after would be up to a step late,
-        and an engine whose contacts act at the start of a step would have an error of one step of gravity.
+        Both discs fall between the boundaries. Without this correction, the velocity after the impact would be up to a
+        step late. An engine whose contacts act at the start of a step would have an error of one step of gravity.
         """
         at_s = min(max(time_s, contact.start_s), contact.end_s)
         gx, gy = _row(self._gravity, pair[0])

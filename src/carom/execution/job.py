@@ -29,7 +29,7 @@ SettingOverrides = tuple[tuple[str, Setting], ...]
 
 @dataclass(frozen=True, order=True)
 class Method:
-    """One engine with one profile, optionally with some settings replaced.
+    """An engine with one of its profiles, optionally with some settings replaced.
 
     Attributes:
         engine: Name of the adapter.
@@ -71,7 +71,7 @@ PIT_METHOD = Method("pit", "tuned")
 
 @dataclass(frozen=True)
 class Job:
-    """One run: one scene by one method at one step.
+    """A run of a scene by a method at a step.
 
     Attributes:
         scene: The scene.

@@ -185,7 +185,7 @@ class Journal(MemoryJournal[K, T], Closeable):
 
 
 def remove_unused(path: Path) -> None:
-    """Remove a journal that contains only its first line, if there is one."""
+    """Remove the journal if it exists and contains only its first line."""
     if not path.exists():
         return
     with path.open("rb") as file:

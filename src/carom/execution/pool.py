@@ -82,7 +82,7 @@ class Pool(TaskRunner):
 
 
 class InProcessPool(Pool):
-    """Carries out all tasks in this process, one after another. An engine that crashes ends this process too."""
+    """Carries out all tasks in this process, one after another. If an engine crashes, this process ends too."""
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Carry out tasks one after another."""
@@ -91,7 +91,7 @@ class InProcessPool(Pool):
     def each(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
-        """Work on one item after another."""
+        """Work on the items, one after another."""
         return ([result] for _, item in items for result in work(item, self))
 
 
@@ -195,7 +195,7 @@ class LocalPool(Pool):
             self._fork_server.close()
 
     def worker(self, engine: str) -> Worker:
-        """Return the worker of an engine that `run` uses: an existing one if there is any."""
+        """Return the worker that `run` uses for an engine: an existing worker if there is one."""
         return self._lane_of(engine).worker_of(engine)
 
     def renew(self) -> None:
@@ -204,7 +204,7 @@ class LocalPool(Pool):
             lane.renew()
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Carry out tasks in a lane that already has their engine, or else in the first."""
+        """Carry out tasks in a lane that already has their engine, or else in the first lane."""
         return self._lane_of(tasks[0].engine if tasks else "").run_each(tasks)
 
     def _lane_of(self, engine: str) -> Lane:

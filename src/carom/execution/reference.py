@@ -33,10 +33,10 @@ class Reference:
     """Trace with which all runs of a scene are compared.
 
     Attributes:
-        trace: The PIC trace, or the certified one.
+        trace: The PIC trace, or the certified trace.
         certified: Agreement of PIC with the certified run, or why it is unknown; None if it was not requested.
         horizon_s: Time up to which `trace` is reliable and no contact lasts; None for the whole trace.
-        pic: The PIC trace, if `trace` is the certified one.
+        pic: The PIC trace, if `trace` is the certified trace.
     """
 
     trace: Trace

@@ -31,7 +31,7 @@ class Row:
         timing: Run times; None if the job was not timed.
         time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None if either was
             not timed.
-        spread: Scores over many sub-step phases; None if only one was run.
+        spread: Scores over many sub-step phases; None if only one phase was run.
         untimed: Why it was not timed although it ran and timing was requested; empty otherwise.
     """
 

@@ -39,7 +39,7 @@ class _ReadTask(AdapterTask):
 
         Raises:
             UnavailableError: The engine is not installed.
-            AdapterError: The adapter reads no files, or refuses this one.
+            AdapterError: The adapter reads no files, or refuses this file.
             SceneError: The supported part of the file is not a valid scene.
         """
         adapter = load_adapter(self.engine)

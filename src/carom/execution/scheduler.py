@@ -77,7 +77,7 @@ class TaskRequest(Generic[S, K, T]):
 def run_tasks(
     requests: Iterable[TaskRequest[S, K, T]], pool: Pool, journal: MemoryJournal[K, T], *, alone: bool = False
 ) -> Iterator[tuple[S, Answer[T]]]:
-    """Yield the subject and the answer of each request: known and refused ones first, then the others as they finish.
+    """Yield subject and answer of each request: first known and refused requests, then the others as they finish.
 
     Args:
         requests: The tasks; those with the same key are carried out once.

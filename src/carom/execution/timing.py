@@ -46,7 +46,7 @@ class Timing:
         prepare_s: Seconds to build the world.
         advance_s: Seconds to take all steps, without observation.
         runs: Number of runs.
-        call_s: Seconds of a call with no steps, if requested; NaN if the adapter does not accept one.
+        call_s: Seconds of a call with no steps, if requested; NaN if the adapter does not accept such a call.
         ends: Number of final states that differ in at least one bit; 1 if the engine is repeatable. None if the times
             were read from a file of an older version.
     """
@@ -92,7 +92,7 @@ def time_run(
         dt_s: The step, seconds.
         tried: Settings that replace those of the profile.
         steps: Number of steps; by default the whole scene.
-        runs: Largest number of runs, at least one.
+        runs: Largest number of runs, 1 or more.
         enough_s: No further run is made once this many seconds have been timed.
         agreed: No further run is made once two consecutive times differ by less than this fraction.
         call: Whether to time a call with no steps too. The call is made before the steps and not included in their
@@ -173,7 +173,7 @@ def _cut_steps(world: World, steps: int, dt_s: float) -> None:
 
 
 def _time_empty_call(world: World) -> float:
-    """Return the seconds of a second call with no steps, after one to warm up; NaN if the adapter refuses it."""
+    """Return the seconds of a call with no steps, after such a call to warm up; NaN if the adapter refuses it."""
     call_s = math.nan
     try:
         for _ in range(2):

@@ -1,8 +1,8 @@
 """Validates everything an adapter returns: declarations, settings, states and contacts.
 
-A mistake of an adapter raises an `AdapterError` with the field and the value, so that it is not taken for a fault of
-the engine. A non-finite state is accepted, since the engine itself can produce it. Values that can't be scored are
-refused, such as a moving velocity of a static wall, or a number whose square overflows.
+A mistake in what an adapter returns raises an `AdapterError` with the field and the value, so that it is not taken for
+a fault of the engine. A non-finite state is accepted, since the engine itself can produce it. Values that can't be
+scored are refused, such as a moving velocity of a static wall, or a number whose square overflows.
 """
 
 from __future__ import annotations

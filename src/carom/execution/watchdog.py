@@ -8,7 +8,7 @@ forked by `carom.execution.fork_server`. The watchdog forks before it loads an a
 - The parent needs no more answers: it sends SIGTERM, or closes its end of standard input.
 - The parent exits.
 
-Then the watchdog kills all remaining processes and exits with the worker's status.
+After that, the watchdog kills all remaining processes and exits with the worker's status.
 
 On Linux the watchdog adopts orphaned descendants of the worker, so that it also finds processes that have left the
 session. If the watchdog is killed, the system kills the worker. On other systems, processes that have left the worker's

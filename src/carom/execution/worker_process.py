@@ -154,7 +154,7 @@ class Worker:
 
 
 class _Process:
-    """One process, from its start to its end.
+    """A worker's process, from its start to its end.
 
     Attributes:
         answered: Number of tasks answered.

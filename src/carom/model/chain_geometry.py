@@ -189,7 +189,10 @@ class Outline:
         return Foot(px, py, k, inner)
 
     def feet_within(self, x: float, y: float, distance: float) -> Iterator[Foot]:
-        """Yield the nearest point of each edge within a distance. A point of two edges is yielded for the lower one."""
+        """Yield the nearest point of each edge within a distance.
+
+        A point that two edges share is yielded for the lower edge.
+        """
         seen = set()
         for k, stretch in enumerate(self.stretches):
             place, inner = stretch.nearest(x, y)
@@ -242,7 +245,10 @@ class Outline:
 
 
 def _square(x: float, y: float) -> float:
-    """Return the squared length of a vector. Products are rounded alike on every machine; powers are not."""
+    """Return the squared length of a vector.
+
+    The rounding of products is the same on every machine, the rounding of powers is not.
+    """
     return x * x + y * y
 
 

@@ -374,7 +374,7 @@ def as_scene(scene: Scene | str) -> Scene:
     """Return the given scene, or the scene of the catalogue with the given full name.
 
     Raises:
-        UnknownNameError: The catalogue has no scene of this name; the message names the nearest one.
+        UnknownNameError: The catalogue has no scene of this name; the message contains the nearest name.
         InputError: The argument is neither a scene nor a name.
     """
     if isinstance(scene, Scene):
@@ -476,7 +476,7 @@ def _parse(path: Path) -> dict[str, Any]:
 def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
     """Return the content of a file with only as many invalid entries as a message shows.
 
-    Each problem takes a kilobyte, and a file can have millions of them.
+    Each problem takes a kilobyte, and a file can have millions of problems.
     """
     content = _few_unknown(content, Scene)
     if isinstance(walls := content.get("walls"), list):

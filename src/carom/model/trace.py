@@ -428,7 +428,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
 
     def flights_to(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
-        """Yield the flights of a disc up to a time: one for each leg of a driven disc, one to the stop on a table."""
+        """Yield a disc's flights up to a time: a flight for each leg of a driven disc, or up to the stop on a table."""
         for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
             if leg.begin_s >= end_s:
                 break

@@ -286,7 +286,7 @@ def _crossing_problems(chain: Chain) -> Iterator[Problem]:
 
 
 def edge_count(wall: object) -> int:
-    """Return the number of edges of a wall in a file, valid or not; a half-plane or a circle counts as one."""
+    """Return the number of edges of a wall in a file, valid or not; 1 for a half-plane or a circle."""
     points = wall.get("points_m") if isinstance(wall, dict) else None
     return max(1, len(points)) if isinstance(points, list) else 1
 

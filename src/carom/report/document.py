@@ -202,7 +202,7 @@ class Figure:
     Attributes:
         draw: Returns the drawing; with the argument True, its version for a phone.
         caption: Sentences below it.
-        title: A heading above the drawing, if neither the drawing nor the section has one.
+        title: A heading above the drawing; empty if the drawing or the section has a heading.
     """
 
     draw: Callable[[bool], str]

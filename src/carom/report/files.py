@@ -17,7 +17,8 @@ from carom.errors import MissingExtraError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-#: Format version by kind of file. It increases if a field changes its meaning or is removed, but not for a new field.
+#: Format version by kind of file. The version increases if a field changes its meaning or is removed, but not for a new
+#: field.
 FORMATS = {"results": 2, "bench": 1, "growth": 1, "stress": 2}
 
 
@@ -25,7 +26,7 @@ def require_report_extra() -> None:
     """Raise an error if jinja2 or matplotlib is not installed.
 
     Raises:
-        MissingExtraError: One of them is not installed.
+        MissingExtraError: jinja2 or matplotlib is not installed.
     """
     for module in ("jinja2", "matplotlib"):
         if importlib.util.find_spec(module) is None:

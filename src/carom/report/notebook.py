@@ -84,7 +84,7 @@ def plot_beside(*traces: Trace) -> list[Axes]:
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
-        InputError: There is no trace, two traces are of different scenes, or a number of one is NaN or infinite.
+        InputError: There is no trace, two traces are of different scenes, or a number of a trace is NaN or infinite.
 
     Examples:
         >>> reference = carom.solve_pic("paper/missed")

@@ -85,7 +85,7 @@ def observed_paths(trace: Trace) -> Paths:
     samples = trace.samples
     if samples is None or not len(samples.time_s):
         return exact_paths(trace)
-    # The last step may end after the scene. The final state is the one at the end of the scene.
+    # The last step may end after the scene. The final state is the state at the end of the scene.
     inside = samples.time_s < trace.end_time_s
     times = np.append(samples.time_s[inside], trace.end_time_s)
     positions = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])

@@ -79,7 +79,7 @@ def draw_trace(axes: Axes, trace: Trace) -> None:
 
 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
-    """Draw traces of one scene on an axes each, to one scale; against time if the first moves along a line."""
+    """Draw each trace of a scene on its axes, to one scale; against time if the first trace is along a line."""
     scene, paths = traces[0].scene, [observed_paths(trace) for trace in traces]
     corners = [limits_of(scene, paths[0], other) for other in paths]
     limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)

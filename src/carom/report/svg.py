@@ -27,7 +27,7 @@ GRID = "#d8dde4"
 SURFACE = "#fefefd"
 WALL = "#8b94a1"
 #: Colours that colour-blind people can distinguish in light and dark mode, which a test simulates. The first three
-#: (green, blue, red) are those of the source paper's figures.
+#: (green, blue, red) are the colours of the source paper's figures.
 SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#d94fd0", "#4b2d00", "#0f3c69", "#6a1fe0", "#74777c")
 
 _AIM_PT = 11.0

@@ -1,7 +1,7 @@
 """Paths of the discs of a trace, compressed to few knots. A disc flies freely between two knots.
 
-Between two knots, a disc is on a straight line or, under gravity, on the parabola through both: ``p(t) = p_a + (p_b -
-p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a position, and paths never jump.
+Between two knots, a disc moves on the straight line or, under gravity, on the parabola through both knots: ``p(t) = p_a
++ (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a position, and paths never jump.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 #: A sampled state is dropped if the flight between its neighbours passes it within this fraction of the scene's extent.
 #: This is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth of a pixel in the largest picture.
 SHARPNESS = 1e-5
-#: Number of pieces of a slide. The spin is constant in each piece. This causes an error of the angle of 1/576 of the
-#: angle by which the change of spin turns the disc.
+#: Number of pieces of a slide. The spin is constant in each piece. If the change of spin turns the disc by some angle,
+#: this causes an error of 1/576 of that angle.
 _PIECES_OF_A_SLIDE = 12
 
 
@@ -29,7 +29,7 @@ class Track:
     """The flights of one disc.
 
     Attributes:
-        time_s: Times at which flights begin, and at which the last one ends; shape ``(k,)``, ascending.
+        time_s: Times at which flights begin, and the time at which the last flight ends; shape ``(k,)``, ascending.
         position_m: Positions of the disc at these times, shape ``(k, 2)``.
         pull_m_s2: Acceleration of all flights, shape ``(2,)``; or of each flight, shape ``(k - 1, 2)``, if the disc
             sometimes slides, rolls or rests.
@@ -56,7 +56,7 @@ class Track:
         return found
 
     def under(self, pull_m_s2: Array, near_m: float) -> Track:
-        """Return the track as flights of one common acceleration, with a position error of at most `near_m`."""
+        """Return the track as flights that have the same acceleration, with a position error of at most `near_m`."""
         if self.pull_m_s2.ndim == 1:
             return self
         lasted = np.diff(self.time_s)
@@ -207,7 +207,7 @@ def _passes(track: Track, times: Array, places: Array, near: float) -> bool:
 
 
 def _thinned(times: Array, places: Array, pull: Array, near: float) -> Track:
-    """Return a track through as few states as needed to explain the others."""
+    """Return a track through as few states as are needed to explain the other states."""
     finite = np.isfinite(places).all(axis=1)
     times, places = times[finite], places[finite]
     kept, pending = [0], [(0, len(times) - 1)]

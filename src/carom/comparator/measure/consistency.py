@@ -1,7 +1,7 @@
 """Consistency of a run: contradictions between its reported impacts and its own states.
 
-`docs/theory/scoring.md`, section 5, lists the checks, and the deviations that sampling and gravity explain. They need
-no reference and apply to every run, even beyond a horizon.
+`docs/theory/scoring.md`, section 5, lists the checks, and the deviations that sampling and gravity explain. These
+checks need no reference and apply to every run, even beyond a horizon.
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ def _turning_places(trace: Trace, turning: Array) -> Array:
 
 
 def _off_path(place: Array, flown: Array) -> Array:
-    """Return the distance of each known position of a disc from its prediction by the one before, shape ``(k, 2)``.
+    """Return the distance of each known position from the position that the previous one predicts, shape ``(k, 2)``.
 
     Args:
         place: Positions of the disc at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN if
@@ -233,11 +233,11 @@ def _stamps(trace: Trace) -> float:
 
 
 def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
-    """Return the largest velocity change across the normal, over the speed, and the angle between change and normal.
+    """Return the largest velocity change perpendicular to the normal, over the speed, and its angle to the normal.
 
     A half-plane's normal is known. For a finite wall and for two discs, the normal is the direction of the change of
     relative velocity, except for two parts. Friction adds at most its coefficient times the normal part. Gravity adds
-    its part if it acts on one body alone. If several contacts of one step share a disc, their changes can't be
+    its part if it acts on only one of the bodies. If several contacts of one step share a disc, their changes can't be
     separated.
     """
     impacts, movable = trace.impacts, trace.scene.arrays.movable
@@ -266,7 +266,7 @@ def _unit_normals(trace: Trace) -> Array:
 
 
 def _pulled(trace: Trace, normal: Array) -> Array:
-    """Return the largest velocity that gravity may add across normals during contacts, metres a second."""
+    """Return the largest velocity that gravity may add perpendicular to a contact's normal, metres a second."""
     return _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal) * _lasted(trace)
 
 
@@ -290,13 +290,13 @@ def _momentum(trace: Trace) -> float:
 def _angular(trace: Trace) -> tuple[float, float, float]:
     """Return the largest change of angular momentum about a contact, its part beyond sampling, and the lever arm.
 
-    An impulse at the contact has no moment about the contact. So friction changes a disc's velocity across the normal
-    and ``k R w`` (k is the inertia factor) by the same amount, and those of the second body by the opposite amount. The
-    result is divided by mass and radius, so it is in metres a second. Sampling explains two effects. Bodies already
-    overlap when they are found in contact, by at most their approach in a step; this shortens the lever arm, but never
-    lengthens it. In a contact of several steps the normal turns. The part that gravity adds across the normal is
-    allowed. Impacts that can't be separated are not checked, nor are walls with rolling resistance, which changes
-    angular momentum.
+    An impulse at the contact has no moment about the contact. So friction changes the velocity of the first body
+    perpendicular to the normal, and its ``k R w`` (k is the inertia factor), by the same amount. For the second body,
+    the change has the opposite sign. The result is divided by mass and radius, so it is in metres a second. Sampling
+    explains two effects. Bodies already overlap when they are found in contact, by at most their approach in a step. An
+    overlap can only shorten the lever arm. In a contact of several steps the normal turns. The velocity that gravity
+    adds perpendicular to the normal is allowed. Impacts that can't be separated are not checked, nor are walls with
+    rolling resistance, which changes angular momentum.
     """
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")

@@ -36,8 +36,8 @@ class ContactQuality(NamedTuple):
             overlap.
         overlap_m: The deepest overlap in contact.
         hop_m_s: Root mean square of the normal speed of a disc at the end.
-        take_offs: Fraction of the states in which a disc leaves its wall faster than half of the speed that it gains by
-            falling for a step.
+        take_offs: Fraction of the states in which a disc leaves its wall fast: at more than half of the speed that a
+            step of falling adds.
     """
 
     gap_m: float

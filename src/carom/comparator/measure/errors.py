@@ -21,7 +21,7 @@ from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 
-#: Needs of scenes in which energy is not conserved.
+#: Features of scenes that change the energy. A scene with one of these does not conserve energy.
 _NOT_CONSERVED = frozenset(
     {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.DRIVEN_DISCS, Need.DRIVEN_WALLS}
 )
@@ -43,7 +43,7 @@ class ImpactError:
         effective_time_s: Error of the instant at which the path turned, seconds; NaN if that instant is not known.
         along_normal: Velocity error along the reference's normal, for the worse of the two bodies, over the scene's
             speed.
-        across_normal: Velocity error across that normal, likewise.
+        across_normal: Velocity error perpendicular to that normal, likewise.
         velocity: Length of the velocity error, for the worse of the two bodies, over the scene's speed.
         spin: Error of the spin times the radius, for the worse of the two bodies, over the scene's rim speed; NaN if no
             disc spins.
@@ -81,7 +81,7 @@ def _metric(name: str) -> float:
 
 @dataclass(frozen=True)
 class Errors:
-    """The largest error of each kind of one trace against another; NaN if there is none.
+    """For each kind of error, the largest error of one trace against another; NaN if there is none.
 
     Each field is a metric, which is explained in `docs/theory/scoring.md` and appears in all tables and JSON lines. The
     first eight are the largest errors of the impacts (see `ImpactError`) in magnitude, with their signs. Final states
@@ -266,8 +266,8 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
     """Return which velocities after an impact are not known: shape ``(2, m)``, the first bodies first.
 
-    If a disc has several contacts in one step, the method may not report the effect of each. Then the state at the end
-    of the step belongs to the last contact, and the velocities after the other contacts are not known.
+    If a disc has several contacts in one step, the method may not report the effect of each. The state at the end of
+    such a step belongs to the last contact, and the velocities after the other contacts are not known.
     """
     found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
     if trace.effective_time_s is None or trace.state_before is None:
@@ -300,7 +300,7 @@ def _largest_part(difference: Array, direction: Array) -> Array:
 
 
 def _angles(a: Array, b: Array, negligible: float) -> Array:
-    """Return angles between vectors, radians; 0 where one is at most `negligible` long and has no direction."""
+    """Return angles between vectors, radians; 0 where a vector is at most `negligible` long and has no direction."""
     turned = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=-1))
     shorter = np.minimum(np.hypot(a[..., 0], a[..., 1]), np.hypot(b[..., 0], b[..., 1]))
     return np.where(shorter <= negligible, 0.0, np.abs(turned))

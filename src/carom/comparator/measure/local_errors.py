@@ -41,9 +41,10 @@ class LocalErrors:
         time_s: Effective time (the reported time if that is unknown) minus the analytic time, seconds.
         velocity: Length of the velocity error after, for the worse of the two bodies, over the scene's speed.
         restitution: Effective coefficient of restitution along the analytic normal, minus the scene's.
-        spin: Error of the spin after times the radius, for the worse of the two bodies, over the scene's rim speed; all
-            NaN if no disc spins.
-        energy: Kinetic energy minus that of the analytic answer, over the energy at the start of the scene.
+        spin: Error of the rim speed (spin times radius) after the impact, for the worse of the two bodies, over the
+            scene's rim speed; all NaN if no disc spins.
+        energy: Kinetic energy minus the kinetic energy of the analytic answer, over the energy at the start of the
+            scene.
         sampling_velocity: Velocity error of PIT from the same state at the same step; NaN if PIT finds no impact, or
             the run has no steps.
         solver_velocity: Velocity error against that PIT, over the scene's speed.
@@ -129,7 +130,7 @@ class _Bodies:
 def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     """Measure the error of each impact of a trace from the trace's own state before it.
 
-    Only straight paths are measured, so scenes with gravity, damping or a table are not.
+    Only straight paths are measured. Scenes with gravity, damping or a table have other paths.
     """
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     start, bodies = state["time_s"], _Bodies(trace, state)
@@ -186,7 +187,7 @@ def _belt_speeds(trace: Trace) -> Array:
 
 
 def _turn_times(trace: Trace) -> Array:
-    """Return the effective time of each impact if it is known, otherwise the reported one, seconds."""
+    """Return the effective time of each impact if it is known, otherwise the reported time, seconds."""
     times: Array = trace.impacts["time_s"]
     effective = times if trace.effective_time_s is None else trace.effective_time_s
     return np.where(np.isfinite(effective), effective, times)

@@ -16,10 +16,10 @@ from carom.support.dataclass import dataclass
 from carom.support.formatting import instant
 
 #: Largest distance in steps between a report and its window. Engines report a contact up to two steps before or after
-#: it acts, mostly at a step boundary. Another half step makes the limit independent of rounding.
+#: it acts, mostly at a step boundary. The half step makes the limit independent of rounding.
 _AWAY_STEPS = 2.5
 
-#: Two bodies, the lower number first.
+#: Numbers of two bodies, the lower number first.
 _Bodies = tuple[int, int]
 
 
@@ -48,8 +48,8 @@ class ReportComparison:
 def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
     """Compare the reports of a trace with its states, up to a time.
 
-    A report belongs to a window of its pair if it is at most `_AWAY_STEPS` steps away. A window of one impact can
-    explain one report. Such a window requires a report, unless its impact is missed or the window is open. Other
+    A report belongs to a window of its pair if it is at most `_AWAY_STEPS` steps away. A window with a single impact
+    can explain one report. Such a window requires a report, unless its impact is missed or the window is open. Other
     windows, and steps in which the pair rests and is pushed, can explain any number of reports and require none.
     """
     windows = truth.windows[truth.meetings["window"]]
@@ -75,7 +75,7 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
         crowded = [span for span in own if not alone[span[2]]]
         lonely = [span for span in own if alone[span[2]]]
         # Reports outside of crowded windows need a window each, and windows may be matched by any report. If each of
-        # the two matchings exists, one that does both exists (Mendelsohn and Dulmage, 1958).
+        # two such matchings exists, a matching that does both exists (Mendelsohn and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
         bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]
         left, _ = _match(bound, lonely)

@@ -52,7 +52,8 @@ class SamplingCost:
             such phase.
         found_off_s: The largest error of the impact's time at these phases, seconds, shape ``(m,)``.
         energy: Error of the final kinetic energy, over that at the start. Over several phases, this error and the
-            following ones are the largest of the scene's own phase and of phases without a missed or spurious impact.
+            following errors are the largest over the scene's own phase, and over all phases without a missed or
+            spurious impact.
         final_position: Largest error of a final position, over the scene's length; 0 if not measured.
         final_velocity: Largest error of a final velocity, over the scene's speed; 0 if not measured.
         final_spin: Largest error of a final spin times its radius, over the scene's rim speed; 0 if not measured.

@@ -1,9 +1,10 @@
-"""Simultaneous impacts that share a disc: their admissible outcomes, and the one that a trace took.
+"""Simultaneous impacts that share a disc: their admissible outcomes, and the outcome that a trace took.
 
 If several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique result.
-Each order of impacts, one pair at a time until no contact approaches, leads to an admissible outcome. All impulses at
-once may lead to another one: each pushing contact separates at e times its approach speed, and each other contact at
-least as fast (D. Baraff, Analytical methods for dynamic simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
+Each order of impacts, in which pairs collide one at a time until no contact approaches, leads to an admissible outcome.
+If all impulses act at once, they may lead to another outcome, in which each pushing contact separates at e times its
+approach speed, and each other contact at least as fast (D. Baraff, Analytical methods for dynamic simulation of non-
+penetrating rigid bodies, SIGGRAPH 1989).
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ class TouchingBodies(NamedTuple):
 
 @dataclass(frozen=True)
 class AdmissibleOutcome:
-    """One admissible outcome of a shared instant.
+    """An admissible outcome of a shared instant.
 
     Attributes:
         how: The order of impacts that leads to the outcome, in words.
@@ -72,7 +73,7 @@ class AdmissibleOutcome:
 
 @dataclass(frozen=True)
 class Group:
-    """The discs and contacts of one shared instant.
+    """The discs and contacts of a shared instant.
 
     Attributes:
         time_s: The instant.

@@ -21,8 +21,8 @@ from carom.support.dataclass import dataclass
 
 Flags = NDArray[np.bool_]
 
-#: Number of impacts at one instant after which the code checks whether further ones matter. A check costs as much as a
-#: few impacts.
+#: Number of impacts at one instant after which the code checks whether further impacts matter. A check costs as much as
+#: a few impacts.
 _AT_ONCE = 64
 
 #: Number of steps whose near pairs are found together. A box around the path in these steps is little larger than a
@@ -72,7 +72,7 @@ def find_activity(block: Block, rest: Rest) -> Activity:
 
 
 def _steps_together(block: Block) -> int:
-    """Return the number of steps that are handled together. The number is smaller if pairs are solved one by one."""
+    """Return the number of steps that are handled together. The number is smaller if each pair is solved separately."""
     law = block.law
     bends = law.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in law.wall_drives)
     if bends or not all(isinstance(wall, tuple) for wall in law.walls):
@@ -138,8 +138,8 @@ def _find_impacts(
     """Yield PIC's impacts in a step, beginning with due pairs: seconds from the step's start, pair and closing speed.
 
     After an impact, only the meetings of the struck discs are predicted again, because other pairs meet only if they
-    are due. In a collapse, infinitely many impacts are due at one instant. Its impacts end when all further ones must
-    be slower than `slow`.
+    are due. In a collapse, infinitely many impacts are due at one instant. Its impacts end when all further impacts
+    must be slower than `slow`.
     """
     law, seconds, begun_s = block.law, float(block.step_s[step]), float(block.states.time_s[step])
     flown: dict[int, tuple[float, BodyStates]] = {}

@@ -177,7 +177,7 @@ class StepWatch:
     def _found_before_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
         """Return whether PIT finds the pairs of a chain from the chain's first state; record it for a cut chain.
 
-        This is decided at the beginning of the chain only. Later the bodies overlap, so PIT would find them.
+        The decision is made at the beginning of the chain only. Later the bodies overlap, so PIT would find them.
         """
         known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
         if not chain.continues:

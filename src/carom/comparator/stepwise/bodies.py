@@ -1,7 +1,7 @@
 """States of a few bodies in plain floats, which can be advanced from any state of a run.
 
 The solvers need discs that do not overlap at the start. A window can start in any state of the run. So here, bodies
-that overlap and approach each other meet at once. Times of impact and impact laws are those of the core.
+that overlap and approach each other meet at once. Times of impact and impact laws come from the core.
 """
 
 from __future__ import annotations
@@ -176,7 +176,7 @@ class BodyStates:
         """Compute `wait` on a table, from one stop to the next. `leaving` is the separation speed after a meeting."""
         (i, j), law, there, passed = pair, self.law, self.only(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
-        # Both bodies stop before they meet. The margin of a hundredth is far above rounding.
+        # The two bodies stop before they meet. The margin of a hundredth is far above rounding.
         if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * law.slowing.table_m_s2):
             return math.inf
         while True:

@@ -225,7 +225,7 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
 
 
 def _awaits_next_frame(window: Window, pair: Pair) -> bool:
-    """Whether a pair was due in the run's last step, so that one more frame would find it."""
+    """Whether a pair was due in the run's last step, so that a frame after the end would find it."""
     own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
     return own == [window.chain.end - 1] and _closes(window, pair)
 
@@ -274,7 +274,7 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
 
 
 def _turn_s(window: Window, pair: Pair) -> float:
-    """Return the seconds from the window's start until the free paths before and after are nearest."""
+    """Return the seconds from the window's start until the free paths before and after the impact are nearest."""
     lasts = window.lasts
 
     def apart(state: BodyStates) -> tuple[float, float]:

@@ -28,11 +28,13 @@ NO_FEATURE = -1
 
 
 class FiniteWall:
-    """A chain or a circle, with its features. If a disc meets several features at once, the first in order counts.
+    """A chain or a circle, with its features.
+
+    If a disc meets several features at once, the first feature in the order of features counts.
 
     Attributes:
         outline: The wall.
-        features: Computes the times at which discs meet its features, and the normals there.
+        features: Computes the times at which discs meet the wall's features, and the normals at these times.
     """
 
     def __init__(self, outline: Outline) -> None:

@@ -162,7 +162,7 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
 def _found_one_by_one(
     block: Block, begin: int, end: int, centre: Array, reach: Array, numbers: list[int]
 ) -> Iterator[NearPairs]:
-    """Yield the near pairs of discs and of the given walls in some steps, one by one."""
+    """Yield each near pair of two discs, or of a disc and one of the given walls, in some steps."""
     arrays, law = block.scene.arrays, block.law
     for k in numbers:
         wall = arrays.walls[k]
@@ -214,7 +214,7 @@ def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[A
 
 
 def _meet_on_bent_paths(block: Block, near: NearPairs, columns: Sequence[int]) -> None:
-    """Compute the waits of near pairs with bent paths: discs falling onto immovable ones, and all on a table."""
+    """Compute waits of near pairs with bent paths: discs that fall onto immovable bodies, all pairs on a table."""
     steps = slice(near.begin, near.begin + len(near.wait))
     for column in columns:
         i, j = near.pairs[column]

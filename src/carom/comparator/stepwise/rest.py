@@ -36,7 +36,7 @@ class Rest:
 
     Attributes:
         sunk_radii: Largest depth over the contact distance; 0 if no pair sank.
-        sinks_s: Time at which a pair first sank deeper than falls from rest in each step explain; NaN for none.
+        sinks_s: Time at which a pair first sank deeper than a fall from rest in each step explains; NaN if no pair did.
         held_s: Time intervals in which a pair rests and one of its bodies turns in each step, by pair.
     """
 

@@ -180,7 +180,10 @@ class _Group:
         return self.step + 1 - self.begin > LONGEST or any(chain.goes_on or chain in cut for chain in self.chains)
 
     def joined(self, law: Law, *, continues: bool) -> StepChain:
-        """Return the joined chain. It continues a cut chain if `continues` is set or its first chain does so."""
+        """Return the joined chain.
+
+        A joined chain continues a cut chain if `continues` is set or its first chain does so.
+        """
         pairs: dict[Pair, tuple[int, ...]] = defaultdict(tuple)
         for chain in self.chains:
             for pair, steps in chain.pairs.items():

@@ -94,7 +94,7 @@ class Window:
 
     @property
     def meets_at_rest(self) -> bool:
-        """Whether a resting disc meets another one. PIC's run from a single state ends when a disc rests."""
+        """Whether a resting disc meets another disc. PIC's run from a single state ends when a disc rests."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def lies_ahead(self, state: BodyStates, met: Met) -> bool:

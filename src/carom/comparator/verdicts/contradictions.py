@@ -10,8 +10,8 @@ from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding, Verdict
 from carom.support.formatting import instant, number, seconds, steps
 
-#: If the lever arm of friction differs from the radius by less than this fraction, four digits would show 1. Then the
-#: difference is shown instead.
+#: If the lever arm of friction differs from the radius by less than this fraction, their quotient is 1 to four digits.
+#: So the difference is shown instead.
 _NEAR_THE_RIM = 5e-4
 
 

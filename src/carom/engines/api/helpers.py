@@ -84,16 +84,16 @@ def factored_restitutions(scene: Scene) -> tuple[float, float]:
 
 
 def factored_frictions(scene: Scene) -> tuple[float, float]:
-    """Return coefficients of friction (of every disc, of every wall) whose products are those of a scene."""
+    """Return coefficients of friction (of every disc, of every wall) whose products are the coefficients of a scene."""
     return _factor(scene.friction, scene.wall_friction)
 
 
 def _factor(pair: float, wall: float) -> tuple[float, float]:
     """Return coefficients of discs and of walls for an engine that multiplies the coefficients of two bodies.
 
-    The coefficient of a disc is the root of the pair's. If the pair has 0 and the walls have more, the disc gets a tiny
-    coefficient and the walls a huge one. The square of the tiny coefficient underflows to 0, and its product with the
-    huge one does not.
+    The coefficient of a disc is the root of the pair's. If the pair has the coefficient 0 and the walls have more, the
+    disc gets a tiny coefficient and the walls get a huge coefficient. The square of the tiny coefficient underflows to
+    0, but its product with the huge coefficient does not.
     """
     disc = math.sqrt(pair) if pair > 0 else VANISHING
     return disc, wall / disc

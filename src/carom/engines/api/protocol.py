@@ -150,9 +150,9 @@ class Capabilities:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Declared errors of a profile in addition to those of PIT. The conformance suite tests them.
+    """Declared errors of a profile in addition to PIT's errors. The conformance suite tests them.
 
-    The defaults describe a method whose only errors are those of PIT.
+    The defaults describe a method that has only PIT's errors.
 
     Attributes:
         late_steps: Largest number of steps by which an impact may be later than with PIT at the same step.
@@ -409,7 +409,7 @@ class ReadingAdapter(Adapter, Protocol):
         Args:
             content: Content of the file. The content is not trusted: no part of it may be executed.
             name: Name of the scene.
-            duration_s: Duration of the scene, seconds; files of engines do not contain one.
+            duration_s: Duration of the scene, seconds, because files of engines do not contain a duration.
 
         Raises:
             AdapterError: The file has another format, or contains something that must not be executed.

@@ -232,7 +232,7 @@ def _knob(knob: Knob) -> dict[str, Any]:
 
 
 def _find_differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
-    """Return the fields that differ from the usual ones, in the spelling of a manifest."""
+    """Return the fields that differ from the usual fields, in the spelling of a manifest."""
     pairs = ((field.name, getattr(found, field.name), getattr(usual, field.name)) for field in fields(found))
     return {name: _spell(value) for name, value, other in pairs if value != other}
 

@@ -6,8 +6,8 @@ down the tree and skips every node that is out of reach or contains higher numbe
 columns, lines, far outliers, radii of all sizes. Immovable discs may overlap each other without cost: a movable disc
 that is near none of them visits only the root of their tree.
 
-One comparison of floats decides whether two discs are near. Rounding is monotone, so if a node fails the comparison,
-all of its discs fail it. So the result is exactly the pairs that a comparison of all pairs finds.
+A single comparison of floats decides whether two discs are near. Rounding is monotone, so if a node fails the
+comparison, all of its discs fail it. So the result is exactly the pairs that a comparison of all pairs finds.
 """
 
 from __future__ import annotations

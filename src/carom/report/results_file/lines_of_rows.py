@@ -96,7 +96,7 @@ def reasons_of(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[
     """
     if line.reason:
         return (line.reason,)
-    # If a warning of the engine ended the run, it comes first.
+    # If a warning of the engine ended the run, the warning comes first.
     warnings = line.notes if line.outcome is Outcome.WARNED else ()
     untimed = (f"not timed: {line.untimed}",) if line.untimed else ()
     return (*warnings, *(f"{verdicts[one.verdict]} ({one.reason})" for one in line.verdicts), *untimed)

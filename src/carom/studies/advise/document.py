@@ -183,7 +183,7 @@ def _framed(advice: Advice, found: StepRange) -> str:
 
 
 def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
-    """Yield the engine's code for one frame, on a terminal only that of the first method."""
+    """Yield the engine's code for one frame. A terminal shows only the code of the first method."""
     shown = EVERYWHERE
     for answer in rows:
         found = answer.demand if answer.demand.in_frame else answer.never_misses
@@ -331,7 +331,7 @@ def _endings(rows: Sequence[Advised]) -> Iterator[str]:
 
 
 def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield, for each method that refuses steps, the reason of the finest refused one."""
+    """Yield, for each method that refuses steps, the reason for the finest refused step."""
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps per second ({one.refusal})."

@@ -23,7 +23,7 @@ def title_of(advice: Advice) -> str:
 
 
 def advice_svg(advice: Advice, narrow: bool = False) -> str:
-    """Return the diagram for a page. A narrow one fits a phone.
+    """Return the diagram for a page. A narrow diagram fits a phone.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.

@@ -5,7 +5,7 @@ the discs overlap and still approach. So if dt is at most the length of this win
 every phase, less than dt late. Geometry gives the direction error of a delay. While the discs slide into one another,
 their line of centres turns, and the velocity of each disc after the impact moves on a circle. Let u be the relative
 velocity, ``k = (1 + e) mu / m``, and n the unit line of centres. Then a disc's velocity changes by ``k (u . n) n = (k /
-2) (u + |u| w)``. Here w is the unit vector whose angle is twice that of n minus that of u.
+2) (u + |u| w)``. Here w is the unit vector whose angle is twice the angle of n, minus the angle of u.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class ContactWindow:
         speed_m_s: Relative speed.
         miss_m: Impact parameter: signed distance of the first centre from the line on which the second moves.
         normal: Unit vector from first to second at contact.
-        relative_m_s: Velocity of the second disc minus that of the first.
+        relative_m_s: Velocity of the second disc minus the velocity of the first.
     """
 
     reach_m: float

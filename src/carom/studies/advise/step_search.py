@@ -57,7 +57,7 @@ class StepRange:
         passes: The largest passing step, confirmed at `CONFIRM` starts; None if there is none.
         in_frame: The largest passing step that divides a frame, also confirmed; None if there is none.
         down_to_s: The finest tested step, seconds; NaN if none was tested.
-        fails: The finest failing step, which is the next larger one; None if none fails.
+        fails: The finest failing step, which is the next larger tested step; None if no step fails.
         coarser_passes: Steps that pass although a finer step fails, the largest first.
         finer_failures: Steps that fail although a larger step passes, the largest first.
     """
@@ -87,7 +87,7 @@ class Advised:
         ending: Reason why no further step was tested.
         refused_s: The finest step that the method refuses, seconds; None if it refuses no step. Larger steps were not
             run.
-        refusal: Reason of the refusal; empty for none.
+        refusal: Reason of the refusal; empty if no step is refused.
     """
 
     method: Method
@@ -264,7 +264,7 @@ class StepSearch:
         return None
 
     def _in_frame(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
-        """Return the largest of some steps that divides a frame, if there is one."""
+        """Return the largest of some steps that divides a frame, in a sequence; an empty sequence if no step does."""
         return [trial for trial in run if in_a_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _long_enough(self, run: Sequence[StepTrial]) -> bool:
@@ -299,7 +299,7 @@ class StepSearch:
 
 
 def _finest_that(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:
-    """Return the passing steps below the finest failing one, beginning with the largest."""
+    """Return the passing steps that are finer than every failing step, beginning with the largest."""
     found: list[StepTrial] = []
     for trial in reversed(trials):
         if not passes(trial):

@@ -96,7 +96,7 @@ class StepTrial:
         lost: The same number for all starts.
         direction_error_rad: Largest direction error at any start; NaN if no impact was found.
         steps: Number of engine steps.
-        reason: Error of the engine or its adapter, because of which the step fails; empty if there is none.
+        reason: Error of the engine or its adapter that makes the step fail; empty if there is none.
     """
 
     dt_s: float

@@ -1,4 +1,4 @@
-"""Comparison of a bench with an earlier one on the same machine: which points became faster or slower.
+"""Comparison of a bench with an earlier bench on the same machine: which points became faster or slower.
 
 Run times of different days are not comparable. So the comparison uses each point's run time divided by PIT's in the
 same round.

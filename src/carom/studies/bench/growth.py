@@ -137,7 +137,7 @@ class GrowthPoint:
         advance_s: Seconds for all steps; NaN if it was not run.
         memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if it was not run.
         peak_bytes: Peak memory of the process; NaN if it was not run.
-        ratio: `advance_s` over PIT's with the same number of discs; NaN unless one session ran both.
+        ratio: `advance_s` over PIT's with the same number of discs; NaN unless the same session ran both methods.
         reason: Reason why it was not run; empty if it was.
         sitting: Start of the session that ran it, UTC; empty if it was not run.
     """
@@ -300,7 +300,7 @@ def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
 
 
 def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the points from the last one on that costs less than the one before it.
+    """Return the last points, beginning with the last point that costs less than the point before it.
 
     If the cost decreases with more discs, the method has changed: PIC solves two discs by a closed form. A single power
     law would fit neither of the two methods.

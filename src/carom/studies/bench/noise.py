@@ -9,8 +9,8 @@ import numpy as np
 
 from carom.support.dataclass import dataclass
 
-#: Intended time of one piece of fixed work on a quiet machine, seconds. It is much longer than the clock's resolution,
-#: and much shorter than the measurements.
+#: Intended time of one piece of fixed work on a quiet machine, seconds. This time is much longer than the clock's
+#: resolution, and much shorter than the measurements.
 PROBE_S = 1e-3
 
 
@@ -63,7 +63,7 @@ class NoiseProbe:
         self._times.append(self._work())
 
     def noise(self) -> Noise:
-        """Return the spread of the probes. There must be at least one."""
+        """Return the spread of the probes. At least one probe must have been taken."""
         found = spread(self._times)
         return Noise(
             found.median, (found.high - found.low) / found.median, max(self._times) / found.median, len(self._times)

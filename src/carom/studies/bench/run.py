@@ -45,7 +45,7 @@ def work_precision(
     Args:
         scenes: Scenes with different names.
         plan: Options of the bench.
-        pool: Worker pool of the scoring pass. It is closed before the timing pass.
+        pool: Worker pool of the scoring pass. The pool is closed before the timing pass.
         notes: Journal of scoring results, to which new ones are added.
         timings: Journal of timed scenes, to which new ones are added.
         progress: Called with (done, all, what).

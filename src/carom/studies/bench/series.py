@@ -19,7 +19,7 @@ STEPS = 6
 def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
     """Return steps that are evenly spread on a logarithmic axis.
 
-    If the frame rates of both ends are whole, those of all steps are.
+    If the frame rates of both ends are whole numbers, all steps have whole frame rates.
 
     Raises:
         InputError: An end is not a positive number, or there are fewer than two steps.

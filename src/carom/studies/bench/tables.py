@@ -36,7 +36,7 @@ EXACT = "exact"
 #: Smallest error that is shown in per cent, because 0.0009 % is hard to read.
 LEAST_PERCENT = 1e-4
 
-#: Number of targets on a terminal: the finest ones.
+#: Number of targets that a terminal shows: the finest targets.
 TARGETS_SHOWN = 3
 
 #: The first column of every table of a bench.
@@ -138,7 +138,7 @@ class _Method(NamedTuple):
         return [scene for scene, curve in self.curves if any(_meets(point, target) for point in curve.points)]
 
     def cost(self, target: float) -> float:
-        """Return the median run time for a target over that of PIC; NaN if none is known."""
+        """Return the median, over scenes, of the run time for a target over PIC's run time; NaN if none is known."""
         cheap = [(scene, cheapest(curve.points, target)) for scene, curve in self.curves]
         costs = [run_s(point) / run_s(scene.exact) for scene, point in cheap]
         known = [cost for cost in costs if 0 < cost < math.inf]  # a point that was not timed has no cost
@@ -237,7 +237,7 @@ def _error(point: Point) -> str:
 
 
 def _clock(say: Callable[[CellTiming], str]) -> Callable[[Point], str]:
-    """Return a column's text for the timing of a timed point."""
+    """Return the function that makes a column's text from the timing of a point."""
     return lambda point: "" if point.timing is None else say(point.timing)
 
 

@@ -1,6 +1,6 @@
 """Timing pass: unobserved runs, one at a time, in several rounds of random order. Ratios are of times in one round.
 
-The first time covers all steps, in as few calls as the adapter allows. The second one includes the preparation of the
+The first time covers all steps, in as few calls as the adapter allows. The second time includes the preparation of the
 world. Two more times show the cost without collisions: Python's call into the world, and the same number of steps of an
 empty world.
 """
@@ -43,7 +43,7 @@ At = tuple[Method, float]
 
 @dataclass(frozen=True)
 class Visit:
-    """One visit of a method at a step in one round: medians of its repeats, seconds.
+    """Results of one visit of a method at a step in a round: medians of the visit's repeats, seconds.
 
     Attributes:
         prepare_s: Time to build the world.
@@ -272,7 +272,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 def _warm_up(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
-    """Return the cost of one visit of each method and step, seconds, and the reasons why others have no cost."""
+    """Return the cost of a visit by method and step, seconds, and the reasons for a missing cost."""
     costs: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}
@@ -281,7 +281,7 @@ def _warm_up(
         if method in last:
             coarser_s, cost = last[method]
             expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
-            # One method must not use most of the budget.
+            # A single method must not use most of the budget.
             if expected_s > budget_s / 4:
                 untimed[at] = (
                     f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of a budget of "

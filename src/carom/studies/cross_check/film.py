@@ -1,4 +1,7 @@
-"""A replay as a film: both runs on one clock. The film slows before the first fault, magnifies it, and pauses at it."""
+"""A replay as a film: both runs with the same clock.
+
+The film slows before the first fault, magnifies it, and pauses at it.
+"""
 
 from __future__ import annotations
 

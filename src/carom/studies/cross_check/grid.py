@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 #: Carom's own methods. Engines are compared with these.
 _OWN = frozenset({"pic", "pit"})
-#: Reason for a missing row: `carom.execution` drops a profile that has the settings of another one.
+#: Reason for a missing row: `carom.execution` drops a profile that has the settings of another profile.
 NOT_PLANNED = "not run separately: at this step it has the settings of another profile of the engine"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
 #: The line of a cell without a row. All fields are unknown.
@@ -35,7 +35,7 @@ _NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdi
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored
 #: Verdicts that show that bodies passed through each other. A diverged trajectory has no such verdict for its impacts.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
-#: Rank of a run without a result: one more than that of the worst grade.
+#: Rank of a run without a result: one more than the rank of the worst grade.
 _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
 
 
@@ -92,7 +92,10 @@ class GridCell:
 
     @property
     def rank(self) -> int | None:
-        """Rank of the grade, larger for a worse one; a run without a result ranks last. None for any other mark."""
+        """Rank of the grade: the better the grade, the smaller the rank.
+
+        A run without a result ranks last. None for any other mark.
+        """
         return _BROKEN_RANK if self.mark in BROKEN else self.mark.rank
 
     @property
@@ -165,7 +168,10 @@ class GridCell:
 
     @property
     def has_miss(self) -> bool:
-        """Whether a verdict on the run is a missed impact. After a divergence, only steps can show one."""
+        """Whether a verdict on the run is a missed impact.
+
+        After a divergence, only the comparison of steps can show a missed impact.
+        """
         return any(one.verdict in _MISSES for one in self.line.verdicts)
 
     @property

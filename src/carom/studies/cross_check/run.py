@@ -215,7 +215,7 @@ def _key(job: Job) -> Key:
 
 
 def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | str]:
-    """Return the reference of each scene, or the reason why the scene has none."""
+    """Return the reference of each scene, or the reason why the scene has no reference."""
     options = plan.options
     found: dict[str, Reference | str] = {}
     for scene in plan.scenes:

@@ -1,4 +1,4 @@
-"""Section on the decrease of errors with the step: medians over one set of scenes for all steps."""
+"""Section on the decrease of errors with the step: medians over the same scenes for all steps."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class TrendPoint(NamedTuple):
     """One engine and profile at one step.
 
     Attributes:
-        median: Median over scenes of the largest velocity error; None if no scene has one.
+        median: Median over scenes of the largest velocity error; None if no scene has such an error.
         low: Smallest of these errors.
         high: Largest of these errors.
         scenes: Number of scenes in the median.
@@ -64,7 +64,7 @@ class Trend:
     Attributes:
         parts: Steps as fractions of each scene's coarsest step, beginning with 1.
         coarsest_s: Smallest and largest of the scenes' coarsest steps, seconds.
-        series: One per column of the grid. Equal profiles of Carom's own methods share one series.
+        series: One series per column of the grid. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.
         left_out: Names of the other scenes, by reason.
     """

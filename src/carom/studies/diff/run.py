@@ -63,7 +63,7 @@ class BeforeAfter:
 
     @property
     def growth(self) -> float:
-        """Increase of the magnitude; 0 within rounding, or if one number is not measured."""
+        """Increase of the number's magnitude; 0 within rounding, or if one of the two numbers is not measured."""
         if self.old is None or self.new is None:
             return 0.0
         grown = abs(self.new) - abs(self.old)
@@ -151,7 +151,7 @@ class Change:
         return max(self.measures, key=order, default=None)
 
     def violates(self, fail_on: Grade) -> bool:
-        """Whether a graded cell became worse and now has the grade `fail_on` or a worse one.
+        """Whether a graded cell became worse, and its grade now is `fail_on` or a worse one.
 
         A mixed change counts as worse, and a failed run is worse than all grades.
         """
@@ -178,7 +178,7 @@ class Diff:
 
 
 def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
-    """Compare the records of one cross-check with those of another.
+    """Compare the records of two cross-checks.
 
     Args:
         old: Folder of the old report, or its `results.jsonl`.
@@ -284,7 +284,7 @@ def _change(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, s
 def _measured(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
     """Yield the numbers that changed.
 
-    If the runs declare floats of different widths, rounding of the wider ones counts.
+    If the runs declare floats of different widths, the rounding of the wider floats counts.
     """
     for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
         if before != after:

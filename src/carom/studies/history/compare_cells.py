@@ -277,11 +277,11 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     """Return the change of a cell between two releases.
 
     A change is attributed to the engine if the settings read back are equal and the motion differs. The motion differs
-    if the ranges of one number over at least `FEWEST_PHASES` phases do not overlap. The numbers are the errors of final
-    velocities and of positions, and coordinates. The gap between the ranges must exceed rounding and what phases in
-    between may add. Such a change does not depend on contact listeners, and can't be explained by the phase. Otherwise
-    the reported contacts changed, or the phase explains the change. If velocities change without a reported impact, the
-    adapter does not observe every contact, and the change is not judged.
+    if, for one number, its ranges over at least `FEWEST_PHASES` phases do not overlap. The numbers are the errors of
+    final velocities and of positions, and coordinates. The gap between the ranges must exceed rounding and what phases
+    in between may add. Such a change does not depend on contact listeners, and can't be explained by the phase.
+    Otherwise the reported contacts changed, or the phase explains the change. If velocities change without a reported
+    impact, the adapter does not observe every contact, and the change is not judged.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:

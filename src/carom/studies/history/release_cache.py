@@ -1,7 +1,7 @@
 """Cache of installed releases, each in its own folder, with a limited size.
 
-A folder is built under another name and renamed when it is complete, so an interrupted installation is never used.
-Removal needs the exclusive lock, so a running history keeps its folders.
+A folder is built under another name and renamed when it is complete, so an interrupted installation is never used. A
+running history holds a shared lock, and removal needs the exclusive lock. So folders in use are never removed.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Kept:
 
         Raises:
             ClientError: The release can't be installed.
-            OSError: Its folder can't be written.
+            OSError: The release's folder can't be written.
         """
         if (there := self.has(registry, package, version)) is not None:
             return there

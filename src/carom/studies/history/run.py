@@ -78,7 +78,7 @@ class Release:
 
 @dataclass(frozen=True)
 class Transition:
-    """Changes from one release to the next one that ran.
+    """Changes from a release to the next release that ran.
 
     Attributes:
         old: The previous release.
@@ -396,7 +396,8 @@ def bisected(
 ) -> Bisection | None:
     """Find the two releases between which a cell changed. Return None if the oldest and the newest agree.
 
-    If there are several changes, only one is found. Each tested release either agrees with the oldest or not.
+    If there are several changes, only one of them is found. Each tested release either agrees with the oldest release
+    or differs from it.
 
     Raises:
         CaromError: As in `history`, or a release can't run in this cell.
@@ -409,7 +410,7 @@ def bisected(
         able = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
 
         def change(version: str) -> CellChange:
-            """Return the change between the oldest release and a given one."""
+            """Return the change from the oldest release to a given release."""
             order.append(version)
             with _columns(study, origin, (able[0], version), kept, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):

@@ -120,7 +120,7 @@ def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _height(wall: Wall | Chain | Ring) -> float:
-    """Return the height of a wall; for a chain, that of its lowest point."""
+    """Return the height of a wall; for a chain, the height of its lowest point."""
     if isinstance(wall, Wall):
         return wall.point_m[1]
     return wall.centre_m[1] if isinstance(wall, Ring) else min(y for _, y in wall.points_m)

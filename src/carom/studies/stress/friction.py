@@ -162,7 +162,8 @@ def _rolling(value: float) -> list[Trial]:
     """Make a trial of a disc that is thrown along a floor, and bounces until it rolls."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
     fall = pull * drop_s
-    # The impulse of all bounces is (1 + e)/(1 - e) times that of the first fall, a fifth more than needed for rolling.
+    # The impulse of all bounces is (1 + e)/(1 - e) times the impulse of the first fall, a fifth more than needed for
+    # rolling.
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)

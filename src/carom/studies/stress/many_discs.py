@@ -92,8 +92,8 @@ def _cradle_gap(gap: float) -> list[Trial]:
 )
 def _crowded_frame(impacts: float) -> list[Trial]:
     count = round(impacts)
-    # All impacts are within half a step of the first, which has a phase below one half. The scene is long enough for a
-    # method that processes one impact per step.
+    # All impacts are within half a step of the first impact, whose phase is below one half. The scene is long enough
+    # for a method that processes one impact per step.
     gap = 0.5 * _SPEED_M_S / RATE_HZ / max(1, count - 1)
     shows = f"A row of discs with {count} impacts in one step."
     return [_row("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
@@ -108,7 +108,7 @@ def _crowded_frame(impacts: float) -> list[Trial]:
     whole=True,
 )
 def _at_once(pairs: float) -> list[Trial]:
-    """Make a trial of distant pairs that all meet at exactly one instant: quarter turns of one meeting."""
+    """Make a trial of distant pairs that all meet at exactly the same instant: quarter turns of the same meeting."""
     count = round(pairs)
     dt, side, pitch = 1.0 / RATE_HZ, math.ceil(math.sqrt(count)), 8.0 * _RADIUS_M
     along = 2 * _RADIUS_M + _SPEED_M_S * dt * 4.52
@@ -256,7 +256,7 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     _DIGITS,
     f"{_VELOCITY}; an error across the axis grows 5.8 times at each bounce, so 53 bits suffice for about twenty",
     whole=True,
-    # All methods let a disc off the axis leave in nearly the same direction. Only the few bounces before show the
+    # All methods let a disc off the axis leave in nearly the same direction. Only the few bounces before this show the
     # error, so every number of bounces is tried.
     rungs=40,
 )

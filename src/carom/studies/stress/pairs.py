@@ -34,7 +34,7 @@ _VELOCITY = (
 
 
 def attacked(name: str, shows: str, discs: Sequence[Disc], duration_s: float = MEETING_S, **fields: Any) -> Scene:
-    """Return a scene of an attack (default duration: that of a meeting)."""
+    """Return a scene of an attack (default duration: the duration of a meeting)."""
     rates = {"frame_rate_hz": RATE_HZ}
     return Scene(name=f"stress/{name}", description=shows, discs=discs, duration_s=duration_s, **rates | fields)
 

@@ -145,7 +145,7 @@ def _end(trace: Trace) -> State:
 
 
 def _changed(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
-    """Return the relation between a scene and a changed one.
+    """Return the relation between a scene and the changed scene.
 
     `undo` converts the final state of the changed scene back.
     """
@@ -230,7 +230,7 @@ def _mirrored(disc: Disc) -> dict[str, object]:
 
 
 def relations() -> list[Relation]:
-    """Return all relations in the order of the table: first those of smooth discs, then those of rough discs."""
+    """Return all relations in the order of the table: first relations of smooth discs, then of rough discs."""
     turned = np.array([1.0, -1.0])
     mirror = _changed(
         "mirror",
@@ -340,7 +340,7 @@ def relation_spot(relation: Relation, method: Method, runner: TaskRunner) -> Fou
 
 
 class _StoppedError(Exception):
-    """A run of a relation failed; with the reason and the status."""
+    """A run of a relation failed. The error has the reason and the status."""
 
 
 def _named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:

@@ -165,7 +165,7 @@ class _Motion:
                 self._upcoming[first, second] = self.now + wait
 
     def _next(self, last: tuple[int, int] | None) -> tuple[Decimal, tuple[int, int]] | None:
-        """Return the earliest impact; among impacts at one instant, that of the lower body numbers."""
+        """Return the earliest impact; among impacts at the same instant, the impact with the lowest body numbers."""
         # Two discs can't meet again before another impact of one of them.
         times = {pair: time for pair, time in self._upcoming.items() if pair != last}
         if not times or (earliest := min(times.values())) > self.end:

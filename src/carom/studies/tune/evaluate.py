@@ -81,8 +81,8 @@ class Jury:
 
     Args:
         steps: The scenes, with a step for each, seconds.
-        horizons: Time up to which a scene's reference is reliable, by the scene's name. Other references are reliable
-            to their end.
+        horizons: Time up to which a scene's reference is reliable, by the scene's name. References of other scenes are
+            reliable to their end.
         pool: Worker pool, which stays open.
         notes: Journal of results, to which new ones are added.
         timed: Whether steps are timed. If so, only one job runs at a time.

@@ -1,13 +1,14 @@
 """Objective of the search: the order of settings from better to worse.
 
-These criteria are compared in order. Each one decides only between settings that are equal by the criteria before it:
+These criteria are compared in order. A criterion decides only between settings that are equal by all criteria before
+it:
 
 1. **wrong scenes**: a missed or invented impact changes the motion, and small errors elsewhere can't compensate that;
-2. **scenes that are neither exact nor close**: a method that finds the instant is better than one that is late by up to
-   a step;
+2. **scenes that are neither exact nor close**: a method that finds the instant is better than a method that is late by
+   up to a step;
 3. **the error over PIT's**, for each scene on a logarithmic scale. Errors differ by decades, so on a linear scale only
    the worst scene would count. The error is rounded to hundredths of that scale, so that run time can decide;
-4. **the run time**: the time of all steps over that of the first profile, the median over scenes.
+4. **the run time**: the time of all steps over the first profile's time, as the median over scenes.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class Merit:
         wrong: Number of scenes that are wrong or did not run.
         behind: Number of scenes that are neither exact nor close.
         error: Mean error over PIT's on a logarithmic scale: 0 means rounding, and 50 an error as large as PIT's.
-        cost: Median over scenes of the run time over that of the first profile; 1 without timing.
+        cost: Median over scenes of the run time, divided by the first profile's run time; 1 without timing.
     """
 
     wrong: int

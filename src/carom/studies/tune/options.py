@@ -23,7 +23,7 @@ class TuneOptions(LimitOptions):
         dt_s: Step, seconds (default: each scene's own frame).
         trials: Number of different settings to try before the best is refined.
         seed: Seed of the optimiser's random numbers.
-        timing: Whether run time decides between equally accurate settings. Then one job runs at a time.
+        timing: Whether run time decides between equally accurate settings. If so, only one job runs at a time.
 
     Raises:
         InputError: A value is invalid, or `timing` is requested on a cluster.

@@ -53,7 +53,8 @@ class Tuning:
         own: The first profile's settings at the first scene's step, by name.
         settings: The best settings at that step, by name.
         varying: Names of the settings that vary with the step.
-        time_ratio: Median over scenes of the run time over that of the first profile; NaN if none was timed.
+        time_ratio: Median over scenes of the run time, divided by the first profile's run time; NaN if no scene was
+            timed.
         trials: Number of tried settings.
         given_up: Number of tried settings that were abandoned before the last scene.
         environment: Machine and versions.
