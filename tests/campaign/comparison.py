@@ -48,6 +48,8 @@ class Kind(StrEnum):
     EARLY_END = "end before certified events"
     EARLY_LANDING = "landing before certified bounces"
     NOTE = "note of an ending"
+    #: PIC states this: it is counted, and no finding.
+    LOW_HOPS = "contact where hops are lower than a gap's resolution"
 
 
 class Difference(NamedTuple):

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from tests.campaign.certified_comparison import compare_with_certified, reliable_until
-from tests.campaign.comparison import Difference, Record, compare_with_envelope
+from tests.campaign.comparison import Difference, Kind, Record, compare_with_envelope
 from tests.campaign.copies import Copies
 from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
 from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter, turn_quarter_back
@@ -70,6 +70,7 @@ class CheckedScene:
         certified: How many of these were compared with a certified run.
         proven: How many of these by a rounding envelope, which decides their order.
         modes: Changes of modes that were compared with a certified run.
+        low_hops: Whether contact begins where hops are lower than the resolution of a gap.
         findings: The first difference of each kind and check.
         seconds: Processor time.
     """
@@ -78,6 +79,7 @@ class CheckedScene:
     certified: int = 0
     proven: int = 0
     modes: int = 0
+    low_hops: bool = False
     findings: list[Finding] = field(default_factory=list)
     seconds: float = 0.0
 
@@ -130,7 +132,9 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
         oracle.append(Oracle(scene, trace[0], solve))
         record = Record.of(trace[0])
         oracle[0].count(record, found)
-        return _first_of_each_kind(Check.CERTIFIED, oracle[0].differences(record))
+        differences = oracle[0].differences(record)
+        found.low_hops = any(difference.kind is Kind.LOW_HOPS for difference in differences)
+        return _first_of_each_kind(Check.CERTIFIED, differences)
 
     checks: dict[Check, Callable[[], Iterable[Finding]]] = {
         Check.TIME_LIMIT: solve_scene,
@@ -158,6 +162,7 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
 
 def _first_of_each_kind(check: Check, differences: Sequence[Difference]) -> list[Finding]:
     first = {difference.kind: difference for difference in reversed(differences)}
+    first.pop(Kind.LOW_HOPS, None)
     return [Finding(check, kind.value, difference.text) for kind, difference in first.items()]
 
 

@@ -48,6 +48,7 @@ class Count:
     certified: int = 0
     proven: int = 0
     modes: int = 0
+    low_hops: int = 0
     seconds: float = 0.0
     findings: dict[str, int] = field(default_factory=dict)
 
@@ -79,7 +80,7 @@ class Tally:
         """Count one scene."""
         count = self.counts[law.value]
         count.scenes += 1
-        for name in ("impacts", "certified", "proven", "modes", "seconds"):
+        for name in ("impacts", "certified", "proven", "modes", "low_hops", "seconds"):
             setattr(count, name, getattr(count, name) + getattr(checked, name))
         for name in features:
             self.features[name] = self.features.get(name, 0) + 1
@@ -98,17 +99,18 @@ class Tally:
             "certified",
             "order proven",
             "changes of modes",
+            "contact from low hops",
             "differences",
             "s a scene",
         )
         lines = [f"| {' | '.join(heads)} |", "| --- |" + " ---: |" * (len(heads) - 1)]
         total = Count()
         for name, count in (*self.counts.items(), ("all", total)):
-            numbers = (count.scenes, count.impacts, count.certified, count.proven, count.modes)
+            numbers = (count.scenes, count.impacts, count.certified, count.proven, count.modes, count.low_hops)
             cells = [f"{number:,}" for number in (*numbers, sum(count.findings.values()))]
             lines.append(f"| {name} | {' | '.join(cells)} | {count.seconds / max(1, count.scenes):.2f} |")
             if count is not total:
-                for part in ("scenes", "impacts", "certified", "proven", "modes", "seconds"):
+                for part in ("scenes", "impacts", "certified", "proven", "modes", "low_hops", "seconds"):
                     setattr(total, part, getattr(total, part) + getattr(count, part))
                 for kind, many in count.findings.items():
                     total.findings[kind] = total.findings.get(kind, 0) + many

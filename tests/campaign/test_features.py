@@ -30,7 +30,7 @@ Doctor = Callable[[Trace], Trace]
 #: Laws of scenes of which every check is run: those that compiled code runs, then all.
 LAWS = {"compiled": {Law.STRAIGHT, Law.DAMPED}, "all": set(Law)}
 #: Numbers of these scenes, below a limit, that show no difference.
-NUMBERS = 34
+NUMBERS = 60
 
 #: Scenes whose events are all proven, so that nothing hides a fault: rough discs among driven walls, and contact.
 DRIVEN_BOX = Scene(
@@ -57,6 +57,15 @@ SLIDE = Scene(
     wall_friction=0.25,
     gravity_m_s2=(0.0, -10.0),
     duration_s=2.0,
+)
+#: A disc that comes to rest in a circle, where it bounces until hops are lower than the resolution of the gap.
+BOWL = Scene(
+    name="bowl",
+    discs=[Disc(position_m=(0.5, 0.0), velocity_m_s=(0.5, 0.0), radius_m=0.25)],
+    walls=[Ring(centre_m=(0.0, 0.0), radius_m=2.0)],
+    wall_restitution=0.25,
+    gravity_m_s2=(0.0, -10.0),
+    duration_s=5.0,
 )
 
 
@@ -192,6 +201,23 @@ def test_a_fault_of_a_mode_is_noticed() -> None:
 
     for doctor in (without_mode, late):
         assert kinds_of(check_scene(SLIDE, solve_with(doctor)), Check.CERTIFIED) == {Kind.MODE.value}
+
+
+def test_contact_begins_where_hops_are_lower_than_the_resolution_of_the_gap() -> None:
+    """The bounces that a certified run still has then are no finding; those that are higher are one."""
+    checked = check_scene(BOWL)
+    assert checked.findings == []
+    assert checked.low_hops
+
+    def sooner(trace: Trace) -> Trace:
+        if trace.outcome is not Outcome.AT_REST:
+            return trace
+        end_s = float(trace.impacts["time_s"][-3])
+        return replace(trace, impacts=trace.impacts[:-2], edges=sure(trace.edges)[:-2], end_time_s=end_s)
+
+    found = check_scene(BOWL, solve_with(sooner))
+    assert Kind.EARLY_END.value in kinds_of(found, Check.CERTIFIED)
+    assert not found.low_hops
 
 
 def test_an_impact_that_is_rounding_is_told_from_others() -> None:

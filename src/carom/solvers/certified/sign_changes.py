@@ -171,16 +171,13 @@ def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()
         here = _around(polynomial, middle)
+        first, last = middle if here[0] > 0 else low, middle if here[0] < 0 else high
         most = _spread([k * here[k] for k in range(1, len(here))], half)
         slope = here[1] + (arb(0) - most).union(most)
         if slope < 0:
-            zero = middle - here[0] / slope
-            first, last = low.max(zero.lower()), high.min(zero.upper())
-            if not first <= last:
-                return low.union(high)
-        elif here[0] > 0 or here[0] < 0:
-            first, last = (middle, high) if here[0] > 0 else (low, middle)
-        else:
+            zero = middle - here[0] / slope  # a very wide ball if the slope is nearly 0 at one end
+            first, last = first.max(zero.lower()), last.min(zero.upper())
+        if not first <= last:
             return low.union(high)
         if not 4 * (last - first) < 3 * (high - low):
             return first.union(last)

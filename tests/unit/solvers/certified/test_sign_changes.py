@@ -85,6 +85,13 @@ def test_a_quartic_without_a_linear_power_is_decided() -> None:
     assert fall.time.overlaps(arb(1))
 
 
+def test_a_fall_of_a_parabola_that_opens_almost_flat_is_narrow() -> None:
+    """Of a disc that has bounced so often on a circle that its gap and speed are 1e-25 and 1e-11 of those to come."""
+    (fall,) = falls_of([arb(2.4e-32), arb(-4.7e-17), arb(-2.2e-7), arb(2.2e-8), arb(-1.3e-8)])
+    assert fall.certain
+    assert fall.time.rad() < fall.time * arb(2) ** -60
+
+
 def test_nothing_is_told_beyond_the_time_asked_for() -> None:
     """A leg's end cuts the search: the fall before it is found, the one after it is not."""
     powers = powers_of([Fraction(1), Fraction(2), Fraction(3), Fraction(4)])
