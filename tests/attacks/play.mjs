@@ -11,7 +11,7 @@ globalThis.document = { getElementById: () => element, createElement: () => ({})
 new Function(readFileSync(`${sources}/loader.js`, "utf8"))();
 const { startCore } = await moduleOf("core");
 await startCore(readFileSync(`${sources}/core.wasm`));
-const { pic } = await moduleOf("index");
+const { pic } = await moduleOf("run_methods");
 const { asLink, asToml, bare, ofLink, pitOf, problemOf } = await moduleOf("scene");
 const SHOWN = [RangeError, SyntaxError, TypeError, DOMException]; // what `follow` and `shown` of page.js turn into a sentence
 

@@ -2,8 +2,8 @@
 import { compare, missedShare } from "./compare.js";
 import { chart, chartSaid, left, line, lineSaid, methods } from "./layout.js";
 import { problemOf } from "./scene.js";
-import { runOf } from "./solving.js";
-import { clockOf, digits, overlapOf } from "./stage.js";
+import { runOf } from "./solve_runs.js";
+import { clockOf, digits, overlapOf } from "./drawing.js";
 import { placeOf, rateAt, state } from "./state.js";
 
 // Draws the timeline of the first impact of two discs, wide enough to show its overlap.

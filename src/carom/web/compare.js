@@ -1,5 +1,5 @@
 // Comparison of a run with the exact one, for the numbers on the page. carom.comparator is more thorough.
-import { clockOf, overlapOf } from "./stage.js";
+import { clockOf, overlapOf } from "./drawing.js";
 import { isFixed } from "./scene.js";
 
 // Returns when discs bounced: when their paths turned, if that is known; otherwise the reported time.

@@ -1,10 +1,10 @@
 // Dragging of discs and arrows by mouse, touch and keys. A touch outside of discs scrolls the page.
-import { head, moved } from "./edits.js";
+import { head, moved } from "./scene_edits.js";
 import { left, right } from "./layout.js";
 import { draw } from "./pictures.js";
 import { isFixed } from "./scene.js";
 import { changed, state } from "./state.js";
-import { showClock } from "./wording.js";
+import { showClock } from "./page_texts.js";
 
 function grabbed(stage, event) {
   const p = stage.metres(event),

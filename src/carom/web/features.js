@@ -2,7 +2,7 @@
 // carom/core/wall_features.py and features.py. A feature is { kind: "face" | "vertex" | "arc", ... } with its edges; pairs
 // are [high, low].
 import { twoDiff } from "./arithmetic.js";
-import { circleOf, sameEnds } from "./outline.js";
+import { circleOf, sameEnds } from "./chain_geometry.js";
 import { alike, cross, dot, less, nearestRoot, negated, pairOf, plus, rational, rootOf, times } from "./rational.js";
 
 export const KINDS = { face: 0, vertex: 1, arc: 2 };

@@ -1,6 +1,6 @@
 // Controls and pictures of the page, in order. Other modules define what a control does.
 import { installed } from "./engines.js";
-import { Stage, make } from "./stage.js";
+import { Stage, make } from "./drawing.js";
 import { GALLERY, changed, rateAt, state } from "./state.js";
 
 const G = 9.81;

@@ -1,7 +1,7 @@
 // Buttons that copy a link to the scene, or save it as a file.
 import { copy, problem, save } from "./layout.js";
 import { asLink, asToml } from "./scene.js";
-import { make } from "./stage.js";
+import { make } from "./drawing.js";
 import { state } from "./state.js";
 
 async function copyLink() {

@@ -1,8 +1,8 @@
 // Rows of numbers for the core: walls and driven bodies, as in carom/core/numbered.py and carom/solvers/event_driven
 // (obstacles.py, driven.py, grounds.py).
-import { isDriven, legsOf } from "./driving.js";
+import { isDriven, legsOf } from "./prescribed_motion.js";
 import { featuresOf, sameFeature } from "./features.js";
-import { Outline } from "./outline.js";
+import { Outline } from "./chain_geometry.js";
 import { dot, over, plus, rational, times } from "./rational.js";
 
 export const wallBody = (k) => -1 - k;

@@ -1,19 +1,19 @@
 // The page as a whole: its first scene, updates after changes, and the clock.
-import { falls, pic, pit } from "./index.js";
+import { falls, pic, pit } from "./run_methods.js";
 import { drawChart } from "./charts.js";
 import "./dragging.js";
-import { extent, head, listNumbers } from "./edits.js";
+import { extent, head, listNumbers } from "./scene_edits.js";
 import { load } from "./engines.js";
-import "./started.js";
+import "./start_core.js";
 import { bounce, clock, damp, fewer, gravity, grip, left, more, phase, problem, rate, says, scenes } from "./layout.js";
 import { sentence, slow, time, walls } from "./layout.js";
 import "./links.js";
 import { draw, fit } from "./pictures.js";
 import { MOST_DISCS, asLink, asPageScene, bare, mayBeDamped, ofLink, problemOf } from "./scene.js";
-import { choose, solve } from "./solving.js";
-import { digits } from "./stage.js";
+import { choose, solve } from "./solve_runs.js";
+import { digits } from "./drawing.js";
 import { GALLERY, changed, placeOf, state, whenChanged } from "./state.js";
-import { cost, showClock, showResults } from "./wording.js";
+import { cost, showClock, showResults } from "./page_texts.js";
 
 function take(scene, method) {
   state.scene = scene;

@@ -21,9 +21,10 @@ SOURCES = Path(__file__).parent
 CORE = SOURCES / "core.wasm"
 #: The modules of the page. Each module comes after the modules that it imports.
 MODULES = (
-    *("arithmetic", "rational", "driving", "outline", "features", "obstacles", "quartic", "core", "units"),
-    *("stage", "places", "index", "scene", "compare", "started"),
-    *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
+    *("arithmetic", "rational", "prescribed_motion", "chain_geometry", "features", "obstacles", "quartic", "core"),
+    *("units", "drawing", "impact_positions", "run_methods", "scene", "compare", "start_core"),
+    *("engines", "state", "layout", "scene_edits", "solve_runs", "page_texts", "charts", "pictures", "dragging"),
+    *("links", "page"),
 )
 MOST_DISCS = 10
 #: Characters of packed blocks: 91 of ASCII, without "<", so that no block ends its element.

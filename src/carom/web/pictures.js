@@ -1,10 +1,10 @@
 // Draws both pictures: discs, paths, the exact run in grey, the last frame, and missed impacts.
-import { legsOf } from "./driving.js";
-import { head, extent, reachOf } from "./edits.js";
+import { legsOf } from "./prescribed_motion.js";
+import { head, extent, reachOf } from "./scene_edits.js";
 import { chart, left, line, right, time } from "./layout.js";
 import { drawChart, drawLine } from "./charts.js";
 import { isFixed, outlineOf } from "./scene.js";
-import { angleAt, digits, placeAt } from "./stage.js";
+import { angleAt, digits, placeAt } from "./drawing.js";
 import { state } from "./state.js";
 
 const pulls = () => state.scene.discs.map((d) => (isFixed(d) ? [0, 0] : state.scene.gravity_m_s2));

@@ -1,9 +1,9 @@
 // The scene of the page: its limits, and its forms as a link and as a file for `carom run`.
 import { kept, undamped } from "./core.js";
-import { isDriven, legsFrom, legsOf, movedOn } from "./driving.js";
-import { pit, refused } from "./index.js";
-import { Outline } from "./outline.js";
-import { slowing, stopsAfter } from "./stage.js";
+import { isDriven, legsFrom, legsOf, movedOn } from "./prescribed_motion.js";
+import { pit, refused } from "./run_methods.js";
+import { Outline } from "./chain_geometry.js";
+import { slowing, stopsAfter } from "./drawing.js";
 
 export const MOST_DISCS = 10;
 const MOST_WALLS = 8,

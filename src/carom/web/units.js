@@ -1,5 +1,5 @@
 // Units as powers of two that avoid overflow in a scene, as in carom/solvers/units.py. Conversions do not round.
-import { isDriven, legsOf } from "./driving.js";
+import { isDriven, legsOf } from "./prescribed_motion.js";
 import { exponent } from "./arithmetic.js";
 import { lengthsOf } from "./obstacles.js";
 import { num } from "./arithmetic.js";

@@ -7,7 +7,7 @@ import { pathToFileURL } from "node:url";
 const moduleOf = (name) => import(pathToFileURL(`${process.argv[2]}/${name}.js`));
 const { startCore } = await moduleOf("core");
 await startCore(readFileSync(`${process.argv[2]}/core.wasm`));
-const { pic, pit, refused } = await moduleOf("index");
+const { pic, pit, refused } = await moduleOf("run_methods");
 const { Obstacles } = await moduleOf("obstacles");
 const bits = (numbers) => Buffer.from(Float64Array.from(numbers).buffer).toString("hex");
 const KINDS = { face: 0, vertex: 1, arc: 2 };

@@ -131,7 +131,7 @@ def test_a_field_that_is_not_known_is_refused_by_name() -> None:
 #: Faults in the rows that the core is given, and where they change a result.
 _FAULTS = [
     ("rational.js", "ROOT_BITS = 160", "ROOT_BITS = 52"),
-    ("outline.js", "Math.sqrt(nearest(", "Math.fround(nearest("),
+    ("chain_geometry.js", "Math.sqrt(nearest(", "Math.fround(nearest("),
     (
         "features.js",
         "nearestRoot(ex, length2)]",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from jinja2 import Template
 
-_REPLAY = ("stage.js", "sampler.js", "replay.js")
+_REPLAY = ("drawing.js", "sampler.js", "replay.js")
 #: Scripts of a page, by kind of block.
 _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
 
@@ -95,7 +95,7 @@ def page_script(*names: str) -> str:
     own = resources.files("carom.report") / "templates"
     shared = resources.files("carom") / "web"  # these modules are shared with the play page
     every = ("unpack.js", *names) if names else ()
-    texts = (((shared if name == "stage.js" else own) / name).read_text(encoding="utf-8") for name in every)
+    texts = (((shared if name == "drawing.js" else own) / name).read_text(encoding="utf-8") for name in every)
     return "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts)
 
 

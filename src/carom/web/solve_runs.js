@@ -1,11 +1,11 @@
 // Computes the exact run, the run of the chosen method, and their comparison.
 import { compare } from "./compare.js";
-import { isDriven, legsOf } from "./driving.js";
+import { isDriven, legsOf } from "./prescribed_motion.js";
 import { drive, installed, load } from "./engines.js";
-import { pic } from "./index.js";
+import { pic } from "./run_methods.js";
 import { methods, problem } from "./layout.js";
 import { bare, pitOf } from "./scene.js";
-import { anglesOf, tracksOf } from "./stage.js";
+import { anglesOf, tracksOf } from "./drawing.js";
 import { MOST_IMPACTS, changed, state } from "./state.js";
 
 export async function choose(method) {

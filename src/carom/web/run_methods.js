@@ -1,9 +1,9 @@
 // PIC and PIT for a scene, by the core; and checks for unsupported fields of a scene.
 import { num } from "./arithmetic.js";
 import { damped, kept, latestUndamped, runPic, runPit, timesPower, whenAsked } from "./core.js";
-import { isDriven, legsOf } from "./driving.js";
+import { isDriven, legsOf } from "./prescribed_motion.js";
 import { Obstacles, chainRows, drivenRows } from "./obstacles.js";
-import { addCentres } from "./places.js";
+import { addCentres } from "./impact_positions.js";
 import { frac } from "./rational.js";
 import { inUnits, outOfUnits, unitsOf } from "./units.js";
 

@@ -1,7 +1,7 @@
 // Positions of discs at impacts, for drawing. The core records only one of them.
-import { legsFrom, legsOf, movedOn } from "./driving.js";
+import { legsFrom, legsOf, movedOn } from "./prescribed_motion.js";
 import { num } from "./arithmetic.js";
-import { flownIn, slowing, stopsAfter } from "./stage.js";
+import { flownIn, slowing, stopsAfter } from "./drawing.js";
 
 // Adds the centres of both discs to each impact of a run. Recorded velocities keep position errors from growing.
 export function addCentres(scene, run) {

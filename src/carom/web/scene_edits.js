@@ -1,7 +1,7 @@
 // Changes of the scene by the user: discs, their numbers, and walls.
 import { more, left, numbers, problem, walls } from "./layout.js";
 import { inRange, isFixed, problemOf } from "./scene.js";
-import { make } from "./stage.js";
+import { make } from "./drawing.js";
 import { changed, state } from "./state.js";
 
 export const extent = (places) =>

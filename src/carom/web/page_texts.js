@@ -2,7 +2,7 @@
 import { bouncedAt, missedShare } from "./compare.js";
 import { clock, keys, methods, play, problem, says, sentence } from "./layout.js";
 import { pitOf } from "./scene.js";
-import { clockOf, digits, make, overlapOf } from "./stage.js";
+import { clockOf, digits, make, overlapOf } from "./drawing.js";
 import { state } from "./state.js";
 
 const box = (what, value, note, mood = "") =>
