@@ -91,7 +91,7 @@ adapter = EngineAdapter(
             changed={
                 "restitution": OF_THE_SCENE,
                 "friction": OF_THE_SCENE,
-                "sleepingAllowed": "no sleeping, since sleeping is damping",
+                "sleepingAllowed": "bodies never sleep, because sleep stops slow bodies",
                 "fixedRotation": NOT_TURNED,
                 "velocityIterations": "an argument without a default: 8, as the manual suggests",
                 "positionIterations": "an argument without a default: 3, as the manual suggests",

@@ -53,7 +53,7 @@ adapter = EngineAdapter(
             changed={
                 "restitution": OF_THE_SCENE,
                 "friction": OF_THE_SCENE,
-                "joint": "two slides, which keep a disc in the plane and from turning",
+                "joint": "two slide joints: discs stay in the plane and cannot turn",
             },
         ),
         "tuned": tuned(

@@ -152,7 +152,8 @@ class DartWorld:
             closed = (contact.impulse_n_s or 0.0) * inverse_mass - float(relative @ contact.normal)
             bounce = closed * (scene.wall_restitution if of_wall else scene.restitution)
             if bounce > FASTEST_BOUNCE_M_S * (1 + 4 * MIXING):
-                return f"DART separates bodies at {FASTEST_BOUNCE_M_S:g} m/s at most, and two need {bounce:g} m/s"
+                most = f"DART separates bodies at {FASTEST_BOUNCE_M_S:g} m/s at most"
+                return f"{most}, but two bodies must separate at {bounce:g} m/s"
         return ""
 
     def cut(self, dt_s: float) -> None:

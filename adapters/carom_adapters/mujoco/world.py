@@ -241,7 +241,8 @@ class MujocoWorld:
                 k = int(np.argmax(height > self._radius))
                 disc = self._movable[self._free[k]]
                 told.append(
-                    f"MuJoCo let disc {disc} leave the plane: its centre is {height[k]:.3g} m off, more than a radius"
+                    f"MuJoCo moved disc {disc} out of the plane: its centre is {height[k]:.3g} m off, more than a "
+                    "radius"
                 )
         if not np.count_nonzero(number):
             return "; ".join(told)
@@ -252,7 +253,7 @@ class MujocoWorld:
         if autoreset and bad.any():
             told.append(f"MuJoCo reset the state: a value was not finite or beyond {LARGEST_VALUE:g}")
         if number[[int(kind.mjWARN_CONTACTFULL), int(kind.mjWARN_CNSTRFULL)]].any():
-            told.append("MuJoCo left out contacts: its memory for them is full")
+            told.append("MuJoCo omitted contacts, because its memory for contacts is full")
         return "; ".join(told)
 
     def cut(self, dt_s: float) -> None:

@@ -103,8 +103,8 @@ adapter = EngineAdapter(
             changed={
                 "restitution": OF_THE_SCENE,
                 "lateralFriction": OF_THE_SCENE,
-                "linearDamping": "undamped: a scene has no air",
-                "angularDamping": "undamped: a scene has no air",
+                "linearDamping": "no damping, because scenes have no air",
+                "angularDamping": "no damping, because scenes have no air",
             },
         ),
         "tuned": tuned("only overlaps are solved, and never pushed apart, and fast discs are swept", _tuned),

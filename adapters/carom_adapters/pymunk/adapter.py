@@ -53,7 +53,7 @@ adapter = EngineAdapter(
             _default,
             changed={"elasticity": OF_THE_SCENE, "friction": OF_THE_SCENE, "moment": NOT_TURNED},
         ),
-        "tuned": tuned("overlaps are never pushed apart", _tuned),
+        "tuned": tuned("overlapping bodies are never pushed apart", _tuned),
         "located": located("Chipmunk's own collision test", _tuned),
     },
     world=PymunkWorld,

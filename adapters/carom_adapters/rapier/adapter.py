@@ -89,13 +89,13 @@ adapter = EngineAdapter(
             changed={
                 "restitution": OF_THE_SCENE,
                 "friction": OF_THE_SCENE,
-                "can_sleep": "no sleeping, since sleeping is damping",
+                "can_sleep": "bodies never sleep, because sleep stops slow bodies",
                 "enabled_rotations": NOT_TURNED,
-                "enabled_translations": "held in the plane",
+                "enabled_translations": "discs stay in the plane",
             },
         ),
         "tuned": tuned(
-            "contacts are solved when bodies overlap, and overlaps are never pushed apart",
+            "contacts are solved when bodies overlap, and overlapping bodies are never pushed apart",
             _tuned,
             Accuracy(late_steps=TURNS_LATE),
         ),

@@ -22,7 +22,7 @@ Settings = Mapping[str, Setting]
 #: settings that differ from the engine's defaults.
 OF_THE_SCENE = "the scene's"
 #: Reason for a disc that is kept from turning. The friction of such a disc is 0, so nothing could turn it.
-NOT_TURNED = "kept from turning if nothing spins or rubs, which changes roundings only"
+NOT_TURNED = "discs cannot turn if the scene has no spin or friction; this changes only roundings"
 
 #: Declared accuracy of a method whose only errors are those of PIT.
 SOUND = Accuracy()

@@ -102,7 +102,7 @@ def _godot_9071() -> Staged:
 
 @misses(
     thread="https://github.com/godotengine/godot/issues/72674",
-    reported="A small fast body passes through a thin wall, with shape casts as without them.",
+    reported="A small fast body passes through a thin wall, with and without shape casts.",
     made="In the thread the body follows the mouse; all sizes are chosen here.",
 )
 def _godot_72674() -> Staged:

@@ -109,7 +109,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RE
         InputError: The traces are of different scenes, or the tolerance is not above 0.
     """
     if certified.trace.scene != trace.scene:
-        raise InputError(f"the certified run is of scene {certified.trace.scene.name!r}, the trace of another")
+        raise InputError(f"the certified run is of scene {certified.trace.scene.name!r}, but the trace is not")
     if not 0 < tolerance < math.inf:
         raise InputError(f"tolerance must be above 0, got {tolerance}")
     scene, truth = trace.scene, certified.trace.impacts

@@ -162,7 +162,7 @@ def _points_of(distribution: metadata.Distribution) -> list[AdapterPoint]:
         points = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
     except Exception as error:  # noqa: BLE001 - a damaged file can cause any exception
         where = str(distribution.locate_file(""))
-        broken = f"the entry points of a distribution there can't be read, install it again: {type(error).__name__}"
+        broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
         return [AdapterPoint(where, where, broken=f"{broken}: {error}")]
     name = _name_of(distribution) if points else ""  # reads a file
     return [

@@ -34,7 +34,7 @@ WORKERLESS_S = 60.0
 LOOK_S = 1.0
 
 #: What to do about a cluster that was lost.
-_CONTINUE = "run the command again; if it has an output folder, --resume continues after what is finished"
+_CONTINUE = "run the command again; if it has an output folder, --resume continues from the finished results"
 
 T = TypeVar("T")
 Item = TypeVar("Item")

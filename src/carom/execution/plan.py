@@ -162,11 +162,11 @@ def missing_profile_reason(profile: str, capabilities: Capabilities) -> str:
     if profile.startswith("cylinder") and capabilities.dimensions == 2:
         return "its discs are two-dimensional: there is nothing to tip over"
     if profile == "resting":
-        return "no settings are known that bring discs to rest better than the tuned ones"
+        return "no settings are known that bring discs to rest better than `tuned`"
     if profile == "no-ccd" and not capabilities.continuous_detection:
-        return "it has no continuous detection that could be left out"
+        return "it has no continuous detection to switch off"
     if capabilities.contact_times is ContactTimes.SOLVED:
-        return "it solves for the instant of an impact: there is no step to cut and nothing to sweep"
+        return "it computes the instant of each impact, so no step must be shortened and no path checked"
     if profile == "located":
-        return "its steps are not cut: by definition it checks only at their boundaries"
+        return "Carom does not shorten its steps: by definition it checks only at their boundaries"
     return "its adapter offers no such profile"

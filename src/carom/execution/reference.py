@@ -53,7 +53,7 @@ def solve_reference(scene: Scene) -> Trace | str:
         return str(error)
     if trace.outcome is Outcome.MAX_IMPACTS:
         at = f"{MOST_IMPACTS} impacts come before {instant(trace.end_time_s)} of its {scene.duration_s:g} s"
-        return f"{at}, more than a cross-check follows; shorten duration_s"
+        return f"{at}, more than a cross-check computes; shorten duration_s"
     if broken := find_non_finite(trace):
         return f"PIC's own result is not a number: {broken}"
     return trace

@@ -176,7 +176,7 @@ def _check_capabilities(found: object, where: str) -> Capabilities:
             raise adapter_error(f"{where}.{name} must be {kind}, got {_shown(value)}", DECLARED)
     if capabilities.float_bits not in MANTISSA_BITS:
         narrow = capabilities.float_bits < min(MANTISSA_BITS)
-        advice = "; declare 32 for narrower floats, whose rounding is then judged by 32 bits" if narrow else ""
+        advice = "; declare 32 for narrower floats, for which larger rounding is allowed" if narrow else ""
         raise adapter_error(
             f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {capabilities.float_bits}{advice}",
             DECLARED,

@@ -134,7 +134,7 @@ class Disc(Model):
         if stands and self.velocity_m_s != (0.0, 0.0):
             message = (
                 f"must be (0, 0) for an immovable disc (mass_kg = inf), got {self.velocity_m_s}; "
-                "set driven = true if it moves and no impact stops it"
+                "set driven = true for a disc with a prescribed motion"
             )
             problems.append(Problem(("velocity_m_s",), message))
         if self.spin_rad_s != 0.0 and (stands or (math.isinf(self.inertia_factor) and not self.driven)):
@@ -234,7 +234,7 @@ class Scene(Drawn, Model):
     def _unsolved_frictions(self) -> Generator[Problem, None, None]:
         falls = self.gravity_m_s2 != (0.0, 0.0)
         if self.wall_rolling_resistance:
-            why = "" if falls else "without gravity, which presses discs to walls"
+            why = "" if falls else "without gravity, because only gravity presses discs to walls"
             if self.wall_tangential_restitution:
                 why = "with wall_tangential_restitution, which returns what rolling resistance removes"
             if why:
@@ -244,7 +244,7 @@ class Scene(Drawn, Model):
             with_what = (
                 "gravity" * falls,
                 "damping" * (self.damping_per_s > 0.0),
-                "driven bodies, which it does not slow down" * self.arrays.driven,
+                "driven bodies, which a table does not slow down" * self.arrays.driven,
                 "friction or spin, which a table changes too" * self.arrays.turns,
             )
             for what in filter(None, with_what):

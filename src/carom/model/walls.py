@@ -27,10 +27,7 @@ _NAMED = 3
 
 def _refuse_bumper(value: Any) -> Any:
     if isinstance(value, int | float) and not isinstance(value, bool) and value > 1:
-        raise ValueError(
-            "must be at most 1: a bumper adds energy at each impact, so speeds would have no limit that could scale "
-            "errors"
-        )
+        raise ValueError("must be at most 1: above 1 each impact adds energy, so speeds would have no limit")
     return value
 
 
@@ -64,7 +61,7 @@ def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
         yield Problem(("legs",), f"must be {MOST_LEGS:,} at most, got {len(legs):,}")
         return
     if legs[0].from_s != 0.0:
-        yield Problem(("legs", 0, "from_s"), f"must be 0, where the scene begins, got {legs[0].from_s}")
+        yield Problem(("legs", 0, "from_s"), f"must be 0, the start of the scene, got {legs[0].from_s}")
     for k, (one, other) in enumerate(pairwise(legs), 1):
         if not one.from_s < other.from_s:
             told = f"must be above {one.from_s}, where leg {k - 1} begins, got {other.from_s}"

@@ -38,7 +38,7 @@ _SHARP = 6
 _NEAR_IN_CONTACT = 1e-4
 
 #: Text for an unknown cause.
-UNKNOWN = "unknown: its own state before the impact is not known"
+UNKNOWN = "unknown: the run's state before the impact is not known"
 
 Json = dict[str, Any]
 
@@ -319,10 +319,10 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
 def _invented(k: int, local: LocalErrors) -> str:
     """Describe the cause of a spurious impact, if the run's own state before it shows a cause."""
     if k in local.spurious:
-        return "the bodies do not meet from the run's own state before the impact"
+        return "from the run's own state before the impact, the bodies do not collide"
     if math.isnan(local.velocity[k]):
         return UNKNOWN
-    return "the bodies do meet from the run's own state before the impact"
+    return "from the run's own state before the impact, the bodies collide"
 
 
 def _bodies(impact: np.void) -> list[int]:
@@ -348,7 +348,7 @@ def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
     if k >= score.expected or k not in score.missed:
         return {"cause": ""}
     if trace.local_truth is None:
-        pit = {True: "PIT also misses it", False: "PIT finds it"}
+        pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
         return {"cause": "" if score.pit_missed is None else pit[k in score.pit_missed]}
     met = trace.local_truth.meetings
     # With a late engine, bodies pass through each other after the true instant, with an early engine before it.
@@ -388,7 +388,7 @@ def _cause(error: ImpactError, score: Score) -> str:
     if math.isnan(here):
         return UNKNOWN
     if here <= rounding:
-        return "earlier errors: the impact is right from the run's own state before it"
+        return "earlier errors: starting from the run's own state, the impact is right"
     if own <= rounding:
         return "checking once per step"
     if math.isnan(own) or sampling <= rounding:

@@ -73,9 +73,10 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
 def _report_nothing_compared(judged: JudgedRun) -> Iterator[Finding]:
     if judged.has_nothing_compared and judged.contact is None:
         times = judged.reference.impacts["time_s"]
-        first = f"the first impact, at {instant(times[0])}, is beyond the horizon" if len(times) else "the scene has "
-        "no impact"
-        yield Finding(Verdict.NOTHING_COMPARED, f"{instant(judged.compared.until_s)}; {first}")
+        beyond = "the scene has no impact"
+        if len(times):
+            beyond = f"the first impact, at {instant(times[0])}, is beyond the horizon"
+        yield Finding(Verdict.NOTHING_COMPARED, f"{instant(judged.compared.until_s)}; {beyond}")
 
 
 def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
@@ -121,7 +122,8 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
         which = f"admissible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
         matched = f"{which}, to {number(match.distance)} of the speed"
         missed = (
-            f"none of {count} admissible outcomes; it differs by {number(match.distance, 3)} of the speed from {which}"
+            f"none of the {count} admissible outcomes; the run differs by {number(match.distance, 3)} of the speed "
+            f"from {which}"
         )
         reason += f"; matches {matched if match.matches else missed}"
     if (before := judged.grade_before_tie) is not None:
@@ -250,7 +252,7 @@ def _format_contact(score: ContactScore) -> str:
         return f"{metres(errors.place_m)}, {number(errors.velocity_m_s, 3)} m/s{rim}"
 
     pit = f"; PIT by {describe(score.pit)}" if score.pit is not None else ""
-    wrong = "; a disc stands still that should move" if score.frozen else ""
+    wrong = "; a disc that should move stands still" if score.frozen else ""
     if score.beyond_m < 0.5 * score.own.place_m:
         wrong += f"; an integrator's half step, v dt / 2, explains all but {metres(score.beyond_m)}"
     place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])

@@ -71,8 +71,8 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     off = metres(0.5 * bends * dt_s * dt_s)
     if slowing:
         bend = "c |v|" if scene.damping_per_s else "a"
-        reason = f"each step ends up to half of {bend} dt^2 off its path, {off} at the scene's speed; these errors "
-        "add up"
+        size = f"half of {bend} dt^2 off its path, {off} at the scene's speed"
+        reason = f"each step ends up to {size}; these errors add up"
         yield Finding(Verdict.DAMPED_POLYGON, reason)
     else:
         reason = f"each step ends up to half of |g| dt^2 off its parabola, {off}; these errors add up"
@@ -126,8 +126,10 @@ def _faults(local: LocalScore) -> Iterator[str]:
     if local.early:
         yield f"{local.early} {judged} are early by up to {number(local.early_steps, 3)} steps"
     if local.ahead:
-        yield f"{local.ahead} times a disc changes its velocity more than two steps before the impact, because of "
-        "the engine's contact margin"
+        yield (
+            f"{local.ahead} times a disc changes its velocity more than two steps before the impact, because of the "
+            "engine's contact margin"
+        )
     if local.too_late:
         yield f"{local.too_late} {judged} are later than a step, by up to {number(local.late_steps[1], 3)} steps"
     if local.drifts:

@@ -132,7 +132,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     if reason := _combination_problem(capabilities.restitution_combine, used, high):
         return reason
     if Need.FRICTION in needs and not capabilities.spin and any(_can_turn(disc) for disc in scene.discs):
-        return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method turns no discs"
+        return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method does not turn discs"
     low, high = capabilities.friction
     rubbed = [("friction", scene.friction)] if len(scene.discs) > 1 else []
     rubbed += [("wall_friction", friction) for friction in dict.fromkeys(wall.friction for wall in walls)]

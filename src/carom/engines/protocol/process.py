@@ -90,7 +90,7 @@ class Program:
             wrong = error.errors(include_url=False)[0]
             field = ".".join(map(str, wrong["loc"])) or "the line"
             said = (
-                "is not JSON; standard output is for answers alone"
+                "is not JSON; standard output must contain only answers"
                 if wrong["type"] == "json_invalid"
                 else said_of(wrong)
             )

@@ -27,7 +27,7 @@ T = TypeVar("T")
 #: Carom's own methods. Engines are compared with these.
 _OWN = frozenset({"pic", "pit"})
 #: Reason for a missing row: `carom.execution` drops a profile that has the settings of another profile.
-NOT_PLANNED = "not run separately: at this step it has the settings of another profile of the engine"
+NOT_PLANNED = "not run separately: at this step another profile of the engine has the same settings"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
 #: The line of a cell without a row. All fields are unknown.
 _NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}

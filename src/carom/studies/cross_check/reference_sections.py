@@ -16,8 +16,8 @@ MOST_LISTED = 3
 
 REFERENCE_NOTE = (
     "Beyond its horizon, a reference is unreliable because of rounding, so impacts are only scored from the "
-    "engine's own state. A certified run, in which every digit is proven, gives the horizon. Without one, the "
-    "horizon is an estimate."
+    "engine's own state. A certified run, in which every digit is proven, gives the horizon. Without a certified "
+    "run, the horizon is an estimate."
 )
 ESTIMATE_NOTE = "The estimate compares PIC with a run whose initial numbers are moved by one unit in the last place."
 REST_NOTE = (

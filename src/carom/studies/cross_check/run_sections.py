@@ -39,8 +39,8 @@ RUN_TIME_DETAIL = (
     "process, ended with the same positions and velocities."
 )
 SETTINGS_NOTE = (
-    "Settings at the coarsest step of the first scene that the engine ran. They are read back from the engine where "
-    "possible."
+    "Settings at the coarsest step of the first scene that the engine ran. Settings are read back from the engine "
+    "where possible."
 )
 
 

@@ -83,7 +83,7 @@ def _cradle_gap(gap: float) -> list[Trial]:
 
 
 @attack(
-    "impacts in one step, down a row of discs",
+    "number of impacts in one step, along a row of discs",
     (1, 64),
     _DIGITS,
     f"{_VELOCITY}: only the last disc leaves",

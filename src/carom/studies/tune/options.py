@@ -35,9 +35,7 @@ class TuneOptions(LimitOptions):
     )
     trials: int = option(100, whole(1, MOST_SEED), "Number of settings to try before the best is refined.", "--trials")
     seed: int = option(0, whole(0, 2**32 - 1), "Seed of the optimiser.", "--seed")
-    timing: bool = option(
-        False, flag(), "Let run time decide between equally accurate settings.", "--timing/--no-timing"
-    )
+    timing: bool = option(False, flag(), "Prefer faster settings if accuracy is equal.", "--timing/--no-timing")
 
     def __post_init__(self) -> None:
         super().__post_init__()
