@@ -144,7 +144,7 @@ def test_bad_horizons_are_refused(certified: CertifiedTrace, pic: Trace) -> None
         compare(pic, pic, horizon=math.nan)
     with pytest.raises(InputError, match="tolerance must be above 0, got 0"):
         horizon_of(certified, pic, tolerance=0)
-    with pytest.raises(InputError, match="the trace of another"):
+    with pytest.raises(InputError, match="but the trace is not"):
         horizon_of(certified, solve_pic(SCENE.model_copy(update={"name": "other"}), max_impacts=0))
 
 

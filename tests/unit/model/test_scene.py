@@ -221,7 +221,7 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     (
         {"discs": [disc(position_m=[5.0, 0.0]), disc(mass_kg=INF, velocity_m_s=[1.0, 0.0])]},
         "discs[1].velocity_m_s: must be (0, 0) for an immovable disc (mass_kg = inf), got (1.0, 0.0); "
-        "set driven = true if it moves and no impact stops it",
+        "set driven = true for a disc with a prescribed motion",
     ),
     (
         {"discs": [disc(spin_rad_s=2.5, mass_kg="inf")]},

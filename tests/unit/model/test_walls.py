@@ -78,7 +78,10 @@ def test_a_half_plane_is_written_as_ever() -> None:
         ({"points_m": [[3, 0], [5, 0], [4, 0]]}, "edge 1 meets edge 0 at (4, 0)"),
         ({"points_m": [[3, 0], [5, 0]], "half_width_m": -1.0}, "half_width_m: must be greater than or equal to 0"),
         ({"points_m": [[3, 0], [5, 0]], "pieces": 0}, "pieces: must be greater than or equal to 1, got 0"),
-        ({"points_m": [[3, 0], [5, 0]], "restitution": 1.5}, "restitution: must be at most 1: a bumper adds energy"),
+        (
+            {"points_m": [[3, 0], [5, 0]], "restitution": 1.5},
+            "restitution: must be at most 1: above 1 each impact adds energy",
+        ),
         ({"points_m": [[3, 0], [5, 0]], "normal": [0, 1]}, "normal: belongs to another kind of wall"),
         ({"points_m": [[3, 0], [5, 0]], "speed_m_s": 1.0}, "speed_m_s: is not a field of a scene"),
         ({"points_m": [[3, 0], [5, 0]], "velocity_m_s": 1.0}, "velocity_m_s: must be a list, got 1.0"),

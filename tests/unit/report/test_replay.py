@@ -68,9 +68,9 @@ def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None
     assert trace is not None
     unseen = dataclasses.replace(trace, local_truth=None)
     (found,) = impact_rows(reference, unseen, dataclasses.replace(score, pit_missed=()))
-    assert (found["flag"], found["cause"]) == ("missed", "PIT finds it")
+    assert (found["flag"], found["cause"]) == ("missed", "PIT finds this impact")
     (found,) = impact_rows(reference, unseen, score)
-    assert found["cause"] == "PIT also misses it"
+    assert found["cause"] == "PIT also misses this impact"
     meetings = sure(trace.local_truth).meetings.copy()
     causes = {True: "checking once per step", False: "the method itself: PIT finds the impact from the same state"}
     for pit_missed, cause in causes.items():

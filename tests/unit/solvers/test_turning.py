@@ -152,7 +152,7 @@ HELD = with_discs(pair(), spin_rad_s=0.0, inertia_factor=math.inf).discs
         ({}, Capabilities(), "the scene has spinning discs, which this method does not support"),
         ({"friction": 0.5}, Capabilities(), "the scene has spinning discs, which this method does not support"),
         (RUBS, ABLE, ""),
-        (RUBS, replace(ABLE, spin=False), "on discs that can turn, and this method turns no discs"),
+        (RUBS, replace(ABLE, spin=False), "on discs that can turn, and this method does not turn discs"),
         ({"discs": HELD, "friction": 0.5}, replace(ABLE, spin=False), ""),
         (RUBS, replace(ABLE, friction=(0.0, 0.25)), "friction is 0.5, and this method simulates only 0 to 0.25"),
         (RUBS, replace(ABLE, tangential_restitution=False), "tangential restitution"),

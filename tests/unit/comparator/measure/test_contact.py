@@ -113,7 +113,7 @@ def test_a_disc_that_stands_still_where_it_moves_is_wrong() -> None:
     score = doctored(frozen, "contact/slide-to-roll")
     assert sure(score.contact).frozen
     assert score.grade is Grade.WRONG
-    assert any("a disc stands still that should move" in finding.reason for finding in score.findings)
+    assert any("a disc that should move stands still" in finding.reason for finding in score.findings)
 
 
 @each("steps, grade", [(2.0, Grade.INACCURATE), (3.0, Grade.WRONG)])

@@ -112,7 +112,7 @@ def test_what_no_order_gives_is_said_to_match_none() -> None:
     score = compare(reference, altered(reference, 1, velocity_first_after=(0.5, 0.5)))
     assert not sure(score.convention).matches
     assert score.verdicts[0] is Verdict.CONVENTION
-    assert "matches none of 3 admissible outcomes" in score.findings[0].reason
+    assert "matches none of the 3 admissible outcomes" in score.findings[0].reason
 
 
 @each("discs", [3, 4, 5])

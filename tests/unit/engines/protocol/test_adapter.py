@@ -100,7 +100,7 @@ def test_every_request_has_its_answer(tmp_path: Path) -> None:
         ("if do == 'step': answer = []", "the line must be an object, got []"),
         (
             "if do == 'step': print('debug', flush=True)",
-            f"is not JSON; standard output is for answers alone; it wrote b'debug'; {REQUESTS}",
+            f"is not JSON; standard output must contain only answers; it wrote b'debug'; {REQUESTS}",
         ),
         (
             "if do == 'step': sys.stderr.write('out of ideas\\n'); sys.exit(3)",
