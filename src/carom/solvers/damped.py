@@ -1,7 +1,6 @@
-"""Runs with damping: a run without damping, with its times and velocities converted. See `carom.model.damping`.
+"""PIC runs with damping, computed by conversion of an undamped run. See `carom.model.damping`.
 
-PIC runs without damping until the discs have moved as far as the damped discs do. Instants and velocities are then
-converted back.
+The undamped run covers the same paths. Its times and velocities are converted to those with damping.
 """
 
 from __future__ import annotations
@@ -29,21 +28,20 @@ if TYPE_CHECKING:
 
 
 def undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
-    """Return the options of the undamped run. A contact time is not supported with damping."""
+    """Return the options of the undamped run, without a contact time, which damping does not support."""
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
-    # The least time that is converted to the start of the window is the float after the greatest time that is converted
-    # to an earlier one.
+    # Several undamped times can map to the same damped time. Take the smallest one that maps into the window.
     least = -math.inf if begin <= 0.0 else math.nextafter(damping.latest(math.nextafter(begin, -math.inf)), math.inf)
     return replace(options, contact_duration_s=0.0, window_s=(least, end if end < 0.0 else damping.latest(end)))
 
 
 class DampedRun(SeenRun):
-    """A PIC run with damping, a `carom.solvers.run.Run`.
+    """A PIC run with damping; implements `carom.solvers.run.Run`.
 
     Args:
-        run: The run without damping, at its start.
+        run: The undamped run, not yet advanced.
         damping: The damping.
     """
 
@@ -82,10 +80,10 @@ class DampedRun(SeenRun):
 def _slow_rows(
     rows: NDArray[np.void], log: RunImpacts, times_s: Callable[[], Array], damping: Damping
 ) -> NDArray[np.void]:
-    """Convert impacts without damping, or the spins around them, to those with damping.
+    """Convert impacts or their spins from the undamped to the damped run.
 
-    `times_s` converts undamped times to damped ones. Velocities and spins are scaled by ``1 - c s``, which is
-    ``exp(-c t)``.
+    `times_s` returns the damped times of all impacts. Velocities and spins are scaled by ``1 - c s`` with the undamped
+    time s, which equals ``exp(-c t)`` with the damped time t.
     """
     kept = 1.0 - damping.per_s * log.array()["time_s"]
     slowed = rows.copy()

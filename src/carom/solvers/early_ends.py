@@ -1,4 +1,4 @@
-"""Early ends of a run: the limit of impacts at one instant, and the notes for users."""
+"""Limit of impacts at one instant, and notes for users about runs that ended early."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from carom.model.trace import body_name
 
 
 def standstill_impacts(bodies: int) -> int:
-    """Return the number of impacts at one instant after which time counts as no longer advancing.
+    """Return the number of impacts at one instant that ends a run at a standstill.
 
-    Equal discs in a line make at most n(n-1)/2 impacts, all at one instant if they touch. In front of a wall, two discs
-    with masses 1:100 make 31 impacts, and with masses 1:10,000 314. A limit of a hundred times the square of the number
-    of bodies allows all of these. The limit ends a run at a standstill after milliseconds. For many bodies the limit is
-    ten million impacts more than a line has, which take some seconds.
+    The limit must allow all finite sequences. n equal discs that touch in a line have at most n(n-1)/2 impacts at one
+    instant. Two discs with masses 1:100 in front of a wall have 31 impacts, with masses 1:10,000 314. For few bodies
+    the limit is a hundred times the square of their number, which takes milliseconds. For many bodies it is ten million
+    more than a line has, which takes seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 

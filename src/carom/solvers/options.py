@@ -1,4 +1,4 @@
-"""Options of a PIC run, with checks that `carom.solve_pic` and runs share."""
+"""Options of a PIC run, and checks shared by `carom.solve_pic` and the run classes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from carom.solvers.units import Units
 
 ALWAYS = (-math.inf, math.inf)
-#: A number of impacts that no run reaches. Compiled loops use it for no limit.
+#: Number of impacts that means "no limit" in compiled loops.
 NO_LIMIT = 2**62
 
 
@@ -22,8 +22,8 @@ class RunOptions:
     """Options of a run: the impacts to record, and the contact time.
 
     Attributes:
-        record: "all" impacts, or "none". The number of each disc's impacts is always counted.
-        window_s: Record only impacts reported within these times, seconds.
+        record: Which impacts to record: "all" or "none". Impacts of each disc are counted in any case.
+        window_s: First and last time of impacts to record, seconds.
         contact_duration_s: Contact time of the TC model, seconds; 0 for none.
 
     Raises:
@@ -45,13 +45,16 @@ class RunOptions:
 
     @classmethod
     def of(cls, record: str, window_s: tuple[float, float], contact_duration_s: float) -> RunOptions:
-        """Return checked options. The defaults are one object, since making another slows the solving of two discs."""
+        """Return checked options.
+
+        All default options are the object `PLAIN`, because creating objects slows the solving of two discs.
+        """
         if record == "all" and window_s is ALWAYS and type(contact_duration_s) is float and contact_duration_s == 0.0:
             return PLAIN
         return cls(record, window_s, contact_duration_s)
 
     def in_units(self, units: Units) -> RunOptions:
-        """Return these options for a run in the given units."""
+        """Return these options converted to other units."""
         if self is PLAIN:
             return self
         begin, end = map(units.of_seconds, self.window_s)
@@ -73,9 +76,9 @@ PLAIN = RunOptions()
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:
-    """Refuse a goal that is not a time (infinity is allowed) or not a number of impacts.
+    """Check the goal of a run: a time, which may be infinite, and a number of impacts.
 
-    A run up to NaN would never end, since no impact is later than NaN.
+    NaN is refused, because a run up to NaN would never end.
 
     Raises:
         InputError: The message names the argument and its value.

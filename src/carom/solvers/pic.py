@@ -1,7 +1,7 @@
 """PIC, predicted instant of collision: event-driven, without frames.
 
-PIC solves for the next impact of each disc. PIC applies the earliest one at its instant, and then predicts only the
-discs of this impact again. So all impacts happen in order, however many there are between two frames.
+PIC solves for the next impact of each disc and applies the earliest one at its instant. Then it predicts new impacts
+for the discs of this impact only. So all impacts are applied in order, for any number of impacts between two frames.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 
-#: Numbers of impacts of each disc, for two discs that don't meet and for two discs that meet.
+#: Impacts per disc of two discs that don't meet, and of two discs that meet.
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
 def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
-    """Return a PIC run of a scene, with any gravity or damping. The run can be advanced in pieces.
+    """Return an event-driven PIC run of a scene. The run can be advanced in pieces.
 
-    `all_pairs` computes all pairs at each event; it changes no result.
+    With `all_pairs`, all pairs are computed at each event, with the same result.
     """
     from carom.solvers.event_driven.run import EventDrivenRun  # imported here, because the closed form does not need it
     from carom.solvers.units import run_in_ordinary_units
@@ -75,14 +75,15 @@ def solve_pic(
         scene: The scene, or its name in the catalogue.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
-        record: Keep "all" impacts, or "none". The number of each disc's impacts is always counted.
-        window_s: Keep only impacts reported within these times.
-        sample_times_s: Ascending times at which to keep all positions, none by default.
-        contact_duration_s: Contact time of the TC model, which ends inelastic collapse; 0 for none.
+        record: Which impacts the trace contains: "all" or "none". Impacts of each disc are counted in any case.
+        window_s: First and last time of impacts to keep, seconds.
+        sample_times_s: Ascending times, seconds, at which the trace contains all positions.
+        contact_duration_s: Contact time of the TC model, seconds, which prevents inelastic collapse; 0 turns the model
+            off.
         progress: Called at intervals with the number of impacts so far and the time reached.
 
     Returns:
-        The trace. The final state of the trace is the state at the end, or at the last impact if the run ended earlier.
+        The trace. If the run ended early, the final state is that at the last impact.
 
     Raises:
         InputError: An option is outside its range, or not supported under gravity or with damping.
@@ -123,7 +124,7 @@ def _compiled_solve() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes
 
 
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
-    """Run a scene of two discs and no wall by its closed form; None if that does not apply."""
+    """Run a scene of two discs without walls by its closed form; None if the closed form does not apply."""
     first, second = scene.discs
     solution = _compiled_solve()(first, second, scene.restitution, end_s)
     if solution is None:

@@ -1,4 +1,4 @@
-"""Arguments of a PIC run except its scene, and the loop that advances any run."""
+"""Checked arguments of a PIC run, and the loop that advances a run to its end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Request(NamedTuple):
-    """Goal of a run and what to record: the arguments of `carom.solve_pic`, checked."""
+    """Checked arguments of `carom.solve_pic` except the scene: the goal of a run, and what to record."""
 
     end_s: float
     max_impacts: int | None
@@ -59,7 +59,7 @@ class Request(NamedTuple):
 
     @property
     def is_plain(self) -> bool:
-        """Whether only impacts are requested, all or the first few."""
+        """Whether the run needs no samples, progress or special options."""
         return self.max_impacts != 0 and self[2:] == (PLAIN, (), None)
 
     def carry_out(self, run: Run) -> tuple[Outcome, Samples | None]:
@@ -79,7 +79,7 @@ class Request(NamedTuple):
 
 
 def _bending_law(scene: Scene) -> str:
-    """Return the name of a law that bends the paths of a scene's discs; empty if none does."""
+    """Return the name of a law that changes velocities between impacts; empty if the scene has no such law."""
     laws = {
         "gravity": scene.gravity_m_s2 != (0.0, 0.0),
         "damping": scene.damping_per_s,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Rows:
-    """An array that grows. Views that were returned earlier do not change."""
+    """An array that grows. Arrays returned earlier do not change."""
 
     def __init__(self, dtype: DTypeLike) -> None:
         self._rows: NDArray[np.void] = np.empty(0, dtype)
@@ -32,7 +32,7 @@ class Rows:
         if begin == 0:
             self._rows = later
             return
-        if self._count > len(self._rows):  # doubled, so that each row is copied only once or twice
+        if self._count > len(self._rows):  # doubling the size copies each row only once or twice
             rows = np.empty(max(self._count, 2 * begin), self._rows.dtype)
             rows[:begin] = self._rows[:begin]
             self._rows = rows
@@ -45,15 +45,14 @@ class Rows:
         return rows
 
 
-#: Positions of impacts, and the feature of the wall: `Contact` of carom_core.h.
+#: Position of an impact, and the number of the wall's feature: `Contact` of carom_core.h.
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 
 class RecordedImpacts:
-    """Impacts in order, a `carom.solvers.run.RunImpacts`, in the memory that compiled code wrote.
+    """Recorded impacts in the memory of the compiled code; implements `carom.solvers.run.RunImpacts`.
 
-    `edges_of` finds the edges of contacts, which are rows of `CONTACT_DTYPE`. Without this function, the run has no
-    edges.
+    `edges_of` converts contacts (`CONTACT_DTYPE`) to edges; None without finite walls.
     """
 
     def __init__(
@@ -75,7 +74,7 @@ class RecordedImpacts:
         return self._run.recorded
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts so far; the first call makes no copy."""
+        """Return the impacts so far. The first call makes no copy."""
         if len(self._taken) < self._run.recorded:
             impacts, spins, contacts = self._run.take_impacts()
             self._taken.add(np.frombuffer(memoryview(impacts), IMPACT_DTYPE))
@@ -86,7 +85,7 @@ class RecordedImpacts:
         return self._taken.array()
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return the spins around the impacts so far; None if no disc spins."""
+        """Return the spins before and after the impacts so far; None if no disc spins."""
         self.array()
         return None if self._spins is None else self._spins.array()
 

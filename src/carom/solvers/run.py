@@ -1,4 +1,4 @@
-"""Interface of the runs of all solvers, and a wrapper of a run in other units or with damping."""
+"""Interface of the runs of all solvers, and a wrapper that converts a run's units or damping."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 #: Called at intervals with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
-#: Converts rows.
+#: Function that converts rows of impacts, spins or modes.
 SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
 
 
 class Start(Protocol):
-    """Start of a run for solvers: a scene, or a scene in a run's own units (`carom.solvers.units`)."""
+    """Start of a run: a scene, or a scene converted to other units (`carom.solvers.units`)."""
 
     @property
     def arrays(self) -> DiscArrays:
@@ -65,11 +65,11 @@ class RunImpacts(Protocol):
         """Return changes between sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
 
     def ambiguous(self) -> tuple[int, ...]:
-        """Return the rows that share a movable disc with an earlier impact, at what may be the same instant."""
+        """Return the rows of impacts that may be simultaneous with an earlier impact of the same movable disc."""
 
 
 class Run(Protocol):
-    """A run in progress. A run can be advanced in any number of pieces, which don't change any bit of the result."""
+    """A run in progress. It can be advanced in any number of pieces without changing the result."""
 
     @property
     def time_s(self) -> float:
@@ -108,7 +108,7 @@ class Run(Protocol):
 
 
 class SeenRun:
-    """A wrapper of a run, for other units or damping. A subclass overrides the methods whose results it converts."""
+    """A wrapper that converts a run's units or damping. Subclasses override the methods whose results they convert."""
 
     def __init__(self, run: Run, rows: SeenRows) -> None:
         self.log = SeenLog(run.log, rows)
@@ -134,10 +134,10 @@ class SeenRun:
 
 
 class SeenLog:
-    """The impacts of a wrapped run, a `RunImpacts`.
+    """The converted impacts of a wrapped run; implements `RunImpacts`.
 
     Args:
-        log: The impacts of the run itself.
+        log: The impacts of the wrapped run.
         rows: Converts impacts, their spins, or modes.
     """
 
@@ -171,7 +171,7 @@ class SeenLog:
 
 
 def trace_of(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any) -> Trace:
-    """Return the trace of a run with its outcome. `more` are fields that the run lacks, or replacements of its own."""
+    """Return the trace of a run with its outcome. `more` adds or replaces fields of the trace."""
     told: dict[str, Any] = {
         "impacts": run.log.array(),
         "spins": run.log.spins(),

@@ -1,7 +1,7 @@
-"""Units of a run: a scene with extreme sizes runs in units in which its numbers are ordinary.
+"""Units of a run. A scene with extreme sizes is converted to units in which its numbers have ordinary sizes.
 
-The units are powers of two, so a change of units rounds nothing, and scenes that differ by powers of two have the same
-digits. Most scenes have ordinary numbers and keep their units.
+The units are powers of two of SI units, so the conversion is exact. Most scenes have ordinary sizes and are not
+converted.
 """
 
 from __future__ import annotations
@@ -33,20 +33,20 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 _LEAST = 1.0 / ORDINARY
-#: Exponent of the greatest speed. This speed is above 1, to leave more room for slower discs. The speed is below
-#: `ORDINARY`, so that a gravity which causes this speed in the shortest scene is not too large.
+#: Exponent of the greatest speed in the new units. It is above 0 to leave more range for slower discs. It is below that
+#: of `ORDINARY`, so that gravity which causes this speed in the shortest scene is not too large.
 _FASTEST = 100
 
 
 class Units(NamedTuple):
-    """Units of length, time and mass: powers of two of a metre, a second and a kilogram, by their exponents."""
+    """Exponents of the units of length, time and mass, which are powers of two of a metre, a second and a kilogram."""
 
     length: int
     time: int
     mass: int
 
     def start(self, scene: Scene) -> Start:
-        """Return the start of a scene's run in these units."""
+        """Return the scene converted to these units, as the start of a run."""
         if self == SI:
             return scene
         start, speed = scene.arrays, self.length - self.time
@@ -90,11 +90,11 @@ class Units(NamedTuple):
         return _times_power(rate, self.time)
 
     def damping(self, per_s: float) -> Damping:
-        """Convert a rate of damping to these units; if it is too large, use the greatest number."""
+        """Convert a damping rate to these units, limited to the largest float."""
         return Damping(min(self.a_second(per_s), sys.float_info.max))
 
     def rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
-        """Convert impacts, spins around impacts, or modes from these units to SI units."""
+        """Convert rows of impacts, spins or modes from these units to SI units."""
         in_si = rows.copy()
         speed = self.length - self.time
         powers = dict.fromkeys(SPIN_DTYPE.names or (), -self.time) | {
@@ -114,7 +114,7 @@ SI = Units(0, 0, 0)
 
 
 def units_of(scene: Scene) -> Units:
-    """Return the units in which to run a scene; `SI` if all its numbers are ordinary."""
+    """Return the units in which to run a scene; `SI` if all its numbers have ordinary sizes."""
     if _is_ordinary(scene):
         return SI
     sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
@@ -124,14 +124,14 @@ def units_of(scene: Scene) -> Units:
 
 
 def run_in_ordinary_units(scene: Scene, make: Callable[[Start, Units], Any]) -> Any:
-    """Return a run of a scene with results in SI units. `make` builds it in units in which the scene is ordinary."""
+    """Return a run of a scene with results in SI units. `make` builds the run in the units of `units_of`."""
     units = units_of(scene)
     run = make(units.start(scene), units)
     return run if units == SI else RunInUnits(run, units)
 
 
 class _ScaledStart(NamedTuple):
-    """A start in other units, unchecked. The names of the fields are those of SI units."""
+    """A start in other units, without checks. The field names still contain SI units."""
 
     arrays: DiscArrays
     gravity_m_s2: Vector
@@ -141,7 +141,7 @@ class _ScaledStart(NamedTuple):
 
 
 class RunInUnits(SeenRun):
-    """A run in other units with results in SI units: a `carom.solvers.run.Run`, or a run of PIT."""
+    """A PIC or PIT run in other units, with results in SI units; implements `carom.solvers.run.Run`."""
 
     def __init__(self, run: Any, units: Units) -> None:
         super().__init__(run, units.rows)
@@ -150,11 +150,11 @@ class RunInUnits(SeenRun):
 
     @property
     def frames(self) -> int:
-        """Frames passed by a run of PIT."""
+        """Number of frames passed by a PIT run."""
         return self._run.counts["frames"]
 
     def advance_frames(self, frames: int) -> None:
-        """Pass this many frames of a run of PIT, and go to the instant of the next frame."""
+        """Pass this many frames of a PIT run, and advance to the time of the next frame."""
         self._of_frames.advance_frames(frames)
 
     @property

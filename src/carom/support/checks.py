@@ -16,7 +16,7 @@ __all__ = ["count", "finite", "floats", "instance", "number", "shown", "times", 
 
 Array = NDArray[np.float64]
 
-#: The unions are built once, because to build them at each call took a tenth of the time of solving two discs.
+#: Constants, because building these types at each call would take a tenth of the time of solving two discs.
 _TEXTS = (str, bytes)
 _TRUTH_VALUES = (bool, np.bool_)
 
@@ -28,7 +28,7 @@ def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = 
         name: Name of the argument.
         value: Value of the argument: a number of any type except bool.
         least: Lower bound.
-        positive: Whether it must be above 0.
+        positive: Whether the value must be above 0.
 
     Raises:
         InputError: The value is not such a number.
@@ -50,7 +50,7 @@ def instance(name: str, value: Any, kind: type) -> None:
     """Check the type of an argument.
 
     Raises:
-        InputError: The value has another type.
+        InputError: The value is not an instance of `kind`.
     """
     if not isinstance(value, kind):
         raise InputError(f"{name} must be a {kind.__name__}, got {shown(value)}")
@@ -77,7 +77,7 @@ def times(name: str, values: Any) -> list[float]:
     """Return an argument as a list of finite times, 0 or more, in ascending order.
 
     Raises:
-        InputError: The value is not such a list.
+        InputError: The value is not a list, an item is not a finite number of at least 0, or the times do not ascend.
     """
     try:
         if isinstance(values, _TEXTS):
@@ -123,7 +123,7 @@ def vectors(name: str, value: ArrayLike) -> Array:
     """Return an argument as an array of finite vectors, with x and y along its last axis.
 
     Raises:
-        InputError: The value does not consist of such vectors.
+        InputError: A number is not finite, or the last axis does not have length 2.
     """
     array = finite(name, value)
     if array.ndim == 0 or array.shape[-1] != 2:

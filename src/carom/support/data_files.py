@@ -1,7 +1,7 @@
-"""Reader of untrusted TOML and JSON, with limits of time and memory.
+"""Reader of untrusted TOML and JSON files that limits run time and memory.
 
-The limits are in `carom.support.limits`. Limits are checked on the bytes before parsing, because parsers build every
-value, and the time of some grows with the square of the size.
+The limits are in `carom.support.limits`. They are checked on the bytes before parsing, because a parser builds every
+value in memory, and the run time of some parsers grows with the square of the size.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
         kind: ``.toml`` or ``.json``.
 
     Raises:
-        InputError: The file can't be read, exceeds a limit, or has other content. The message does not name the file.
+        InputError: The file can't be read, exceeds a limit, or does not contain a table or object. The message does not
+            name the file.
     """
     most, name = MOST_BYTES[kind], kind[1:].upper()
     try:
@@ -63,10 +64,10 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
 
 
 def without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Build an object of JSON without duplicate keys, as ``object_pairs_hook`` of `json.loads`.
+    """Build a dict from a JSON object's pairs and refuse duplicate keys. Used as ``object_pairs_hook`` of `json.loads`.
 
     Raises:
-        InputError: A key occurs twice, which parsers of JSON interpret differently.
+        InputError: A key occurs twice. JSON parsers differ in the value that they use.
     """
     found = dict(pairs)
     if len(found) < len(pairs):

@@ -1,4 +1,4 @@
-"""Display of results. `carom` registers the functions, so this module imports none of them."""
+"""Base classes of results that display themselves. `carom` registers the display functions to avoid imports here."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def shown_by(view: Callable[[str], Callable[..., Any]]) -> None:
 
 
 class Shown:
-    """A result that is displayed in a few lines. The dataclass is declared with ``repr=False``."""
+    """A result that is displayed in a few lines. Subclasses are dataclasses with ``repr=False``."""
 
     def __repr__(self) -> str:
         text: str = _view("summary")(self)
@@ -36,7 +36,7 @@ class Shown:
 
 
 class Drawn(Shown):
-    """A result with a picture."""
+    """A result that can also be plotted."""
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the result with matplotlib on `ax`, by default on new axes, and return the axes.
@@ -50,7 +50,7 @@ class Drawn(Shown):
 
 
 class Tabular(Drawn):
-    """A result that is also a table."""
+    """A result that can also be exported as a data frame."""
 
     def to_pandas(self) -> DataFrame:
         """Return a data frame with a row for each impact or run. Names of columns contain units.

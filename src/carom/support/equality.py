@@ -1,4 +1,4 @@
-"""Comparison by value of results with arrays. The ``==`` of a dataclass fails on arrays."""
+"""Equality of results that contain arrays. The default ``==`` of a dataclass raises an error for arrays."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 class ByValue:
     """Base of frozen dataclasses with ``eq=False``. Two results of one class are equal if all of their fields are.
 
-    Fields declared with ``compare=False`` don't count.
+    Fields declared with ``compare=False`` are ignored.
 
-    Arrays are equal if type, shape and every bit are: NaN equals NaN, and 0 is not -0. Arrays can be changed in place,
-    so results have no hash and can't be keys of a dictionary.
+    Arrays are equal if their type, shape and bits are equal, so NaN equals NaN, but 0 does not equal -0. Results can't
+    be hashed, because arrays can be changed in place.
     """
 
     __hash__ = None  # type: ignore[assignment] # disables hashing

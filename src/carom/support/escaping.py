@@ -8,12 +8,12 @@ from collections.abc import Iterable
 #: Start of a line about an error: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 
-#: Number of lines that are searched for the last error of a program. The longest stack traces, by node, have half as
-#: many.
+#: Number of last lines that are searched for a program's error. This is twice the length of the longest stack traces
+#: (by node).
 _LAST_LINES = 40
 
-#: Characters that are shown as escapes. These are control characters except tab and line feed, changes of the direction
-#: of writing, further line ends, invisible characters, and halves of a surrogate pair.
+#: Characters that are shown as escapes: control characters except tab and line feed, changes of text direction, unusual
+#: line ends, invisible characters, and lone surrogates.
 _HIDDEN = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2064\u2066-\u2069\ufeff\ud800-\udfff]"
 )
@@ -22,8 +22,7 @@ _HIDDEN = re.compile(
 def visible(text: str) -> str:
     r"""Return the text with each control character as an escape, such as ``\u001b``.
 
-    JSON has the same escapes, so JSON text keeps its meaning. In XML, in Markdown and on a terminal they are plain
-    text.
+    JSON has the same escapes, so JSON text keeps its meaning. XML, Markdown and terminals show the escapes as they are.
     """
     return _HIDDEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
@@ -34,7 +33,7 @@ def shortened(text: str, most: int = 60) -> str:
 
 
 def last_words(printed: str) -> str:
-    """Return the last line that begins like an error, or else the last line; 200 characters at most."""
+    """Return the last line that begins like an error, else the last line, cut to 200 characters."""
     lines = [line for line in map(str.strip, printed.splitlines()) if line][-_LAST_LINES:]
     errors = [line for line in lines if _ERROR.match(line)]
     return (errors or lines or [""])[-1][:200]
@@ -44,7 +43,7 @@ def shown(value: object) -> str:
     """Return a value as text for a message, 60 characters at most."""
     try:
         text = repr(value)
-    except ValueError:  # the value is an integer with more digits than Python prints
+    except ValueError:  # Python refuses to print very long integers
         return "an integer with too many digits"
     except RecursionError:
         return "a value nested too deeply to show"
@@ -52,15 +51,15 @@ def shown(value: object) -> str:
 
 
 def near(name: str, known: Iterable[str]) -> str:
-    """Return a question that suggests the known name nearest to an unknown one; empty if none is near."""
-    import difflib  # imported here, because `import carom` loads this module, and few messages need it
+    """Return "did you mean ...?" with the known name most similar to `name`; empty if no known name is similar."""
+    import difflib  # imported here, because few messages need it and `import carom` would become slower
 
     found = difflib.get_close_matches(name, list(known), n=1)
     return f"did you mean {found[0]!r}?" if found else ""
 
 
 def named_hints(name: str, known: Iterable[str], there_are: str) -> tuple[str, ...]:
-    """Return the hints of an error about an unknown name: a near one, and all known ones."""
+    """Return the hints of an error about an unknown name: a similar known name if there is one, and `there_are`."""
     return tuple(filter(None, (near(name, known), there_are)))
 
 
@@ -74,5 +73,5 @@ def release_numbers(version: str) -> tuple[int, ...]:
 
 
 def is_older(version: str, oldest: str) -> bool:
-    """Return whether a release is known to be older than another; False if it has no leading number."""
+    """Return whether a release is older than another; False if `version` does not start with a digit."""
     return version[:1].isdigit() and release_numbers(version) < release_numbers(oldest)

@@ -59,20 +59,19 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
     x, y = vector
     if vector == (0.0, 0.0):
         raise ValueError("must not be of length zero")
-    # A vector that this function returned stays unchanged, so that a saved wall loads as an equal one. The vector's
-    # length differs from 1 by at most 3 units of relative rounding (2^-53): two from the length, one from the division.
-    # The computation of the length adds two more units.
+    # A vector that this function returned must stay unchanged, so that a saved wall equals the loaded one. The length
+    # of such a vector differs from 1 by at most 3 * 2^-53: the computed length rounds twice, the division once.
+    # Computing its length here rounds twice more.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
         return (x, y)
-    # Scaling by the larger component first keeps 1e-200 and 1e200 from under- and overflowing in the length.
+    # Scale by the larger component first, so that the length of very small or large vectors can't under- or overflow.
     largest = max(abs(x), abs(y))
     x, y = x / largest, y / largest
     length = math.hypot(x, y)
     return (x / length, y / length)
 
 
-# The bounds precede the validator. If they came after the validator, they would be checked, but missing from the JSON
-# Schema.
+# The bounds come before the validator. In the other order Pydantic enforces them, but omits them from the JSON Schema.
 _Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
 Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
@@ -112,7 +111,7 @@ class Model(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
 
-    def __init__(self, /, **data: Any) -> None:  # a field of a file may be called "self", too
+    def __init__(self, /, **data: Any) -> None:  # a file may have a field called "self"
         try:
             super().__init__(**data)
         except ValidationError as error:
@@ -133,7 +132,7 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
     for item in items:
         location = tuple(item["loc"])
         cause = item.get("ctx", {}).get("error")
-        if isinstance(cause, SceneError):  # a nested model has raised it: only the location must be added
+        if isinstance(cause, SceneError):  # a nested model's error: add the outer location
             for problem in cause.problems:
                 yield problem._replace(field=location + problem.field)
             continue

@@ -1,11 +1,11 @@
-"""Output folders. Carom replaces and removes only files that it wrote itself.
+"""Output folders, in which Carom replaces and removes only its own files.
 
-Carom marks its folders with a file that states their purpose. Carom writes only into a folder that is new, empty, or
-marked for the same purpose, so it never touches other files.
+A marker file in each folder states the folder's purpose. Carom writes only into folders that are new, empty, or marked
+for the same purpose.
 
-Files that belong together appear together. All files are written into a temporary folder and synchronised to the disk,
-and the rename of that folder commits them. Then the files are moved to their places, by the next process if necessary.
-So after a kill or a loss of power the next command finds either all old files or all new ones.
+Files of one result are replaced together. They are written into a temporary folder and synchronised to the disk.
+Renaming this folder commits the files, which are then moved to their places. After a kill or a power cut the next
+command completes the move, so there are either all old files or all new ones.
 """
 
 from __future__ import annotations
@@ -24,22 +24,21 @@ from carom.support.escaping import visible
 MARKER = ".carom"
 #: First line of a marker. The second line is a word for the folder's purpose.
 _SAYS = "Carom replaces the files that it wrote here.\n"
-#: Temporary folders next to the files: of files being written, and of committed files.
+#: Temporary folders: the first has files being written, the second has committed files that are not yet moved.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
-#: Longer names are cut. So names with an ending, and temporary names, are shorter than the limit of 255 bytes of most
-#: systems.
+#: Longer names are cut, so that a name with its endings stays below the limit of most systems, 255 bytes.
 _LONGEST_NAME = 100
-#: Windows interprets these names as devices, even if a full stop and other text follow.
+#: Device names on Windows, which also reserves them with any text after a full stop.
 _DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\.|$)")
 _PLAIN = re.compile(r"[a-z0-9][a-z0-9_-]*(/[a-z0-9][a-z0-9_-]*)*")
 
 
 def file_name(name: str) -> str:
-    """Return a unique file name, without an ending, for the name of something.
+    """Return a unique file name, without an ending, for a name such as a scene's.
 
-    A name of small letters, digits, ``-``, ``_`` and ``/`` stays readable, with ``.`` for ``/``. Other names get a
-    digest, so that no two names share a file, even if a system ignores case.
+    Names of small letters, digits, ``-``, ``_`` and ``/`` keep these characters, with ``.`` for ``/``. Other names are
+    simplified and get a digest, so that two names never share a file, even if the file system ignores case.
     """
     plain = name.replace("/", ".")
     if _PLAIN.fullmatch(name) and len(name) <= _LONGEST_NAME and not _DEVICES.match(plain):
@@ -49,12 +48,12 @@ def file_name(name: str) -> str:
 
 
 def claim(folder: Path, purpose: str, option: str = "") -> None:
-    """Mark a folder as Carom's, and finish an interrupted commit in it.
+    """Mark a folder as Carom's, and complete an interrupted write in it.
 
     Args:
         folder: The folder, which is made if necessary.
-        purpose: Purpose of the folder, one word of the marker.
-        option: The option that names the folder, for the message.
+        purpose: Purpose of the folder, as one word for the marker.
+        option: Name of the command-line option that gives the folder, for error messages.
 
     Raises:
         InputError: The folder can't be made or written into, contains other files, or has another purpose.
@@ -84,20 +83,20 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
 
 @contextmanager
 def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
-    """Mark a folder like `claim`, around work that writes results. Without results the folder is restored."""
+    """Mark a folder like `claim` while work writes into it. If the work writes nothing, remove the marker again."""
     new, marked = not folder.exists(), (folder / MARKER).exists()
     try:
         claim(folder, purpose, option)
         yield
     finally:
         if not marked and folder.is_dir() and os.access(folder, os.R_OK) and set(os.listdir(folder)) <= {MARKER}:
-            (folder / MARKER).unlink(missing_ok=True)  # another process that has claimed the folder has removed it
+            (folder / MARKER).unlink(missing_ok=True)  # another process may have removed the marker
             if new:
                 folder.rmdir()
 
 
 def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes]) -> Path:
-    """Write files into a marked folder, all or none, replacing older ones; return the first.
+    """Write files into a marked folder, all or none. Older files are replaced. Return the path of the first file.
 
     Raises:
         InputError: As in `claim`.
@@ -119,9 +118,9 @@ def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes])
 
 
 def write_file(path: Path, content: str | bytes) -> Path:
-    """Write one file at a path that the user named, atomically, replacing an older one. Return its path.
+    """Write a file atomically at the user's path, replacing an older file. Return the path.
 
-    A link is followed. A pipe or a device such as ``/dev/stdout`` is written to.
+    The function follows links, and writes directly into a pipe or a device such as ``/dev/stdout``.
 
     Raises:
         OSError: The file can't be written.
@@ -160,7 +159,7 @@ def _bytes(content: str | bytes) -> bytes:
 
 
 def _is_torn(marker: Path) -> bool:
-    """Whether a marker is incomplete, because of a full disk or a kill."""
+    """Return whether a marker is incomplete because its writing was interrupted."""
     purpose, _, rest = marker.read_text(encoding="utf-8", errors="replace").partition("\n")
     return re.fullmatch("[a-z]*", purpose) is not None and _SAYS.startswith(rest) and rest != _SAYS
 
@@ -186,7 +185,7 @@ def _remove(folder: Path) -> None:
 
 
 def _settle(folder: Path) -> None:
-    """Synchronise a folder's names to the disk. Systems that can't open a folder synchronise its names themselves."""
+    """Synchronise a folder's entries to the disk. Systems that can't open folders do this automatically."""
     if hasattr(os, "O_DIRECTORY"):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:

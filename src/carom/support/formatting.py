@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 import re
 
-#: Text for NaN and numbers that were not measured.
+#: Text for NaN, the value of numbers that were not measured.
 ABSENT = "n/a"
 
 
 def number(value: float, digits: int = 2) -> str:
-    """Return a number to this many significant digits: 0.075, 1.5e-16, 120."""
+    """Return a number rounded to `digits` significant digits: 0.075, 1.5e-16, 120."""
     if math.isnan(value):
         return ABSENT
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
     if value == 0.0:
         return "0"
-    rounded = float(f"{value:.{digits - 1}e}")  # before the exponent is read: 0.0999 to one digit is 0.1
+    rounded = float(f"{value:.{digits - 1}e}")  # rounding can change the exponent: 0.0999 becomes 0.1
     exponent = math.floor(math.log10(abs(rounded)))
     if -4 <= exponent < 6:
         text = f"{value:.{max(0, digits - 1 - exponent)}f}"

@@ -1,12 +1,13 @@
-"""Limits of numbers, files and options, for files, command line and Python alike.
+"""Limits of numbers, files and options. They are the same for files, command line and Python.
 
-- A number that measures something is at most `LARGEST` in magnitude, so that its square is a float. A radius, edge,
-  mass, duration or rate is at least `SMALLEST`.
-- Sizes from ``1 / ORDINARY`` to `ORDINARY` need no change of units. The formulas are of fourth degree at most, so their
-  terms, and the rounding errors of these, stay within the range of floats.
-- PIC refuses an impact of two discs so far from the origin that floats can't distinguish their centres, see
+- A physical quantity is at most `LARGEST` in magnitude, so that its square does not overflow. A radius, edge, mass,
+  duration or rate is at least `SMALLEST`.
+- Sizes from ``1 / ORDINARY`` to `ORDINARY` are used without a change of units. The formulas have at most the fourth
+  degree, so neither their terms nor the rounding errors under- or overflow.
+- PIC raises an error for an impact so far from the origin that floats can't distinguish the two centres, see
   `carom.core.resolution`.
-- The sizes of one scene span no more than `SPAN` (`carom.model.sizes`), so there are units in which they are ordinary.
+- The sizes of one scene span no more than `SPAN` (`carom.model.sizes`), so they can be rescaled to sizes between ``1 /
+  ORDINARY`` and `ORDINARY`.
 """
 
 from __future__ import annotations
@@ -24,39 +25,39 @@ if TYPE_CHECKING:
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
-#: A little less than the square of `ORDINARY`: units are powers of two, so they centre the sizes only roughly.
+#: A little less than the square of `ORDINARY`, because units are powers of two, which centre the sizes only roughly.
 SPAN = 2.0**396
 
 #: Most steps or frames of a run. A larger number is most likely a mistaken unit.
 MOST_STEPS = 2**32
 
-#: Default budget of engine steps for one method's search for a step length. For an error of 1 degree, an engine that
-#: checks for overlap once per step needs 240,000 on `paper/missed`, and 430,000 on the puck of
-#: docs/how-to/which-step.md.
+#: Default limit of engine steps when searching for one method's step length. For an error of 1 degree, an engine that
+#: checks for overlap once per step needs 240,000 steps on `paper/missed`, and 430,000 in docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
-#: Most discs and walls of a scene file. Such files load in seconds, in less than 500 MB.
+#: Most discs and walls of a scene file. A file of this size loads in seconds and takes less than 500 MB of memory.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
 
-#: Most legs of a driven body: PIC visits each until the next impact.
+#: Most legs of a driven body. PIC examines every leg up to the next impact.
 MOST_LEGS = 10_000
-#: Most discs in one picture. Drawings of more discs would show nothing, and take megabytes.
+#: Most discs in one picture. A picture with more discs would be unreadable and take megabytes.
 MOST_DISCS_DRAWN = 64
-#: Most bytes and values of a file by its ending. `values_in` counts values, and in TOML also lines. The largest scene
-#: fits into JSON easily; each value takes up to 100 bytes of memory. TOML takes ten times as long to read. Each line of
-#: a JSON lines file is within the limits of JSON; 1e5 rows of results take 310 MB and half of these values.
+#: Most bytes and values of a file by its ending. `values_in` counts the values; lines of TOML also count as values. The
+#: largest scene fits into JSON easily. A value takes up to 100 bytes of memory. TOML has lower limits, because reading
+#: takes ten times as long. A .jsonl file contains results. Each line must also meet the limits of JSON; 1e5 lines take
+#: 310 MB and half of the values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
-#: Most parts of a dotted key of TOML. The time of reading grows with the square of their number. A scene needs one
+#: Most parts of a dotted key of TOML. The time of reading grows with the square of this number. Scenes need only one
 #: part.
 MOST_KEY_PARTS = 4
 
-#: Limits of options: twenty times what the largest machines can use, or an hour of run time at worst.
+#: Limits of options: either twenty times what the largest machines can use, or what takes at most an hour.
 MOST_JOBS = 1024
 MOST_PHASES = 1024
 MOST_ROUNDS = 1024
-#: Most steps of a series. With more steps, neighbouring steps would be too similar to differ in their errors.
+#: Most step lengths of a series. With more, neighbours would be too similar for their errors to differ.
 MOST_SERIES = 256
 #: Default time limit of an engine, seconds, after which it is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
@@ -77,7 +78,7 @@ def beyond(least: float, most: float) -> str:
 
 
 def require_within(name: str, array: NDArray[np.float64], least: float, most: float) -> None:
-    """Refuse an argument with a value that is not finite, or not between two limits in magnitude.
+    """Raise an error if an array contains a value that is not finite, or whose magnitude is not between two limits.
 
     Raises:
         InputError: The message names the argument, the first such value, and the limits.
@@ -90,7 +91,7 @@ def require_within(name: str, array: NDArray[np.float64], least: float, most: fl
 
 
 def require_megabytes(name: str, value: float) -> None:
-    """Refuse a limit of memory that is not a number of megabytes above 0 and up to `MOST_MB`.
+    """Raise an error if a memory limit in megabytes is not a number above 0 and at most `MOST_MB`.
 
     Raises:
         InputError: The message names the option or argument, and the value.
@@ -100,5 +101,5 @@ def require_megabytes(name: str, value: float) -> None:
 
 
 def values_in(data: bytes) -> int:
-    """Return how many values a text of JSON can contain at most, without parsing it."""
+    """Return an upper bound of the number of values in a JSON text, without parsing it."""
     return 1 + data.count(b",") + data.count(b"[") + data.count(b"{")

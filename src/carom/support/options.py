@@ -1,8 +1,8 @@
 """Declarations of options: type, default, bounds and help, shared by Python, command line and journal.
 
-A study's options are a frozen dataclass. Each field is an `option`. An invalid value is refused with the name under
-which it was given, in the same words in Python and the shell. The module imports neither NumPy nor pydantic, since
-`carom --help` needs these declarations.
+A study's options are a frozen dataclass. Each field is an `option`. Python and the command line reject an invalid value
+with the same message, except for the option's name. The module imports neither NumPy nor Pydantic, so that `carom
+--help` is fast.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ class ValueKind:
     """Kind of an option's values.
 
     Attributes:
-        said: Requirement on a value, in words.
+        said: Requirement on a value, as text for "must be ...".
         word: The requirement in one word, for `--help`; empty for a flag.
-        take: Converts a value for a study. Raises TypeError, ValueError or OverflowError if it is invalid.
-        read: Converts a text of the shell for `take`; some texts contain several values of a list.
+        take: Converts a value to the form that a study uses. Raises TypeError, ValueError or OverflowError for an
+            invalid value.
+        read: Converts a command-line text for `take`. A text with several values of a list becomes a tuple.
         wrong: Invalid values, for tests.
-        gather: Converts several texts of the shell that are one value.
+        gather: Joins several command-line texts that together are one value.
         range: Short description of the values for `--help`, if the word is not enough.
     """
 
@@ -68,10 +69,10 @@ class Option:
     Attributes:
         kind: Kind of the values, or of each item of a list.
         what: Description for `--help`.
-        flags: Names in the shell, beginning with the name that is shown; empty if the shell does not have the option.
-        many: Whether it is a list.
-        stamped: Whether results in a journal depend on this option, apart from their keys.
-        default: Description of the default, if the value is not enough.
+        flags: Names on the command line, the displayed name first; empty if the command line does not have the option.
+        many: Whether the option is a list.
+        stamped: Whether results in a journal depend on the option, although their keys do not contain it.
+        default: Description of the default for `--help`; empty to show its value.
     """
 
     kind: ValueKind
@@ -92,10 +93,7 @@ class Option:
 def option(
     default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
 ) -> Any:
-    """Declare a field of a study's options.
-
-    `said` describes the meaning of a default of None, which may also be given.
-    """
+    """Declare a field of a study's options. A default of None means what `said` describes."""
     return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
 
 
@@ -120,11 +118,11 @@ class DeclaredOptions:
 
     @classmethod
     def said(cls, texts: Mapping[str, Any], *, before: str = "--") -> Self:
-        """Return options from a command line. Each field has a text, several texts, or None if it was not given.
+        """Parse options of a command line.
 
         Args:
-            texts: Given texts, by the field's name.
-            before: Prefix of the option's name: pytest has another one.
+            texts: Text or list of texts by the field's name; None or an empty list if the option was not given.
+            before: Prefix that replaces ``--`` in option names, since the pytest plug-in has a different one.
 
         Raises:
             InputError: As for the class, but with the option's name in the shell.
@@ -137,10 +135,12 @@ class DeclaredOptions:
 
     @classmethod
     def passed(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
-        """Return options from the keywords of a function. `fixed` are options that the function itself sets.
+        """Build options from a function's keyword arguments.
+
+        The function sets the `fixed` options itself, so callers can't.
 
         Raises:
-            InputError: A value is invalid, or there is no such option.
+            InputError: A value is invalid, or an option is unknown.
         """
         known = [name for name in declared(cls) if name not in fixed]
         for name in options:
@@ -151,10 +151,7 @@ class DeclaredOptions:
 
     @property
     def stamp(self) -> dict[str, Any]:
-        """Options on which results in a journal depend, apart from their keys.
-
-        A resumed run must have equal values of these options.
-        """
+        """The options with `stamped`. A journal can be resumed only if these are equal."""
         return {name: getattr(self, name) for name, one in declared(self).items() if one.stamped}
 
 
@@ -189,7 +186,7 @@ def _real(value: Any) -> float:
 
 
 def whole(least: int, most: int | None = None) -> ValueKind:
-    """Return the kind of whole numbers from `least` up to `most`; None is no upper limit."""
+    """Return the kind of whole numbers from `least` up to `most`, where None means no upper limit."""
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
@@ -206,7 +203,7 @@ def whole(least: int, most: int | None = None) -> ValueKind:
 
 
 def format_bound(value: float) -> str:
-    """Return a limit in few characters: ``1e7``, ``2^63 - 1``."""
+    """Return a limit as a short text such as ``1e7`` or ``2^63 - 1``."""
     if isinstance(value, int) and value > 10**6:
         if value & (value - 1) == 0:
             return f"2^{value.bit_length() - 1}"
@@ -235,19 +232,19 @@ def _up_to(most: float) -> str:
 
 
 def seconds() -> ValueKind:
-    """Return the kind of limits of time."""
+    """Return the kind of time limits in seconds."""
     said = f"a positive number of seconds, at most {format_bound(LONGEST_S)}"
     return measure(said, "SECONDS", 0.0, LONGEST_S, span=_up_to(LONGEST_S))
 
 
 def megabytes() -> ValueKind:
-    """Return the kind of limits of memory."""
+    """Return the kind of memory limits in megabytes."""
     said = f"a positive number of megabytes, at most {format_bound(MOST_MB)}"
     return measure(said, "MEGABYTES", 0.0, MOST_MB, span=_up_to(MOST_MB))
 
 
 def step(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
-    """Return the kind of steps. `read` parses a text of one or several steps, which `also` describes."""
+    """Return the kind of time steps. `read` parses a command-line text; `also` describes further forms of the text."""
     limits = f"above 0: from {number(SMALLEST, 3)} to {number(LARGEST, 3)}"
     said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
     return measure(said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or fraction, span="above 0")
@@ -269,7 +266,7 @@ def _text(value: Any) -> str:
 
 
 def name() -> ValueKind:
-    """Return the kind of names. Whether the names exist is checked elsewhere."""
+    """Return the kind of names. Any text is valid; whether the name exists is checked elsewhere."""
     return ValueKind("a name", "NAME", _text, wrong=(5, None, True, 0.5, ["x"]))
 
 
@@ -280,7 +277,7 @@ def _bool(value: Any) -> bool:
 
 
 def flag() -> ValueKind:
-    """Return the kind of True and False."""
+    """Return the kind of boolean options."""
     return ValueKind("True or False", "", _bool, wrong=("no", 0, 1, None))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def available_cores() -> int:
-    """Return the number of cores that this process may run on, which can be fewer than the machine has."""
+    """Return the number of cores that this process may use. The machine can have more."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -17,6 +17,6 @@ def available_cores() -> int:
 def available_memory() -> int:
     """Return the machine's memory in bytes, or the limit of a container."""
     whole = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    with suppress(OSError, ValueError):  # there is no control group, or its limit is "max", which means no limit
+    with suppress(OSError, ValueError):  # no control group, or its limit is the text "max"
         whole = min(whole, int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii")))
     return whole

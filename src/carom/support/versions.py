@@ -8,10 +8,11 @@ from collections.abc import Callable
 from carom.errors import InputError
 from carom.support.escaping import release_numbers, shown
 
-#: Whether the numbers of a release meet a condition.
+#: Function that returns whether the numbers of a release meet a condition.
 VersionCondition = Callable[[tuple[int, ...]], bool]
 
-#: Pattern of a version that is safe for a registry's client. Other words could be read as options, paths or ranges.
+#: Versions that are safe arguments for a package registry's client, which could read other texts as options, paths or
+#: ranges.
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 
 _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
@@ -23,7 +24,7 @@ _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
 
 
 def require_version(version: str) -> str:
-    """Return a version if it is safe to pass to a registry's client.
+    """Return the version unchanged if it is safe to pass to a package registry's client.
 
     Raises:
         InputError: The argument is not a version.
@@ -53,7 +54,9 @@ def version_condition(word: str) -> VersionCondition | None:
 
 
 def version_conditions(text: str) -> tuple[VersionCondition, ...]:
-    """Return the conditions of a range such as ">=7,<8". A plain version is a condition that only this release meets.
+    """Return the conditions of a range such as ">=7,<8".
+
+    A plain version such as "7.1" is a condition that only this release meets.
 
     Raises:
         InputError: The text is empty, or a part is neither a condition nor a version.

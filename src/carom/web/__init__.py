@@ -1,1 +1,1 @@
-"""Play page: an interactive page with PIC and PIT in the browser, bit-identical to Carom's."""
+"""Play page: a web page that runs PIC and PIT in the browser, with the same bits as Carom in Python."""

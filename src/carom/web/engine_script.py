@@ -1,7 +1,7 @@
-"""Links an npm engine into one script for the play page: package, shared functions of adapters, and adapter.
+"""Linker that joins an engine's npm package, its adapter and shared code into one script for the play page.
 
-No bundler is needed: the imports of these files are few and simple, so they are linked line by line. Any other import
-is an error.
+The adapters have few and simple imports. This module replaces these line by line, without a bundler, and refuses any
+other import.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from carom.web.packages import PACKAGES, package_script
 
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
-#: Comment lines and indents, which the page does not need.
+#: Comment lines and indents. The page works without them.
 _UNSEEN = re.compile(r"^[ \t]*//.*\n|^[ \t]+", re.MULTILINE)
 _SHARED = "../serve.mjs"
 
@@ -33,8 +33,8 @@ class PageEngine:
         profiles: Settings of each profile with fixed steps.
         script: Script for the page.
         licence: Text of the package's licence, which must accompany the package.
-        lacks: Features of the page's scenes that the engine lacks.
-        shared: Script shared by all adapters. The page runs the script once, before the engines.
+        lacks: Scene features that the page can show, but the engine does not support.
+        shared: Script shared by all adapters. The page runs it once before the engines.
     """
 
     name: str
@@ -85,7 +85,7 @@ def shared_script(shared: str) -> str:
 def linked(name: str, *, package: str, package_name: str, module: str) -> str:
     """Return a script that runs an engine's adapter module without its imports and comments, and exports its class.
 
-    No string of these modules spans lines, so the beginning of a line is never part of a string.
+    The module must not contain strings that span lines, because imports and comments are found at the start of a line.
     """
 
     def bound(match: re.Match[str]) -> str:

@@ -20,8 +20,8 @@ class Package:
         script: Script file of the package, relative to its folder.
         exported: Name of an ECMAScript module's default export; empty for a script that sets ``module.exports``.
         binary: WebAssembly file of the package; empty if the script contains it.
-        closed: Replacements for code that needs Node or that the page's policy forbids. Each replaced text occurs once
-            in the script.
+        closed: Replacement for each piece of code that needs Node or breaks the page's security policy. Each piece
+            occurs exactly once in the script.
     """
 
     script: str
@@ -30,8 +30,8 @@ class Package:
     closed: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
-#: Replacements for code in Box2D's glue (embind) that compiles callers from source. Closures do the same, because the
-#: calls and their order are known.
+#: Box2D's glue code (embind) compiles functions from source text, which the page's security policy forbids. These
+#: closures replace the compiled functions.
 _BOX2D_CALLERS = {
     "return new Function(args1, invokerFnBody);": """return function (...bound) {
     const [, , invoker, fn, runDestructors, fromRetWire, toClassParamWire, ...rest] = bound;
@@ -60,13 +60,13 @@ _BOX2D_CALLERS = {
     return retType.isVoid ? undefined : emval_returnValue(toReturnWire, destructorsRef, value);
   };""",
 }
-#: Replacement for the clock for which cannon-es needs Node.
+#: Replacement for the clock that cannon-es imports from Node.
 _CANNON_CLOCK = {
     "const performance = require('perf_hooks') && require('perf_hooks').performance || {};": (
         "const performance = globalThis.performance;"
     )
 }
-#: Packages by adapter. havok and physx are missing, because their adapters read files through Node.
+#: Packages by adapter. The page can't run havok and physx, because their adapters read files through Node.
 PACKAGES = MappingProxyType(
     {
         "matter": Package("build/matter.min.js"),

@@ -1,4 +1,4 @@
-"""The play page as one HTML file, with a policy that forbids other scripts and requests."""
+"""Builder of the play page: one HTML file whose security policy forbids other scripts and all requests."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ MODULES = (
     *("links", "page"),
 )
 MOST_DISCS = 10
-#: Characters of packed blocks: 91 of ASCII, without "<", so that no block ends its element.
+#: Characters of packed blocks: 91 of ASCII. "<" is excluded, so that a block can't close its HTML element.
 _LETTERS = bytes(range(35, 126)).replace(b"<", b"!").decode()
 #: Number of bits of the previous byte that select the probabilities of a literal, as in `loader.js`.
 _LITERAL_BITS = 3
-#: Scenes of the catalogue that the page offers. It shows the first one.
+#: Scenes of the catalogue that the page offers. The page opens with the first one.
 GALLERY = (
     *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
     *("classics/cradle-gaps", "tables/seam", "driven/paddle", "spin/throw-stick"),
@@ -49,13 +49,13 @@ def page_script() -> str:
 
 
 def without_comments(script: str) -> str:
-    """Return a script without indents and comments (except comments with a quote). No string may span lines."""
+    """Return a script without indents and comments, except comments that contain a quote. No string may span lines."""
     lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 
 def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
-    """Return the page with scenes to choose from and installed engines. It shows the first scene.
+    """Return the page as HTML, with a choice of scenes and engines. It opens with the first scene.
 
     Raises:
         InputError: The page can't show a scene.
@@ -116,7 +116,7 @@ def _packed_json(value: object) -> str:
 
 
 def packed_block(content: bytes) -> str:
-    """Return packed text for `loader.js`: length, Adler-32 and LZMA stream, with 13 bits in two characters.
+    """Return length, Adler-32 and LZMA stream of the content as text for `loader.js`, with 13 bits in two characters.
 
     Raises:
         InputError: This Python was built without LZMA.

@@ -1,4 +1,4 @@
 """Certified runs: event-driven simulation in ball arithmetic, in which every digit is proven.
 
-`certify` can be imported without python-flint. Without python-flint, a call raises an error that names it.
+`certify` can be imported without python-flint, but calling it then raises MissingExtraError.
 """

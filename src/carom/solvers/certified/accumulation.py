@@ -1,4 +1,7 @@
-"""Detection of infinitely many impacts in a finite time: collapse and crush. Both are reported without proof."""
+"""Detection of collapse and crush: infinitely many impacts in a finite time.
+
+Both are assumed from many past impacts, without a proof.
+"""
 
 from __future__ import annotations
 
@@ -23,12 +26,12 @@ _COLLAPSE = 20
 
 
 def without_end(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse or crush to which the last impacts belong, if any."""
+    """Return the collapse or crush that the last impacts form; None if they form neither."""
     return _collapse(log, bodies) or _crush(log, bodies) or crush_in_a_row(log, bodies)
 
 
 def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse to which the last impacts belong, if any."""
+    """Return the collapse that the last impacts form, if any."""
     scene = bodies.scene
     if not log.rows or not (scene.restitution < 1 or any(material.restitution < 1 for material in bodies.materials)):
         return None
@@ -49,10 +52,10 @@ def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the time at which two closing half-planes leave a disc no room, after many impacts between them.
+    """Return the crush of a disc between two half-planes that approach each other, if it had many impacts with both.
 
-    Only half-planes count, because discs can't escape sideways between them. If their normals are exactly opposite, the
-    room is the sum of both gaps, for any position of the disc.
+    Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
+    opposite, the sum of the disc's two gaps does not depend on its position.
     """
     last = [row.values for row in log.rows[-CRUSH:]]
     if not bodies.fastest_drive or len(last) < CRUSH or len({(row.first, row.second) for row in last}) > 2:

@@ -1,12 +1,13 @@
-"""State of all discs in ball arithmetic: every operation gives a ball that contains the true result.
+"""State of all discs in ball arithmetic, where every number is an interval that contains the true value.
 
 The float64 numbers of the scene are the exact input. Each disc is stored at an exact reference instant: a float64 just
-before its last impact. So the uncertainty of the impact's time affects the position only through the change of
-velocity, and the reference instant needs no rounding. Between the reference instant and the impact, the present path is
-extended backwards.
+before its last impact. So the reference instant needs no rounding, and the impact time's uncertainty affects the
+position only through the change of velocity. Between the reference instant and the impact, the new path is extended
+backwards.
 
 Under uniform gravity, states of movable discs are relative to a frame that falls from rest at time 0. The frame adds
-``g t^2 / 2`` to a position and ``g t`` to a velocity. In the falling frame paths are straight, and walls move.
+``g t^2 / 2`` to a position and ``g t`` to a velocity. In the falling frame, the discs' paths are straight and the walls
+move.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ State = tuple[arb, arb, arb, arb]
 
 
 def greatest_speed(scene: Scene) -> float:
-    """Return the greatest speed of discs, spinning rims and driven bodies at the start; 1 if nothing moves."""
+    """Return the greatest speed among discs, spinning rims and driven bodies, metres a second; 1 if nothing moves."""
     speeds = [max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in scene.discs]
     return max(*speeds, fastest_drive(scene)) or 1.0
 
@@ -46,7 +47,10 @@ def fastest_drive(scene: Scene) -> float:
 
 
 def _pull(scene: Scene, shape: Plane | Round) -> int:
-    """Return the sign of gravity's component along a straight obstacle's normal; negative if it pulls discs to it."""
+    """Return the sign of gravity's component along a straight obstacle's normal.
+
+    It is negative if discs fall towards the obstacle, and 0 for round obstacles.
+    """
     if isinstance(shape, Round):
         return 0
     gx, gy = map(Fraction, scene.gravity_m_s2)
@@ -57,7 +61,7 @@ def _pull(scene: Scene, shape: Plane | Round) -> int:
 class PairLaw(NamedTuple):
     """Constants of a pair of discs at the working precision.
 
-    A share is the part of the change of relative velocity that a disc gets.
+    A share is a disc's part of the change of relative velocity.
     """
 
     reach: arb
@@ -71,7 +75,10 @@ class PairLaw(NamedTuple):
 
 
 class WallLaw(NamedTuple):
-    """Constants of a wall and a radius. A reflection gives velocities ``M v`` and positions ``M x + shift``."""
+    """Constants of a wall for discs of one radius.
+
+    An impact changes velocities to ``M v`` and positions to ``M x + shift``; for e = 1 this is a reflection.
+    """
 
     nx: arb
     ny: arb
@@ -85,7 +92,7 @@ class WallLaw(NamedTuple):
 
 
 class RoundLaw(NamedTuple):
-    """Constants of a vertex or an arc and a radius: its centre, and the distance at which a disc touches it.
+    """Constants of a vertex or an arc for discs of one radius: centre, and distance from a touching disc's centre.
 
     `change` is the factor of a disc's velocity change. For `root` and (px, py) see `carom.solvers.certified.meeting`.
     """
@@ -101,21 +108,21 @@ class BallBodies:
     """Positions and velocities of all discs as balls, at the precision of python-flint's context.
 
     Attributes:
-        obstacles: Features of the walls: see `carom.solvers.certified.obstacles`. Features are numbered like walls. If
-            all walls are half-planes, the features are the walls.
-        time: Reference instant of each disc, seconds, exact.
-        x: First coordinate of each disc's centre at its reference instant; `y`, `vx` and `vy` are alike. Under gravity,
-            all are in the falling frame.
+        obstacles: Faces, vertices and arcs of the walls, and half-planes: see `carom.solvers.certified.obstacles`. They
+            are numbered like walls, and are the walls if all walls are half-planes.
+        time: Reference instant of each disc: an exact float64, in seconds.
+        x: x coordinate of each centre at the reference instant. `y`, `vx` and `vy` are similar. With gravity, all are
+            relative to the falling frame.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
         fastest_drive: A bound on the speeds of driven bodies, metres a second.
         turns: Whether spins are stored: see `carom.DiscArrays.turns`.
         spin: Spin of each disc, radians a second.
-        inverse_inertia_ratio: Inverse inertia factor of each disc, 1/k; 0 for a disc that does not turn.
-        inverse_mass: Inverse mass of each disc; 0 for a disc that no impact moves.
-        met: For each disc, the times of its last impact with each kind of partner, oldest first. The key is the
-            obstacle's body number, or 0 for any disc.
-        last_met: For each disc, a float64 no less than the time of any of its impacts; 0 before the first.
+        inverse_inertia_ratio: Inverse inertia factor 1/k of each disc; 0 for a disc that does not turn.
+        inverse_mass: Inverse mass of each disc; 0 for a disc that impacts do not move.
+        met: For each disc, the time of its last impact with each obstacle (key: body number) and with any disc (key:
+            0), oldest first.
+        last_met: For each disc, a float64 upper bound of the times of its past impacts; 0 before the first.
         partner: Body that each disc met last; None before its first impact.
         acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
         spin_rate: Rate at which contact changes each disc's spin, radians a second squared.
@@ -165,7 +172,7 @@ class BallBodies:
         return len(self.x)
 
     def lower_precision(self, bits: int) -> None:
-        """Lower the working precision if the balls are so wide that the last bits are meaningless."""
+        """Lower the working precision to `bits`, and discard constants computed at the old precision."""
         ctx.prec = bits
         self._legs.clear()
         self._pair_laws.clear()
@@ -173,7 +180,11 @@ class BallBodies:
         self._round_laws.clear()
 
     def state_bits(self, i: int) -> int:
-        """Bits to which disc `i` is known: its velocity over the scene's speed, its centre over distance and radius."""
+        """Return the number of accurate bits in the state of disc `i`.
+
+        Velocity errors are relative to the scene's greatest speed, position errors to the distance from the origin plus
+        the radius.
+        """
         radius = arb(self.scene.discs[i].radius_m)
         x, y = self.place(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
         size = x.mid().max(ZERO - x.mid()) + y.mid().max(ZERO - y.mid()) + radius
@@ -186,36 +197,36 @@ class BallBodies:
         return max(0, min(int(ctx.prec), known))
 
     def worst_accuracy_bits(self) -> int:
-        """Accuracy of the least accurate velocity component, in bits, relative to its disc's speed."""
+        """Return the accuracy of the disc whose velocity is least accurate, in bits."""
         return min(self._accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
-        """Accuracy of the most accurate inexact velocity, in bits; the working precision if all are exact."""
+        """Return the accuracy in bits of the best known inexact velocity; the working precision if all are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
         return max((self._accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
     def _accuracy_bits(self, i: int) -> int:
-        """Accuracy of the velocity of disc `i`, in bits; the working precision if it is exact."""
+        """Return the accuracy of the velocity of disc `i`, in bits; the working precision if the velocity is exact."""
         bits = [v.rel_accuracy_bits() for v in (self.vx[i], self.vy[i]) if not v.is_zero()]
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
     def untouched(self, *bodies: int) -> bool:
-        """Whether none of these bodies is a disc that has had an impact.
-
-        The states of such bodies are known from the exact start.
-        """
+        """Return whether none of these discs has had an impact, so that their states are the exact start."""
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
     def have_just_met(self, i: int, j: int) -> bool:
-        """Whether `i` and `j` had their last impacts with each other. Such discs separate."""
+        """Return whether the last impact of discs `i` and `j` was with each other, so that they separate."""
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
     def path_start(self, i: int, body: int) -> float:
-        """Return the later reference instant of disc `i` and another body, from which both paths are valid."""
+        """Return the later of the reference instants of disc `i` and another body.
+
+        From this instant on both paths are valid.
+        """
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def since(self, i: int, second: int) -> arb:
-        """Return when disc `i` last met a body whose impact may affect an impact with `second`; 0 if never.
+        """Return the time of the last impact of disc `i` that can affect its next impact with `second`; 0 for none.
 
         If two walls are exactly orthogonal, an impact on one changes neither the distance from the other nor the speed
         towards it, unless there is friction.
@@ -227,12 +238,15 @@ class BallBodies:
         return latest
 
     def began(self, i: int, second: int, at: float) -> arb | None:
-        """Return when the later of two paths began, as far as it affects the bodies' impact; None if before `at`."""
+        """Return the time of the last impact that can affect two bodies' next impact; None if it is before `at`."""
         times = [self.since(disc, second) for disc in (i, second) if disc >= 0 and not at > self.last_met[disc]]
         return times[0].max(times[-1]) if times else None
 
     def orthogonal(self, one: int, other: int) -> bool:
-        """Whether impacts on two obstacles are exactly orthogonal, so that neither affects the other."""
+        """Return whether two obstacles are exactly orthogonal and frictionless.
+
+        Then impacts on one don't affect the other.
+        """
         found = self._orthogonal.get((one, other))
         if found is None:
             a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
@@ -243,11 +257,11 @@ class BallBodies:
         return found
 
     def trace_body(self, body: int) -> int:
-        """Return the number of a body in traces. An obstacle has the number of its wall."""
+        """Return the number of a body in traces, where an obstacle has the number of its wall."""
         return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
     def legs(self, body: int) -> tuple[BallLeg, ...]:
-        """Return the legs of a disc, or of an obstacle given by its body number; empty if it is not driven."""
+        """Return the legs of a driven disc or obstacle, given by its body number; empty for other bodies."""
         key = self.trace_body(body)
         if key not in self._drives:
             return ()
@@ -256,36 +270,36 @@ class BallBodies:
         return self._legs[key]
 
     def is_driven(self, k: int) -> bool:
-        """Whether the k-th obstacle moves."""
+        """Return whether the k-th obstacle is driven."""
         return bool(self.legs(wall_body(k)))
 
     def legs_from(self, body: int, at: float) -> tuple[BallLeg | None, ...]:
-        """Return the leg of a body at an instant, and all later legs; a single None if it is not driven."""
+        """Return the leg of a driven body at an instant and all later legs; ``(None,)`` for other bodies."""
         return tuple(leg for leg in self.legs(body) if leg.end_s > at) or (None,)
 
     def until(self, at: float, leg: BallLeg | None, *discs: int) -> arb:
-        """Return an upper bound of the time until the motion of discs, or of a body on a leg, changes."""
+        """Return an upper bound of the time from `at` until the mode of a disc or the leg of a driven body ends."""
         ends = self.contacts.until(at, *discs)
         return ends if leg is None else ends.min(arb(leg.end_s) - at)
 
     def bends(self, body: int) -> bool:
-        """Whether a body's path is curved in the frame of the discs that impacts move."""
+        """Return whether a body's path is curved or changes direction in the falling frame."""
         fixed = body < 0 or not self.movable[body]
         if body >= 0 and self.acceleration[body] is not None:
             return True
         return fixed and (self.falls or len(self.legs(body)) > 1)
 
     def state(self, i: int, at: float) -> State:
-        """Return position and velocity of disc `i` at an instant, on its present path or leg, in the falling frame."""
+        """Return position and velocity of disc `i` at an instant on its present path or leg, in the falling frame."""
         leg = None if self.movable[i] else self.legs_from(i, at)[0]
         return *self.moved(i, at), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
 
     def seen(self, i: int, at: float, leg: BallLeg | None) -> State:
-        """Return position and velocity of disc `i` at an instant, relative to a body on a leg."""
+        """Return position and velocity of disc `i` at an instant, relative to a driven body's leg, or to the walls."""
         return self.less(leg, at, *self.place(i, at), *self.velocity(i, arb(at), at))
 
     def less(self, leg: BallLeg | None, at: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
-        """Return a state relative to a body on a leg, at an instant."""
+        """Return a state relative to a driven body on a leg at an instant."""
         if leg is None:
             return x, y, vx, vy
         moved_x, moved_y = leg.moved_at(arb(at))
@@ -305,11 +319,12 @@ class BallBodies:
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
 
     def place_at(self, i: int, time: arb) -> tuple[arb, arb]:
-        """Return the centre of disc `i`, which is not driven, at a time on its path, relative to the walls."""
+        """Return the centre of disc `i` at a time on its path, relative to the walls. The disc must not be driven."""
         if not self.movable[i]:
             return self.x[i], self.y[i]
         dt, pull = time - self.time[i], self.acceleration[i]
-        # A disc in flight is in the frame that has fallen since time 0.
+        # The state of a disc in flight is relative to the falling frame, that of a disc in contact is relative to the
+        # walls.
         (ax, ay), half_square = (self.gravity, time * time / 2) if pull is None else (pull, dt * dt / 2)
         return (
             self.x[i] + self.vx[i] * dt + ax * half_square,
@@ -347,7 +362,7 @@ class BallBodies:
         return self.spin[i] + self.spin_rate[i] * (time - self.time[i])
 
     def strongest_pull(self) -> arb:
-        """Return a bound on the rate at which gravity or a wall in contact changes the speed of a disc or rim."""
+        """Return a bound of the acceleration that gravity, table and walls in contact give to a disc or its rim."""
         gx, gy = self.gravity
         friction = arb(max((material.friction for material in self.materials), default=0.0))
         turns = max([arb(1), *self.inverse_inertia_ratio], key=float)
@@ -356,11 +371,11 @@ class BallBodies:
         return table + (gx * gx + gy * gy).sqrt() * (1 + 2 * resists * turns)
 
     def surface(self, i: int) -> arb:
-        """Return the speed of the rim of disc `i`, seen from its centre, counterclockwise."""
+        """Return the rim speed of disc `i` relative to its centre; counterclockwise is positive."""
         return arb(self.scene.discs[i].radius_m) * self.spin[i]
 
     def turn(self, i: int, impulse: arb) -> None:
-        """Reduce the spin of disc `i` by an impulse along its rim, divided by its mass."""
+        """Reduce the spin of disc `i` by an impulse along its rim. The impulse is divided by the disc's mass."""
         self.spin[i] = self.spin[i] - impulse * self.inverse_inertia_ratio[i] / arb(self.scene.discs[i].radius_m)
 
     def pair_law(self, i: int, j: int) -> PairLaw:
@@ -384,10 +399,10 @@ class BallBodies:
         return law
 
     def wall_law(self, k: int, radius: float | None) -> WallLaw:
-        """Return the constants of the k-th obstacle, a half-plane or a face, and a disc's radius (None for 0).
+        """Return the constants of the k-th obstacle, a half-plane or a face, for discs of a radius (None for 0).
 
-        The half-plane is ``(p - q).n >= 0``. The direction of the stored normal is exact, but its length is 1 only up
-        to rounding. The length is divided out: by ``|n|`` in the distance, and by ``|n|^2`` in the reflection.
+        The half-plane is ``(p - q).n >= 0``. The direction of the stored normal is exact, but rounding makes its length
+        differ from 1. So distances are divided by ``|n|``, and reflections by ``|n|^2``.
         """
         law = self._wall_laws.get((k, radius))
         if law is None:
@@ -400,7 +415,7 @@ class BallBodies:
             thick = ZERO if radius is None else arb(radius) + ball(obstacle.half_width)
             level = px * nx + py * ny + thick * length
             turn = arb(self.materials[obstacle.wall].restitution) + 1
-            if ny.is_zero() or nx.is_zero():  # if so, the fractions of |n|^2 are exactly 1 and 0
+            if ny.is_zero() or nx.is_zero():  # exact: 1 and 0 need no division
                 xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
             else:
                 xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2
@@ -409,7 +424,7 @@ class BallBodies:
         return law
 
     def round_law(self, k: int, radius: float) -> RoundLaw:
-        """Return the constants of the k-th obstacle, a vertex or an arc, and a disc's radius."""
+        """Return the constants of the k-th obstacle, a vertex or an arc, for discs of a radius."""
         law = self._round_laws.get((k, radius))
         if law is None:
             obstacle = self.obstacles[k]
@@ -425,7 +440,10 @@ class BallBodies:
         return law
 
     def note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
-        """Record that disc `i`, whose state is given at `at`, has met another body at `time`, at most `latest`."""
+        """Record an impact of disc `i` with another body at `time`, which is at most `latest`.
+
+        The disc's state refers to the instant `at`.
+        """
         self.time[i] = at
         self.last_met[i] = max(self.last_met[i], latest)
         self.partner[i] = other

@@ -1,11 +1,11 @@
-"""Rigorous float64 lower bounds of times of impact, so that ball arithmetic is needed for few pairs of bodies only.
+"""Rigorous float64 lower bounds of times of impact. They save most computations in ball arithmetic.
 
-`docs/theory/certified.md` derives them and the margins for their roundings. Numbers are scaled by powers of two,
-which is exact: see `carom.solvers.units`. If a result overflows, is NaN or is subnormal, the bound is the start of both
-paths. That bound excludes nothing, so balls decide.
+`docs/theory/certified.md` derives the bounds and their margins for rounding. Numbers are scaled by powers of two, which
+is exact: see `carom.solvers.units`. If a result overflows, is NaN or is subnormal, the bound is the start of both
+paths, and ball arithmetic computes the time.
 
-Under gravity, states are relative to a freely falling frame, in which discs move straight. Bodies that do not fall
-get no bound there. Driven walls, and driven discs that change direction, get no bound either.
+With gravity, states are relative to a freely falling frame, in which falling discs move along straight lines. The bound
+is the start of both paths for bodies that do not fall, for driven walls, and for driven discs that change direction.
 """
 
 from libc.math cimport fabs, ldexp, sqrt
@@ -33,15 +33,15 @@ cdef extern from "carom/core/constants.h" nogil:
 
 cdef enum:
     NOBODY = -1
-    SHARP_BITS = 54  # with this accuracy, a ball's radius is below half a ROUNDOFF of its value
+    SHARP_BITS = 54  # with this many accurate bits, a ball's radius is below half a ROUNDOFF of its value
 
 cdef enum Form:
     FLAT  # a half-plane or a face
     ROUND  # a vertex or the outside of an arc
     HOLLOW  # the inside of an arc, or a driven wall: no bounds are computed
 
-cdef struct Path:  # a disc on its present path in float64, scaled
-    double time  # seconds, exact: when the disc is at (x, y), on its path or the backward extension of it
+cdef struct Path:  # a disc on its present path, in scaled float64 numbers
+    double time  # exact time in seconds at which the disc is at (x, y), on its path or its path extended backwards
     double x
     double y
     double vx
@@ -50,7 +50,7 @@ cdef struct Path:  # a disc on its present path in float64, scaled
     double error_v  # the same for vx and vy
     double radius
     double rim  # the radius, rounded up
-    Py_ssize_t met  # column that the disc cannot hit on this path, or NOBODY
+    Py_ssize_t met  # column of the body that the disc has just met and cannot meet again on this path, or NOBODY
     bint immovable
     bint bends  # its path is not straight, so no bounds are computed
 
@@ -80,7 +80,8 @@ cdef struct Table:  # bounds for each disc (row) with each disc and then each wa
 
 
 cdef inline double bound_after(double start, double wait, double second) noexcept nogil:
-    """Return a lower bound of an instant, from a bound of a scaled wait after `start`; `start` if that fails."""
+    """Return a lower bound in seconds of `start` plus a scaled wait; `start` if the wait is subnormal, infinite or NaN.
+    """
     wait *= 1.0 - 16.0 * ROUNDOFF
     if not (wait >= NORMAL and wait < INF):
         return start
@@ -134,7 +135,7 @@ cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *tabl
 
 
 cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
-    """Find the smallest bound of a row. In a tie the first counts."""
+    """Find the smallest bound of a row, the first one in a tie."""
     row = &table.bounds[i * table.width]
     cdef Least least = Least(INF, 0)
     cdef Py_ssize_t k
@@ -161,7 +162,7 @@ cdef void fill_row(Table *table, Py_ssize_t i, Py_ssize_t begin) noexcept nogil:
 
 
 cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
-    """Compute the bounds of discs `i` and `j`, which have changed, again. `j` equals `i` if only one has changed."""
+    """Recompute all bounds of discs `i` and `j` after their states have changed. `j` equals `i` for a single disc."""
     cdef Py_ssize_t k
     for k in range(table.discs):
         table.bounds[k * table.width + i] = table.bounds[k * table.width + j] = INF
@@ -177,8 +178,8 @@ cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
 cdef class LowerBounds:
     """Lower bounds of the time of impact for each pair of discs, and for each disc and wall, seconds.
 
-    A pair is identified by its row (a disc) and by the body number of the other disc or wall. The state of `bodies` is
-    read at the start, and when `changed` is called.
+    A pair is identified by its row (a disc) and the body number of the other disc or wall. The states are read from
+    `bodies` at the start, and by each call of `changed`.
     """
 
     cdef Table table
@@ -218,7 +219,7 @@ cdef class LowerBounds:
         free(self.table.least)
 
     def changed(self, *discs):
-        """Read the state of one movable disc, or of two that have collided, and compute their bounds again."""
+        """Reload the state of one movable disc, or of two discs that have collided, and recompute their bounds."""
         for i in discs:
             self._load(i)
         cdef Py_ssize_t first = discs[0], last = discs[len(discs) - 1]
@@ -226,7 +227,7 @@ cdef class LowerBounds:
             renew(&self.table, first, last)
 
     def earliest(self):
-        """Return the smallest bound of all, its row, and the other body."""
+        """Return the smallest bound of all pairs, its row, and the other body."""
         cdef Py_ssize_t i
         cdef Py_ssize_t best = 0
         for i in range(1, self.table.discs):
@@ -301,7 +302,7 @@ cdef class LowerBounds:
             wall.round.error += tiny(self.length)
             return
         law = self.bodies.wall_law(k, 0.0)  # the level for a disc of radius 0
-        # A face's normal is as long as its edge, so it is scaled to a length of about 1. Margins cover its rounding.
+        # A face's normal is as long as its edge. Scale it to a length of about 1; the margins cover the rounding.
         _, size = frexp(float_above(law.length))
         scale = arb((1, -size))
         wall.nx, wall.ny = law.nx * scale, law.ny * scale
@@ -312,10 +313,10 @@ cdef class LowerBounds:
 
 
 cdef double spread(ball):
-    """Return the radius of a ball; 0 if the rounding margin of its conversion to a float covers the radius."""
+    """Return the radius of a ball; 0 if the margin for converting the ball to a float already covers the radius."""
     return 0.0 if ball.rel_accuracy_bits() >= SHARP_BITS else ball.rad()
 
 
 cdef double tiny(int scale) noexcept:
-    """Return TINY, or more if converting a small ball to a float underflows and the result is then scaled up."""
+    """Return TINY plus the error of converting a ball to a float that underflows and is then scaled by 2^-scale."""
     return TINY + ldexp(1.0, -1070 - scale)

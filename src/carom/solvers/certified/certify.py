@@ -1,4 +1,4 @@
-"""The function `certify`: event-driven simulation in ball arithmetic, in which every digit is proven."""
+"""Entry point of certified runs."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ def certify(
 ) -> CertifiedTrace:
     """Run a scene with proven bounds on every number: times, velocities and final positions.
 
-    The float64 values of the scene are the exact input. The next impact is chosen only by certified comparisons. If
-    these can't decide, the run is repeated at a higher precision. An event that no precision decides ends the run, and
-    is reported. An interrupt (Ctrl-C) ends the run, too. The result contains everything that was certified until then.
+    The float64 values of the scene are the exact input. The next impact is chosen by certified comparisons. If a
+    comparison is undecided, the run is repeated at a higher precision. The run ends early at an event that no precision
+    decides, or at an interrupt (Ctrl-C). The result then contains everything certified so far.
 
     Args:
         scene: The scene, or its name in the catalogue.
-        digits: Requested decimal digits: of each time, of velocities relative to the greatest speed at the start, of
-            positions relative to the greatest extent of the start.
+        digits: Requested decimal digits of times. For velocities the digits are relative to the greatest speed at the
+            start, for positions to the greatest extent at the start.
         max_impacts: Stop after this many impacts; None for no limit.
         time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
         max_precision_bits: Greatest precision, bits.
-        tie_bits: An event counts as degenerate if it is still undecided when its bodies are known to this many bits.
-        progress: Function that is called at intervals, with the number of impacts so far, the time reached in seconds,
-            and the precision in bits.
+        tie_bits: An event is degenerate if it is still undecided when the states of its bodies are accurate to this
+            many bits.
+        progress: Called at intervals with impacts so far, time reached in seconds, and bits of precision.
 
     Returns:
-        The trace with its radii. The final state of the trace is the state at the end, or at the last certified impact
-        if the run ended earlier.
+        The trace with an error bound for every number. If the run ended early, the final state is that at the last
+        certified impact.
 
     Raises:
         MissingExtraError: python-flint is not installed.

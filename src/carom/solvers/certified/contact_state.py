@@ -12,17 +12,17 @@ from carom.solvers.certified.two_frictions import BallFrictions
 
 
 class BallGround(NamedTuple):
-    """Ground of a disc in contact: the line on which its centre moves. Positions p are measured along it.
+    """Ground of a disc in contact: the line on which the disc's centre moves. Positions are measured along this line.
 
     Attributes:
         body: Body number of the obstacle.
-        nx: x component of the normal, like `ny`. The normal has any length above 0, and is exact if the wall's normal
-            is. (ny, -nx) is along the ground.
+        nx: x component of the normal; `ny` is the y component. The normal can have any length, and is exact if the
+            wall's normal is exact. (ny, -nx) is the direction along the ground.
         level: The line's distance from the origin along the normal.
-        presses: Component of gravity into the ground.
+        presses: Component of gravity towards the ground.
         along: Component of gravity along the ground.
         span: Positions of the ends of a face.
-        never_met: Body numbers of the obstacles that a disc on a face never meets there.
+        never_met: Body numbers of obstacles that a disc cannot meet while it is on this face.
     """
 
     body: int
@@ -63,7 +63,7 @@ class GlideState(NamedTuple):
 
 
 class Bounce(NamedTuple):
-    """The last impact of a disc: its time, the body, the speed after it, and whether friction held slip and spin."""
+    """Last impact of a disc: time, body, speed after the impact, and whether friction stopped slip and spin."""
 
     time: arb
     body: int
@@ -72,7 +72,7 @@ class Bounce(NamedTuple):
 
 
 class BallMode(NamedTuple):
-    """A row of `Trace.modes` in balls, without the number of impacts before it."""
+    """A row of `Trace.modes` in balls, without the count of previous impacts."""
 
     time: arb
     disc: int
@@ -100,10 +100,10 @@ class End(NamedTuple):
 
 
 class Gliding(NamedTuple):
-    """A disc in contact: start, ground, mode, rates of change of its speed and its rim's, and end (None for never).
+    """A disc in contact: start, ground, mode, rates of change of speed and rim speed, and end (None for never).
 
     `branch` is the branch of the contact law: the signs of friction and rolling resistance at their limits, and whether
-    slip and rim speed are held. Discs of one inertia factor on one branch have exactly the same rates.
+    slip and rim speed stay 0. Discs with equal inertia factors on the same branch have exactly the same rates.
     """
 
     since: arb
@@ -116,7 +116,7 @@ class Gliding(NamedTuple):
     end: End | None = None
 
     def after(self, wait: arb) -> GlideState:
-        """Return the state after a wait."""
+        """Return the state `wait` seconds after the start of the mode."""
         place, speed, slip, rim = self.begun
         return GlideState(
             place + wait * (speed + self.rate * wait / 2),
@@ -127,7 +127,7 @@ class Gliding(NamedTuple):
 
 
 class Landing(NamedTuple):
-    """The end of a disc's bounces: time, ground, and state."""
+    """End of a disc's infinitely many bounces: time, ground, and state."""
 
     time: arb
     ground: BallGround
@@ -135,7 +135,10 @@ class Landing(NamedTuple):
 
 
 class Launch(NamedTuple):
-    """A disc that leaves the end of a face: the vertex, the time, and its squared gap by powers of t, from t^2 on."""
+    """A disc that leaves the end of a face: the vertex, the time, and the coefficients of its squared gap.
+
+    The coefficients are those of t^2, t^3 and t^4, with t from that time on. Those of 1 and t are 0.
+    """
 
     vertex: int
     time: arb
@@ -143,15 +146,15 @@ class Launch(NamedTuple):
 
 
 class ContactStates:
-    """The contacts of all discs of an attempt.
+    """Contact states of all discs in one attempt of a run.
 
     Attributes:
         gliding: The contact of each disc; None for a disc in flight.
         bounces: The last impact of each disc on a straight obstacle.
-        landings: Ends of bounces that are known to precede all other events of the disc.
-        stops: When each disc stops on a table; None for a disc at rest, or without a table.
-        launched: How each disc that left the end of a face did so; None for other discs.
-        barred: Body numbers of obstacles that each disc certainly does not meet during its present motion.
+        landings: End of each disc's bounces, if it certainly comes before all other events of the disc; else None.
+        stops: Time at which the table's friction stops each disc; None for a disc at rest, or without table friction.
+        launched: How each disc left the end of a face; None for other discs.
+        barred: Body numbers of obstacles that each disc cannot meet during its present motion.
     """
 
     def __init__(self, discs: int) -> None:
@@ -168,18 +171,18 @@ class ContactStates:
         self.barred[i] = frozenset()
 
     def end_of(self, i: int) -> arb | None:
-        """Return when the present mode of disc `i` ends without an impact; None for never."""
+        """Return the time at which the present mode of disc `i` ends without an impact; None for never."""
         gliding, landing = self.gliding[i], self.landings[i]
         if landing is not None:
             return landing.time
         return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
 
     def until(self, at: float, *discs: int) -> arb:
-        """Return an upper bound of the time from an instant until the mode of one of the discs ends."""
+        """Return an upper bound of the time from `at` until the mode of one of the discs ends."""
         ends = [end.upper() - at for i in discs if (end := self.end_of(i)) is not None]
         return min(ends, default=arb("inf"))
 
     def launch(self, i: int, body: int) -> Launch | None:
-        """Return how disc `i` left the end of a face, if an obstacle is the vertex around which its rim moved."""
+        """Return how disc `i` left the end of a face, if it turned around the vertex `body`; else None."""
         launch = self.launched[i]
         return launch if launch is not None and launch.vertex == body else None

@@ -1,13 +1,12 @@
 """Contact in certified runs: discs that slide, roll and rest on straight walls below them.
 
-The law of contact is as in `core/contact_law.h`, and the transitions are as in `core/contact.h`, in balls. Quantities
-that the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a path with its own
-acceleration. For an impact, the disc is released from its wall. After the impact, the disc returns to the wall or stays
-free. An undecided event ends the run, and the result names it.
+The module repeats the contact law of `core/contact_law.h` and the transitions of `core/contact.h` in ball arithmetic.
+Quantities that the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a path with
+its own acceleration. An impact first releases a disc from its wall. After the impact the disc returns to the wall or
+stays free. An undecided event ends the run and is reported.
 
-Bounces are computed one by one until the requested digits can't distinguish their times from the time of the last
-bounce. The remaining bounces are summed as a geometric series if they are alike: if all of them slip in one direction,
-or none of them slips, and likewise for the spin.
+Bounces are applied one by one until the remaining ones are shorter than the requested digits can resolve. If the
+remaining bounces are certainly alike (all slip in one direction, or all stick), they are summed as a geometric series.
 """
 
 from __future__ import annotations
@@ -38,23 +37,23 @@ if TYPE_CHECKING:
 
 
 class BallContacts:
-    """Changes the contacts of discs, which the bodies store."""
+    """Operations that change the contact states stored in `BallBodies`."""
 
     def __init__(self, bodies: BallBodies) -> None:
         self._bodies, self._states = bodies, bodies.contacts
-        self._was_on: dict[int, int] = {}  # the grounds from which an impact has released discs
+        self._was_on: dict[int, int] = {}  # grounds of the discs that an impact has just released
 
     # Future events ----------------------------------------------------------------------------------------------------
 
     def meet_end(self, i: int, at: float) -> Meeting | None:
-        """Return the end of disc `i`'s mode, as a meeting of the disc with itself."""
+        """Return the end of the present mode of disc `i` as a meeting of the disc with itself; None for never."""
         time = self._states.end_of(i)
         if time is None:
             return None
         return Meeting(i, i, max(at, min(float_below(time), float_above(time))), time, float_above(time))
 
     def along_one(self, i: int, j: int, at: float, reach: arb) -> list[arb] | None:
-        """Return the gap of two discs on one ground, by powers of time from an instant on; None for other discs."""
+        """Return the gap of two discs on the same ground as a polynomial of time since `at`; None for others."""
         one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
             return None
@@ -72,7 +71,7 @@ class BallContacts:
     # The start --------------------------------------------------------------------------------------------------------
 
     def lying(self) -> Iterator[tuple[int, BallGround]]:
-        """Yield each disc that rests on a straight obstacle within the accuracy of a float64 start, with its ground."""
+        """Yield each disc that touches a ground at the start, up to float64 rounding, with the ground."""
         bodies = self._bodies
         for i, disc in enumerate(bodies.scene.discs):
             for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
@@ -89,7 +88,10 @@ class BallContacts:
                     break
 
     def begin(self, i: int, ground: BallGround) -> BallMode | Meeting:
-        """Place disc `i` on its ground and begin its contact, or return its impact if it approaches the ground."""
+        """Place disc `i` on its ground and start its contact.
+
+        If the disc approaches the ground, return an impact instead.
+        """
         bodies, k = self._bodies, wall_index(ground.body)
         place, speed = ground.along_it(bodies.x[i], bodies.y[i]), ground.along_it(bodies.vx[i], bodies.vy[i])
         off, rim = ground.off_it(bodies.vx[i], bodies.vy[i]), bodies.surface(i)
@@ -100,7 +102,7 @@ class BallContacts:
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
     def _known(self, i: int, k: int) -> arb:
-        """Return the accuracy of float64 numbers for the gap between disc `i` and a straight obstacle at the start."""
+        """Return the float64 resolution of the gap between disc `i` and a straight obstacle at the start."""
         disc, shape = self._bodies.scene.discs[i], self._bodies.obstacles[k].shape
         point = shape.point if isinstance(shape, Plane) else (0, 0)
         sizes = size_of(*disc.position_m, disc.radius_m) + size_of(float(point[0]), float(point[1]), 0.0)
@@ -109,7 +111,7 @@ class BallContacts:
     # Modes ------------------------------------------------------------------------------------------------------------
 
     def go_on(self, meeting: Meeting) -> BallMode:
-        """Apply the end of a disc's mode."""
+        """Apply the end of a disc's mode and start the next mode."""
         i, at = meeting.first, meeting.at
         gliding, landing = self._states.gliding[i], self._states.landings[i]
         if landing is not None:
@@ -123,16 +125,22 @@ class BallContacts:
         return self._settle(i, gliding.ground, end.time, at, state._replace(slip=slip, rim=rim))
 
     def release(self, i: int, time: arb, at: float) -> None:
-        """Release disc `i` from its wall for an impact, on the tangent of its path in the falling frame."""
+        """Release disc `i` from its wall before an impact.
+
+        Its new path is the tangent of the old one, in the falling frame.
+        """
         bodies = self._bodies
         place, velocity, spin = bodies.place_at(i, time), bodies.velocity(i, time, at), bodies.spin_at(i, time)
         self._fly(i, place, velocity, spin, time, at)
 
     def after_impact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
-        """Keep disc `i` in contact with its wall after its release and impact, or let it leave.
+        """Return disc `i` to its wall after an impact, or let it leave.
+
+        Return its new mode; None if the mode is unchanged.
 
         Raises:
-            Undecided: The disc is driven into its wall, which has no unique answer, or the outcome can't be decided.
+            Undecided: The disc is pushed into its wall, where the result is not unique, or the precision does not
+                decide the outcome.
         """
         bodies, ground = self._bodies, before.ground
         time, at = meeting.time, meeting.at
@@ -154,7 +162,7 @@ class BallContacts:
         return None if same and now is not None and now.rim_rate.overlaps(before.rim_rate) else settled
 
     def _keeps_normal_speed(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
-        """Whether an impact leaves the speed of disc `i` along the normal of its ground exactly unchanged."""
+        """Return whether an impact certainly does not change the speed of disc `i` along the normal of its ground."""
         bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
         if other < 0:
             rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
@@ -167,7 +175,7 @@ class BallContacts:
         return (alike and theirs == ground.body) or ground.off_it(*normal).is_zero()
 
     def strike(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
-        """Release those discs of an impact that are in contact. Return their contacts before the release."""
+        """Release those discs of an impact that are in contact. Return their contacts by disc."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:
@@ -180,7 +188,7 @@ class BallContacts:
     def _settle(
         self, i: int, ground: BallGround, time: arb, at: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
-        """Start the motion of disc `i` in contact, from a time and a state on."""
+        """Start a contact mode of disc `i` with a state at a time."""
         bodies = self._bodies
         gliding, material = self._states.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
         if before is None:
@@ -190,7 +198,7 @@ class BallContacts:
         c = ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
         most = (arb(material.friction) * ground.presses, c * ground.presses)
         resists = not c.is_zero()
-        if resists and slip.is_zero():  # in this case, speed and rim speed cancel exactly
+        if resists and slip.is_zero():  # rolling: speed and rim speed cancel exactly
             speed = ZERO if rim.is_zero() else speed
             rim = ZERO - speed
         signs = sign(slip), sign(rim) if resists else 0
@@ -217,7 +225,7 @@ class BallContacts:
         return self._record(i, ground, time, at, before, mode)
 
     def _put(self, i: int, at: float) -> None:
-        """Set the path of disc `i` to the path of its contact."""
+        """Set the path of disc `i` to that of its contact."""
         bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
         assert gliding is not None  # noqa: S101 - callers have just set it
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
@@ -231,7 +239,7 @@ class BallContacts:
         bodies.note(i, ground.body, at, gliding.since, float_above(gliding.since))
 
     def _end_of(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
-        """Return when a mode ends without an impact; None for never."""
+        """Return the earliest end of a contact mode without an impact; None for never."""
         (_, _, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
         found = []
         for value, rate, ends in ((slip, slips, End(ZERO, ZERO, slip=True)), (rim, gliding.rim_rate, _RIM)):
@@ -263,7 +271,7 @@ class BallContacts:
         return [End(fall.time, ZERO, over=True) for fall in falls]
 
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
-        """Let disc `i`, which has reached an end of its face, fly off if it is fast enough."""
+        """Apply the arrival of disc `i` at an end of its face. If the disc is fast enough, it flies off."""
         bodies, ground, end = self._bodies, gliding.ground, gliding.end
         assert end is not None and ground.span is not None  # noqa: S101, PT018 - the disc is at the end of a face
         obstacle = bodies.obstacles[wall_index(ground.body)]
@@ -316,10 +324,12 @@ class BallContacts:
     # The end of bounces -----------------------------------------------------------------------------------------------
 
     def consider_landing(self, i: int, tolerance: arb | None) -> bool:
-        """Let disc `i` land after all remaining bounces, if they are alike and no other event can come before.
+        """Record the landing of disc `i` after its remaining bounces.
 
-        The bounces must end within the fraction `tolerance` of the time so far. None if this, and that no other event
-        can come before, is known.
+        Return False if they can't be summed.  The bounces must be alike, and no other event may come before their end.
+
+        The bounces must end within the fraction `tolerance` of the present time. None skips this check and the check
+        for other events, because both were done before.
         """
         bodies, bounce = self._bodies, self._states.bounces[i]
         if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:

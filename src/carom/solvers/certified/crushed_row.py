@@ -1,7 +1,7 @@
-"""Discs in a row between two bodies that leave them no room. The row is on a line of any direction.
+"""Detection of discs in a row that are crushed between two bodies. The row can have any direction.
 
-By symmetry, discs stay on a line if their centres are exactly on it and nothing moves, pulls or turns them off. The
-room of the discs is the distance between the ends of the row minus their widths. The room is linear in time.
+By symmetry, discs stay on a line if their centres are exactly on the line and no velocity, force or friction acts
+sideways. The room of the discs is the distance between the end bodies minus the discs' diameters. It is linear in time.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.recording import Recording
 
-#: Impacts of a disc between two closing bodies after which it counts as crushed.
+#: A disc between two approaching bodies is crushed after this many impacts.
 CRUSH = 256
 
 
 class _Facing(NamedTuple):
-    """Last contact of the disc at one end of a row with the body there.
+    """Last contact between a disc at the end of a row and the body at this end.
 
     Attributes:
         body: The body.
         disc: The disc.
-        normal: Unit vector from the body to the disc, to rounding.
+        normal: Unit vector from the body to the disc, with rounding errors.
         edge: Number of a finite wall's edge, and its kind.
     """
 
@@ -48,10 +48,10 @@ class _Facing(NamedTuple):
 
 
 def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return when discs that strike each other in a row, and a body at each end, have no room left.
+    """Return the crush of discs in a row between two bodies, if the last impacts were in this row.
 
-    The result is exact. The centres, velocities and normals of the scene are on one line, the discs have struck nothing
-    else so far, and nothing else moves. If both ends move, the scene has no other bodies.
+    The time is exact. It is known only if centres, velocities and normals are on one line, the discs have had no
+    impacts with other bodies, and no other body moves. If both end bodies move, the scene must have no other bodies.
     """
     last = [row.values for row in log.rows[-CRUSH:]]
     if not bodies.fastest_drive or len(last) < CRUSH:
@@ -77,7 +77,9 @@ def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     now, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
         place, speed, ends_s = _surface(end, obstacle, line, bodies, now)
-        sign = 1 if dot(end.normal, line) > 0 else -1  # the discs are on the body's right
+        sign = (
+            1 if dot(end.normal, line) > 0 else -1
+        )  # 1: the discs are in the direction of the line, seen from the body
         room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
     for disc in row[1:-1]:
         room = room - 2 * arb(bodies.scene.discs[disc].radius_m)
@@ -91,7 +93,7 @@ def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
-    """Return the bodies of some pairs in order, if they are a row between two immovable or driven bodies."""
+    """Return the bodies of the pairs in order, if they form a row between two immovable or driven bodies; else None."""
     beside: dict[int, list[int]] = {}
     for first, second in pairs:
         beside.setdefault(first, []).append(second)
@@ -110,7 +112,7 @@ def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Whether no other body can come near: there is none, or all others and one end of the row are at rest."""
+    """Return whether no other body can reach the row: others and one end are at rest, or there are no others."""
     scene = bodies.scene
     others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     others = [body for body in others if body not in row]
@@ -126,7 +128,7 @@ def _key(body: int, bodies: BallBodies) -> int:
 
 
 def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:
-    """Whether several discs lose energy, and may come to rest on each other, or friction acts on a turning disc."""
+    """Return whether several discs lose energy (so that they may rest on each other), or friction changes a spin."""
     scene, arrays = bodies.scene, bodies.scene.arrays
     walls = [wall_index(body) for body in row if body < 0]
     pairs = len(row) - 1 - len(walls)
@@ -139,14 +141,14 @@ def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
-    """Return the last contact of a disc with the body at its end of a row."""
+    """Return the last contact of the disc at an end of a row with the body there."""
     found = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
     nx, ny = found.normal
     return _Facing(body, disc, (-nx, -ny) if found.first == disc else (nx, ny), found.edge)
 
 
 def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
-    """Return the part of a wall that a disc at the end of a row meets, at time 0; None for a disc."""
+    """Return the obstacle that the outer disc of a row meets, at its position at time 0; None if it meets a disc."""
     if end.body >= 0:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
@@ -159,7 +161,7 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         return dot(away, away)
 
     facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
-    # A disc never leaves its side of a wall. If two vertices are on the line of the row, a disc meets the nearer one.
+    # A disc never changes its side of a wall, so of two vertices on its line it meets the nearer one.
     rounds = [
         (away2(shape), one)
         for one in fits
@@ -169,7 +171,7 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
 
 
 def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
-    """Return the exact direction of the line on which a row is and stays; None if there is none."""
+    """Return the exact direction of the line on which a row stays; None if the row is not exactly on a line."""
     scene, start = bodies.scene, _centre_of(bodies, row[1])
     if obstacles[0] is None:
         line = less(start, _centre_of(bodies, row[0]))
@@ -203,7 +205,7 @@ def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) 
 def _surface(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
-    """Return position and speed of the surface at an end, and when its leg ends. The position is extended to time 0."""
+    """Return an end surface's position extrapolated to time 0, its speed, and the end of its present leg."""
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1

@@ -1,7 +1,7 @@
-"""Ties, grazes and contact at the start of a scene, decided by exact rational arithmetic.
+"""Exact tests in rational arithmetic for simultaneous impacts, grazes, and contact at the start of a scene.
 
-On paths that no impact has changed, times of impact have the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0.
-For two discs ``P = -b, Q = D, A = a``. For a wall ``P = (p - q).n, Q = r^2 n.n, A = -v.n``.
+On the initial paths, times of impact have the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0. For two discs
+``P = -b, Q = D, A = a``. For a wall ``P = (p - q).n, Q = r^2 n.n, A = -v.n``.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach each other, if any.
 
-    The motion after such a state is not certain. Discs are not compared with the walls with which they have `begun` in
-    contact, and not with finite walls.
+    The motion after such a start is not certain. `begun` maps discs to walls with which they start in contact; these
+    pairs are ignored. Finite walls are not checked here.
     """
     for i, j in _near_bodies(bodies):
         body = bodies.trace_body(j)
@@ -51,18 +51,13 @@ def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy
 
 
 def exactly_grazing(bodies: BallBodies, i: int, j: int) -> bool:
-    """Whether two discs on their first paths only touch in passing, or do not move at all.
-
-    Neither case is an impact.
-    """
+    """Return whether two discs on their initial paths only graze, or do not move relative to each other."""
     _, d, a = _root_form(bodies, i, j)
     return d == 0 or a == 0
 
 
 def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
-    """Whether a disc on its first path, a parabola, turns back exactly where it touches a half-plane.
-
-    This is no impact.
+    """Return whether a falling disc on its initial path turns back exactly where it touches a half-plane.
 
     The condition is ``s^2 = 2 a (P - r |n|)``, with s, a and P the speed, gravity and the centre's offset along n.
     """
@@ -73,7 +68,7 @@ def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
 
 
 def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int, int]) -> bool:
-    """Whether two impacts on first paths, each of which certainly takes place, are at exactly the same instant.
+    """Return whether two impacts on initial paths are at exactly the same instant. Both must certainly take place.
 
     The function returns False for impacts on finite walls.
 
@@ -84,10 +79,10 @@ def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[
         return False
     (p1, q1, a1), (p2, q2, a2) = _root_form(bodies, *one), _root_form(bodies, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
-    double_product = b - k * k - c  # 2 k sqrt(C), if the instants are the same
+    double_product = b - k * k - c  # equals 2 k sqrt(C) if the instants are equal
     if _sign(double_product) != _sign(k) * _sign(c) or double_product**2 != 4 * k * k * c:
         return False
-    return k >= 0 or k * k <= c  # the left side, a root, is not negative
+    return k >= 0 or k * k <= c  # sqrt(B) is not negative
 
 
 def _plane(bodies: BallBodies, body: int) -> Plane:
@@ -111,7 +106,7 @@ def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fract
 
 
 def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
-    """Return the sign of the later change of distance of two discs that do not approach; 0 if both or none fall.
+    """Return the sign of the second derivative of two discs' squared distance; 0 if both discs fall or neither falls.
 
     `spread` is the squared relative velocity of the discs.
     """
@@ -124,7 +119,7 @@ def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
 
 
 def _root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
-    """Return P, Q and A of a disc and another body. A half-plane is given by its number among obstacles."""
+    """Return P, Q and A of a disc and another body. A half-plane is given as the body number of an obstacle."""
     scene = bodies.scene
     if second >= 0:
         a, b, c = _pair_terms(scene, first, second)
@@ -137,7 +132,7 @@ def _root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, F
 
 
 def _near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
-    """Return all pairs whose gap float64 cannot resolve, ordered by their first discs, other discs before walls."""
+    """Return all pairs whose gap at the start is below float64 resolution, ordered by disc, with discs before walls."""
     start = bodies.scene.arrays
     numbers = [k for k, obstacle in enumerate(bodies.obstacles) if obstacle.kind is None]
     walls = np.array([start.walls[bodies.obstacles[k].wall] for k in numbers]).reshape(-1, 4)

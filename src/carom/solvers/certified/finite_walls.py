@@ -1,10 +1,11 @@
-"""Times, as balls, at which a disc meets a face, a vertex or an arc. `docs/theory/walls.md` derives them.
+"""Times, as balls, at which a disc meets a face, a vertex or an arc. `docs/theory/walls.md` derives the formulas.
 
 A disc meets a face like a half-plane. A disc meets a vertex or an arc's outer side like another disc, at the earlier
-root of ``|d + t u| = R``, and an arc's inner side at the later root. Under gravity the instant is where a quartic falls
-through zero. In all cases the contact must be on the edge. Near an end of the edge it may be undecided whether the disc
-meets the edge or its continuation. The outline of the thickened wall is smooth there, so the time and the state after
-the impact are the hulls of both cases. Everything is relative to the wall, on one leg of its path if it is driven.
+root of ``|d + t u| = R``, and an arc's inner side at the later root. With gravity the time is a root of a quartic that
+decreases there. In all cases the contact must be on the edge. Near an end of the edge it can be undecided which of two
+neighbouring edges the disc meets. The boundary of the thickened wall is smooth there, so the time and the state after
+the impact are the hulls for both edges. All states are relative to the wall, on one leg of its path if the wall is
+driven.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.solvers.certified.legs import BallLeg
 
-#: Bits in which the start is checked for contact: far more than a gap of 53-bit input needs.
+#: Precision in bits for checking contact at the start. It is far more than float64 input needs.
 _START_BITS = 2048
 
 
@@ -52,11 +53,13 @@ class _Touch(NamedTuple):
 
 
 def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on an obstacle of a finite wall on a leg; None if it certainly never comes."""
+    """Return the impact of disc `i` on an obstacle of a finite wall; None if there is certainly no impact.
+
+    `leg` is the wall's motion.
+    """
     launch = bodies.contacts.launch(i, second)
-    if (
-        launch is not None
-    ):  # at that instant the gap and its rate were 0, so the next contact is where the remaining powers fall through 0
+    if launch is not None:
+        # The gap and its rate were 0 at the launch, so the other coefficients give the next contact.
         fall = next(falls_of(launch.powers), None)
         if fall is None:
             return None
@@ -80,7 +83,7 @@ def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg
 
 
 def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
-    """Return when a disc touches the line or the circle of an obstacle, and where; None if never."""
+    """Return the first contact of a disc with the line or the circle of an obstacle; None if there is none."""
     k = wall_index(second)
     shape = bodies.obstacles[k].shape
     curved = bodies.falls or bodies.acceleration[i] is not None
@@ -91,7 +94,7 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
     x, y, vx, vy = bodies.seen(i, at, leg)
     law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
-    if straight and x * law.nx + y * law.ny < law.level:  # the disc is behind the edge, or next to it
+    if straight and x * law.nx + y * law.ny < law.level:  # the disc is behind the edge or next to it
         return None
     meeting = to_plane(bodies, i, second, at, leg)
     if meeting is None or shape.stretch is None:
@@ -114,12 +117,12 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
 
 
 def _lets_by(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Whether an obstacle is a stop of an arc inside which disc `i` fits."""
+    """Return whether an obstacle is an arc's end that disc `i` passes, because the disc fits inside the arc."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
 def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
-    """Return when a falling disc touches a circle: the first of its contacts that is on the edge."""
+    """Return the first contact of a falling disc with a circle that is on the edge; None if there is none."""
     law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:
         return None
@@ -150,10 +153,10 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _grazes(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
-    if c < 0 and not shape.inside:  # the disc is within the circle, on the other side of the arc or next to it
+    if c < 0 and not shape.inside:  # the disc is inside the circle: behind the arc or next to it
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
-        # The contact is at the point nearest to the centre, or as far from that point as the ball of D allows.
+        # Take the point nearest to the centre, widened by the uncertainty of D.
         wait = ((ZERO - b) - _root(d)).union(_root(d) - b) / a
         if shape.sector is not None and _place(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
             return None
@@ -165,7 +168,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     px, py, time = dx + ux * wait, dy + uy * wait, arb(at) + wait
     on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
     begin = bodies.began(i, second, at)
-    past = ZERO if shape.inside else 2 * root / a  # how long a disc stays within the circle of contact
+    past = ZERO if shape.inside else 2 * root / a  # time that the disc spends inside the circle of contact
     if time < at if begin is None else time + past < begin:
         return None
     if begin is not None and not time > begin:
@@ -174,7 +177,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
 
 
 def _foot(stretch: Between, x: arb, y: arb) -> On:
-    """Return the position of a point's foot on an edge."""
+    """Return the position on an edge of a point's orthogonal projection."""
     (ax, ay), (bx, by) = stretch
     ex, ey = ball(bx - ax), ball(by - ay)
     after_begin = ex * (x - ball(ax)) + ey * (y - ball(ay))
@@ -189,7 +192,7 @@ def _foot(stretch: Between, x: arb, y: arb) -> On:
 
 
 def _place(sector: Between, x: arb, y: arb) -> On:
-    """Return the position of a direction in a sector, counterclockwise from the start of the sector."""
+    """Return whether a direction is inside, outside or at an end of a sector."""
     (fx, fy), (lx, ly) = sector
     turns = []
     for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
@@ -207,10 +210,10 @@ def _place(sector: Between, x: arb, y: arb) -> On:
 
 
 def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
-    """Whether a disc on its first path just touches a vertex, or an arc from outside, in passing: no impact.
+    """Return whether a disc on its initial path only grazes a vertex, or an arc from outside, which is no impact.
 
-    The condition is ``u^2 (R + r)^2 = (d x u)^2``, with r the radius and half width. The condition has the form ``A + B
-    R = 0``, which squaring decides.
+    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the radius plus the half width. It has the form ``A + B R
+    = 0`` with rational A, B and R^2, so squaring decides it exactly.
     """
     if not bodies.untouched(i) or bodies.is_driven(wall_index(second)):
         return False
@@ -224,17 +227,17 @@ def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
 
 
 def _root(square: arb) -> arb:
-    """Return the root of a ball's upper bound; 0 if that is negative."""
+    """Return the square root of a ball's upper bound; 0 if the bound is negative."""
     return square.upper().max(ZERO).sqrt()
 
 
 def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degeneracy | None:
-    """Return the first disc that touches or overlaps a finite wall at the start and approaches it; None if none does.
+    """Return the degeneracy of the first disc that touches and approaches a finite wall at the start; None for none.
 
-    A disc that has `begun` in contact with the wall is left out.
+    `begun` maps discs to walls with which they start in contact; these pairs are ignored.
 
-    Balls of many bits decide about contact. If the balls contain both contact and a gap, contact is reported, as not
-    proven.
+    Contact is decided with balls of many bits. If a ball contains both contact and a gap, the degeneracy is reported as
+    not proven.
     """
     with ctx.workprec(_START_BITS):
         bodies = BallBodies(scene)
@@ -260,7 +263,7 @@ def _extent(wall: Outline) -> float:
 
 
 def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
-    """Return the degeneracy of a disc and an obstacle that it touches at the start, and a measure of the gap."""
+    """Return the degeneracy of a disc and an obstacle in contact at the start, and a ball with the gap's sign."""
     shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
     x, y, ux, uy = bodies.seen(i, 0.0, bodies.legs_from(wall_body(number), 0.0)[0])
     gx, gy = bodies.gravity
@@ -287,6 +290,6 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
             return None
     if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
         return None
-    if speed.is_zero():  # in this case the disc glides or rests, or the surface bends away from it
+    if speed.is_zero():  # the disc glides or rests, or the surface curves away
         return (Degenerate.RESTING_CONTACT, gap) if pull < 0 or not (pull >= 0) else None
     return (Degenerate.OVERLAPPING_START if gap < 0 else Degenerate.TOUCHING_START), gap

@@ -1,7 +1,7 @@
 """Times, as balls, at which a disc meets a half-plane, or the line of a face, on a straight path or a parabola.
 
-Under gravity the gap is ``w + s t + a t^2 / 2``. Where the gap is 0, its derivative is plus or minus the root of
-``D = s^2 - 2 a w``. So a path reaches the wall from the front at one instant at most: ``(-s - sqrt(D)) / a``.
+With gravity the gap is ``w + s t + a t^2 / 2``. Where the gap is 0, its derivative is ``+-sqrt(D)`` with ``D = s^2 - 2
+a w``. At an impact the derivative is negative, so the only possible time is ``(-s - sqrt(D)) / a``.
 """
 
 from __future__ import annotations
@@ -22,14 +22,17 @@ if TYPE_CHECKING:
 
 
 def to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a plane on a leg, along its path; None if it certainly never comes."""
+    """Return the impact of disc `i` on a straight obstacle; None if there is certainly none.
+
+    `leg` is the motion of the wall.
+    """
     if bodies.acceleration[i] is not None:
         return _glide_to_plane(bodies, i, second, at, leg)
     return (_fall_on_plane if bodies.pulls[wall_index(second)] else _meet_plane)(bodies, i, second, at, leg)
 
 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact on a plane of disc `i`, which is in contact with another plane."""
+    """Return the impact of disc `i`, which is in contact with another straight obstacle."""
     law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.seen(i, at, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
@@ -40,14 +43,14 @@ def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Bal
 
 
 def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a plane on a leg, along a path whose component along the normal is straight."""
+    """Return the impact of disc `i` if gravity has no component along the normal."""
     law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.less(leg, at, *bodies.moved(i, at), bodies.vx[i], bodies.vy[i])
     speed = vx * law.nx + vy * law.ny
     if speed >= 0:
         return None
     gap = x * law.nx + y * law.ny - law.level
-    if not speed < 0:  # the disc may move along the wall: the greatest speed in its ball gives the earliest time
+    if not speed < 0:  # the disc may move along the wall: its greatest possible speed gives the earliest time
         time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
         return undecided(i, second, at, time, resting=not gap > 0)
     time = arb(at) - gap / speed
@@ -59,7 +62,7 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg
 
 
 def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a plane on a leg, along a parabola."""
+    """Return the impact of disc `i` if gravity has a component along the normal."""
     k = wall_index(second)
     law, pulled = bodies.wall_law(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
     x, y, vx, vy = bodies.seen(i, at, leg)
@@ -69,7 +72,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     if d < 0 or (d.is_zero() and pulled > 0) or _grazes(bodies, i, k):
         return None
     begin = bodies.since(i, second)
-    if not d > 0:  # the disc turns back where it may just touch the wall, or may rest on it
+    if not d > 0:  # the disc may turn back where it touches the wall, or may rest on the wall
         root = d.lower().max(ZERO).sqrt().union(d.upper().sqrt())
         time = arb(at) + (ZERO - speed - root) / pull
     else:
@@ -85,7 +88,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
 
 
 def _grazes(bodies: BallBodies, i: int, k: int) -> bool:
-    """Whether a disc on its first path turns back exactly where it touches a half-plane at rest: no impact."""
+    """Return whether a disc on its initial path turns back exactly where it touches a half-plane at rest: no impact."""
     obstacle = bodies.obstacles[k]
     asked = obstacle.kind is None and bodies.untouched(i) and not bodies.is_driven(k)
     return asked and exactly_grazing_wall(bodies, i, k)

@@ -1,9 +1,9 @@
 """Effect of an impact on discs, in ball arithmetic.
 
-Some cases are linear: walls, and discs that move exactly on one line parallel to an axis. These are computed with
-linear identities, in which errors do not grow. Friction is added. If it is not decided whether two bodies stick or
-slide, the hull of both is used, since friction is continuous between the two. A state after an impact is given at
-`Meeting.at`, before the impact, on the new path extended backwards.
+Impacts on walls, and of two discs on one line parallel to an axis, are linear in the state. They use linear formulas,
+in which errors do not grow. Friction is added afterwards. If sticking and sliding can't be distinguished, the result is
+the hull of both. The state after an impact refers to `Meeting.at`, just before the impact, on the new path extended
+backwards.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from carom.solvers.certified.two_frictions import BallFrictions, stick, take
 class BallImpact(NamedTuple):
     """One certified impact: balls for time, normal (first to second, of the given length), velocities and spins after.
 
-    Velocities `before` are given only under gravity; otherwise they are those after the previous impact. `second` is
-    the body's number in traces, and `edge` the part of a finite wall that was hit.
+    `before` has the velocities just before the impact, or None if they are those after the previous impact. `second` is
+    the body's number in traces, and `edge` is the part of a finite wall that the disc hit.
     """
 
     first: int
@@ -50,10 +50,10 @@ class BallEvent(NamedTuple):
 
 
 def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
-    """Set all bodies to the state after a certain meeting, and return the event.
+    """Apply a meeting that certainly happens to the bodies, and return the event.
 
     Raises:
-        Undecided: The contact after the impact is not decided.
+        Undecided: The precision does not decide the contact after the impact.
     """
     contacts, (first, second) = BallContacts(bodies), meeting[:2]
     if first == second:
@@ -76,7 +76,7 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
 
 
 def _straight(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairApproach:
-    """Return the remaining approach of two discs whose paths are replaced by their tangents at the impact."""
+    """Return the remaining approach of two discs, with curved paths replaced by their tangents at the impact."""
     wait, places, speeds = near.wait, [], []
     for i in meeting[:2]:
         u, v = bodies.velocity(i, meeting.time, meeting.at)
@@ -122,7 +122,10 @@ def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
 
 
 def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
-    """Set a disc to the hull of the states after two possible impacts, one of which happens. Return the impact."""
+    """Apply an impact at the joint of two obstacles.
+
+    The disc's new state is the hull of the states after either impact.
+    """
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     begun, time = [state[i] for state in states], bodies.time[i]
     other = _carry_out(bodies, seam.other)
@@ -131,7 +134,7 @@ def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallI
         state[i] = value
     bodies.time[i] = time
     one = _carry_out(bodies, seam.one)
-    bodies.contacts.bounces[i] = None  # the wall of the disc's last contact is not unique
+    bodies.contacts.bounces[i] = None  # it is undecided which obstacle the disc has met
     for state, value in zip(states, after_other, strict=True):
         state[i] = state[i].union(value)
     nx = (one.nx / one.length).union(other.nx / other.length)
@@ -141,9 +144,9 @@ def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallI
 
 
 def _edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
-    """Return the edge of a finite wall that was hit, and its kind.
+    """Return number and kind of the edge of a finite wall that the disc hit.
 
-    If several edges form the feature, return the edge at the position of the impact.
+    If the obstacle has several edges, the position decides.
     """
     obstacle = bodies.obstacles[wall_index(meeting.second)]
     if obstacle.kind is None:
@@ -166,13 +169,13 @@ def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, ar
 
 
 def _velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
-    """Return the velocity of a disc relative to the wall at its impact, on its path until then."""
+    """Return the velocity of a disc relative to the wall just before its impact."""
     vx, vy, ux, uy = _velocities(bodies, meeting)
     return vx - ux, vy - uy
 
 
 def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``: neither is computed again."""
+    """Apply the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``, so these need no computation."""
     i, j = meeting.first, meeting.second
     law = bodies.pair_law(i, j)
     (_, _, vxi, vyi), (_, _, vxj, vyj) = bodies.state(i, meeting.at), bodies.state(j, meeting.at)
@@ -197,9 +200,9 @@ def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[
 
 
 def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
-    """Return velocities and positions after an impact along one axis, each as a mean of the values before.
+    """Return velocities and positions after an impact along one axis, as weighted means of the values before.
 
-    In ``x + share (gap)`` the error of x would count twice. In a mean of both positions, the error hardly grows.
+    In ``x + share * gap`` the error of x would count twice. In a weighted mean the error hardly grows.
     """
     return (
         law.keep_i * vi + law.share_i * vj,
@@ -236,7 +239,7 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
 
 
 def _bounce_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of a disc on a vertex or an arc. The disc arrives there at the speed ``root / reach``."""
+    """Apply the impact of a disc on a vertex or an arc. Its speed of approach is ``root / reach``."""
     i = meeting.first
     x, y = bodies.moved(i, meeting.at)
     change = near.law.change * near.root
@@ -299,7 +302,7 @@ def _slide_on_wall(
 
 
 def _change_velocity(bodies: BallBodies, i: int, dvx: arb, dvy: arb, wait: arb) -> None:
-    """Change the velocity of a disc at its impact, `wait` after the instant of its centre."""
+    """Change the velocity of a disc at its impact, `wait` seconds after the instant of its stored state."""
     if bodies.movable[i]:
         bodies.vx[i], bodies.vy[i] = bodies.vx[i] + dvx, bodies.vy[i] + dvy
         bodies.x[i], bodies.y[i] = bodies.x[i] - dvx * wait, bodies.y[i] - dvy * wait

@@ -1,7 +1,7 @@
-"""The end of infinitely many bounces in certified runs: the state of the disc then, and whether anything interferes.
+"""End of infinitely many bounces in certified runs: state of the disc, and check for other events until then.
 
-Bounces are alike if all of them slip in one direction or none slips, and likewise for the spin. Such bounces change
-speed, slip and position by geometric series: `docs/theory/contact.md`.
+Bounces are alike if all slip in one direction or all stick, and likewise for the spin. Speed, slip and position after
+such bounces are geometric series: see `docs/theory/contact.md`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ def after_all(
 ) -> GlideState | None:
     """Return the state of a disc after all remaining bounces; None if they may differ in kind.
 
-    The slip that friction gives back must be known to the fraction `tolerance` of the slip; None allows any fraction.
+    `tolerance` limits the uncertainty of the remaining slip if friction gives slip back, relative to the slip; None
+    means no limit.
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
@@ -65,16 +66,16 @@ def after_all(
 def _given_back(
     bodies: BallBodies, ground: BallGround, material: Material, bounce: Bounce, y: arb, state: GlideState
 ) -> GlideState | None:
-    """Return the state after bounces that give slip back; None if it is not decided whether any slip is left.
+    """Return the state after bounces in which friction reverses slip; None if it is undecided whether slip remains.
 
     Let r be the slip over the speed of approach. A bounce and its hop change r to ``(g(r) + A) / e``. With b the
     tangential restitution and ``C = f (1 + e)(1 + y)``, g is ``-b r`` up to ``|r| = C / (1 + b)``, and r minus C
     beyond. So r stays within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip
-    ends at 0 together with the approach, whichever bounces slide. Friction does not change ``y u - q``, which gives the
-    speed.
+    goes to 0 together with the speed of approach, no matter which bounces slide. Friction does not change ``y u - q``,
+    which gives the speed.
 
-    Otherwise some slip remains if it is larger than all these impacts could remove. The remaining slip is known up to
-    that amount.
+    Otherwise some slip remains if the slip is larger than what all these impacts can remove. The remaining slip is
+    uncertain by this amount.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)
@@ -95,10 +96,10 @@ def _given_back(
 
 
 def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
-    """Whether disc `i` certainly meets only its ground for a while.
+    """Return whether disc `i` certainly meets only its ground for the time `window` after `time`.
 
-    Impacts, friction and walls at rest add nothing to the energy E of all discs, and gravity increases ``sqrt(2 E)`` by
-    at most ``sqrt(M) g`` a second. The energy bounds the speed of a disc.
+    The proof bounds the speed of each disc by the energy E of all discs. Impacts, friction and walls at rest do not
+    increase E, and gravity increases ``sqrt(2 E)`` by at most ``sqrt(M) g`` a second.
     """
     discs = bodies.scene.discs
     if bodies.fastest_drive:
@@ -121,7 +122,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
         if bodies.movable[j]:
             fastest = most / arb(disc.mass_kg).sqrt()
             since = [(last - time).upper() for last in bodies.met[j].values()]
-            late = max([ZERO, *since])  # the disc may already have met another disc a little later
+            late = max([ZERO, *since])  # the disc may already have had a slightly later impact
             far = far + fastest * (window + 2 * late) + bodies.strongest_pull() * late * late
         ox, oy = bodies.place_at(j, time)
         reach = arb(disc.radius_m) + arb(discs[i].radius_m) + far
@@ -136,7 +137,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
 
 
 def _is_beyond(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: arb) -> bool:
-    """Whether disc `i` is certainly farther than a distance from an obstacle."""
+    """Return whether the distance of disc `i` from an obstacle is certainly greater than `far`."""
     (x, y), radius = place, bodies.scene.discs[i].radius_m
     shape = bodies.obstacles[k].shape
     if isinstance(shape, Round):
@@ -151,6 +152,6 @@ def _is_beyond(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: 
     (ax, ay), (bx, by) = (map(ball, point) for point in shape.stretch)
     half = ((ax - bx) ** 2 + (ay - by) ** 2).sqrt() / 2
     thick = (law.level - (law.nx * ax + law.ny * ay)) / law.length
-    if abs(law.nx * (x - ax) + law.ny * (y - ay)) > (thick + far) * law.length:  # the disc is on the other side
+    if abs(law.nx * (x - ax) + law.ny * (y - ay)) > (thick + far) * law.length:  # the disc is clearly on the far side
         return True
     return bool(((2 * x - ax - bx) ** 2 + (2 * y - ay - by) ** 2).sqrt() / 2 > half + thick + far)

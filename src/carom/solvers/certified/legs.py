@@ -14,12 +14,12 @@ ZERO = arb(0)
 
 
 def ball(number: Fraction) -> arb:
-    """Return a ball that contains a rational number. The ball is exact if the working precision has all digits."""
+    """Return a ball that contains a rational number. The ball is exact if the working precision is sufficient."""
     return arb(fmpq(number.numerator, number.denominator))
 
 
 class BallLeg(NamedTuple):
-    """A leg of a driven body, from `begin_s` to `end_s`: at time t it has moved by (x, y) + t (vx, vy)."""
+    """A leg of a driven body, from `begin_s` to `end_s`. At time t the body's displacement is (x, y) + t (vx, vy)."""
 
     begin_s: float
     end_s: float
@@ -34,8 +34,8 @@ class BallLeg(NamedTuple):
 
 
 def legs_of(drive: Drive) -> tuple[BallLeg, ...]:
-    """Return the legs of a path. A leg begins at the exact sum of the legs before it."""
-    found, x, y = [], Fraction(0), Fraction(0)  # the part of the displacement that is not velocity times time
+    """Return the legs of a path. Displacements at the start of legs are exact sums of the previous legs."""
+    found, x, y = [], Fraction(0), Fraction(0)  # displacement minus velocity times time
     before = (Fraction(0), Fraction(0))
     for leg in drive.legs:
         begin, (u, v) = Fraction(leg.begin_s), map(Fraction, leg.velocity)

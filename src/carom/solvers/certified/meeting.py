@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class PairApproach(NamedTuple):
     """Two discs at `Meeting.at`: centres, relative position and velocity, and the remaining approach.
 
-    `root` is the root of D: the closing speed at contact times the sum of the radii. `wait` is in seconds. `pull` is
-    the relative acceleration if one disc falls and the other does not; else None.
+    `root` is the square root of D, which is the closing speed at contact times the sum of the radii. `wait` is the time
+    until contact in seconds. `pull` is the relative acceleration; None if both paths have the same.
     """
 
     xi: arb
@@ -52,16 +52,19 @@ class PairApproach(NamedTuple):
 
 
 class WallApproach(NamedTuple):
-    """A disc that falls onto a wall. `root` is its speed at contact times the normal's length, `wait` is in seconds."""
+    """A disc that falls onto a wall.
+
+    `root` is its speed at contact times the normal's length, `wait` the time until contact in seconds.
+    """
 
     root: arb
     wait: arb
 
 
 class RoundApproach(NamedTuple):
-    """A disc that meets a vertex or an arc. (px, py) is the disc's centre at contact, from the obstacle's centre.
+    """A disc that meets a vertex or an arc. (px, py) is the vector from the obstacle's centre to the disc's at contact.
 
-    `root` is the closing speed times the reach. `wait` is in seconds.
+    `root` is the closing speed times the distance at contact. `wait` is the time until contact in seconds.
     """
 
     law: RoundLaw
@@ -72,7 +75,7 @@ class RoundApproach(NamedTuple):
 
 
 class Seam(NamedTuple):
-    """An impact at a smooth joint of two obstacles, computed for both."""
+    """An impact at the smooth joint of two obstacles, with a meeting for each obstacle."""
 
     one: Meeting
     other: Meeting
@@ -83,16 +86,17 @@ class Meeting(NamedTuple):
 
     Attributes:
         first: Number of a disc.
-        second: A disc with a higher number, or an obstacle as `wall_body` of its number. For the end of a mode the
-            second body is the same disc.
-        at: Float64 lower bound of the time from which the impact was solved, seconds.
+        second: A disc with a higher number, or the body number of an obstacle. If it equals `first`, the meeting is the
+            end of the disc's contact mode.
+        at: Float64 lower bound of the time, seconds. States used for the impact refer to this instant.
         time: Ball that contains the time of impact; if undecided, the earliest possible time.
         latest: Float64 upper bound of `time`.
         decided: Whether the impact is certain.
-        resting: Whether the reason why the impact is undecided is possible contact of the bodies, and not a graze.
-        turning: Whether the impact is undecided because a driven body may start another leg before.
+        resting: Whether the impact is undecided because the bodies may already be in contact; otherwise because of a
+            graze.
+        turning: Whether the impact is undecided because a driven body may start its next leg earlier.
         proven: Whether the contact is certain, and only the order of impacts is undecided.
-        near: Geometry of two discs, of a disc and a wall with gravity along its normal, or of a finite wall.
+        near: Remaining approach; None for a straight obstacle that the disc approaches at constant speed.
     """
 
     first: int
@@ -108,7 +112,7 @@ class Meeting(NamedTuple):
 
     @property
     def obstacles(self) -> frozenset[int]:
-        """Obstacles that the disc may touch at the impact: one or, at a seam, two."""
+        """Obstacles that the disc may touch at the impact: two at a seam, otherwise one."""
         near = self.near
         return frozenset({near.one.second, near.other.second} if isinstance(near, Seam) else {self.second})
 
@@ -120,17 +124,17 @@ class Meeting(NamedTuple):
 def undecided(
     first: int, second: int, at: float, time: arb, *, resting: bool, proven: bool = False, turning: bool = False
 ) -> Meeting:
-    """Return a meeting that is not certain and happens at `time` at the earliest."""
+    """Return an uncertain meeting. `time` is the earliest possible time."""
     return Meeting(first, second, at, time, float_above(time), False, resting, proven, turning)
 
 
 def contacts_ahead(
     bodies: BallBodies, i: int, second: int, at: float, powers: Sequence[arb], leg: BallLeg | None
 ) -> Iterator[tuple[arb, Meeting]]:
-    """Yield the waits after which a gap falls through zero during the bodies' present motion, and the meetings then.
+    """Yield each wait from `at` until a gap decreases through zero in the bodies' present motion, with its meeting.
 
-    The gap is given by powers of time from `at` on. A meeting is undecided if the fall is not certain, or not certainly
-    after the start of both paths.
+    `powers` has the gap's coefficients of powers of the time since `at`. A meeting is undecided if the sign change is
+    uncertain, or may come before the start of a path.
     """
     begin, discs = bodies.began(i, second, at), [body for body in (i, second) if body >= 0]
     for wait, certain in falls_of(powers, bodies.until(at, leg, *discs)):

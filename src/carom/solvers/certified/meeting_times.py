@@ -1,10 +1,9 @@
 """Times, as balls, at which two bodies meet: certainly, certainly never, or undecided.
 
-The time is solved with the quadratic of `docs/theory/pic.md`. The solution starts from a float64 instant that is a
-proven lower bound, and nearly the time itself. D does not change along the paths and c is nearly 0, so the root has
-only the error of the distance.
+The time is the root of a quadratic (`docs/theory/pic.md`). The quadratic starts from a float64 instant that is a
+proven, close lower bound. So c is nearly 0, and the root has only the error of the distance.
 
-The path of a driven body is treated leg by leg. An impact is relative to a leg, and must come before the next leg.
+The path of a driven body is examined leg by leg. An impact on one leg must come before the next leg starts.
 """
 
 from __future__ import annotations
@@ -29,7 +28,10 @@ if TYPE_CHECKING:
 
 
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
-    """Return the impact of a disc on another body, known not to be before `at`; None if it certainly never comes."""
+    """Return the next impact of a disc with another body; None if there is certainly none.
+
+    `at` is a lower bound of its time.
+    """
     if disc == body:
         return BallContacts(bodies).meet_end(disc, at)
     if body < 0 and body in bodies.contacts.barred[disc]:
@@ -51,7 +53,7 @@ def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
 
 
 def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the result of `meet` for a body that no impact moves and that stays on one leg for ever."""
+    """Return the result of `meet` as if the driven body stayed on one leg for ever."""
     if body >= 0:
         pair = min(disc, body), max(disc, body)
         curved = bodies.falls or any(bodies.acceleration[i] is not None for i in pair)
@@ -63,7 +65,7 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallL
 
 
 def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of discs `i` < `j`, whose accelerations differ, along a parabola."""
+    """Return the impact of discs `i` < `j` with a curved path; None if there is certainly none."""
     law, (ax, ay), (bx, by) = bodies.pair_law(i, j), bodies.pull(i), bodies.pull(j)
     pull = (bx - ax, by - ay)
     (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
@@ -81,7 +83,7 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg 
 
 
 def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
-    """Return the impact of discs `i` < `j`."""
+    """Return the impact of discs `i` < `j` on straight paths; None if there is certainly none."""
     law = bodies.pair_law(i, j)
     (xi, yi, vxi, vyi), (xj, yj, vxj, vyj) = bodies.state(i, at), bodies.state(j, at)
     dx, dy, ux, uy = xj - xi, yj - yi, vxj - vxi, vyj - vyi
@@ -108,7 +110,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     time = arb(at) + wait
     begin = bodies.began(i, j, at)
     if begin is not None and not time > begin:
-        if root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin:  # they separated before the paths began
+        if root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin:  # they separate before both paths start
             return None
         touching = bool((time - begin).is_zero()) and not bodies.untouched(i, j)
         # Discs that already overlap and approach each other meet at once.
@@ -118,13 +120,13 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
 
 
 def _grazes(bodies: BallBodies, i: int, j: int) -> bool:
-    """Whether two discs on their straight first paths just touch in passing."""
+    """Return whether two discs on straight initial paths touch without an impact."""
     straight = bodies.untouched(i, j) and not (bodies.bends(i) or bodies.bends(j))
     return straight and exactly_grazing(bodies, i, j)
 
 
 def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
-    """Return root and wait of an impact along an axis; both None without an impact, the wait None if undecided."""
+    """Return root and wait of an impact along an axis. The root is None for no impact, the wait if undecided."""
     if d > 0:
         gap, closing = d - reach, ZERO - u
     elif d < 0:

@@ -1,9 +1,8 @@
-"""Exact features of walls that discs meet: half-planes, faces, vertices, and both sides of arcs.
+"""Obstacles in exact numbers: half-planes, and faces, vertices and arcs of finite walls.
 
-All numbers are rational functions of those in the scene. A finite wall's obstacles are its features, in the order of
-`carom.core.wall_features.features_of`. A face and an arc's side have a continuation at each end. This is a vertex or,
-if the wall continues without a kink, the same side of the neighbour. A disc at a joint without a kink touches both
-sides in the same way.
+All numbers are rational functions of the scene's numbers. A finite wall's obstacles are its features, in the order of
+`carom.core.wall_features.features_of`. Faces and sides of arcs have a continuation at each end: a vertex, or the next
+face or arc if the joint is smooth. At a smooth joint a disc touches both at the same time.
 """
 
 from __future__ import annotations
@@ -50,10 +49,11 @@ class Round(NamedTuple):
 
     Attributes:
         centre: Centre, metres.
-        radius2: Square of the line's radius, square metres; 0 for a vertex.
-        inside: Whether this is the side of the centre.
+        radius2: Square of the radius of the wall's centre line, square metres; 0 for a vertex.
+        inside: Whether this is the inner side of an arc.
         sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for the whole circle.
-        stops2: For a point at which an arc stops discs that do not fit inside, the square of the arc's radius; else 0.
+        stops2: Square of the arc's radius, for a point of an arc that stops discs too large for its inside; otherwise
+            0.
     """
 
     centre: Exact
@@ -70,11 +70,12 @@ class Obstacle:
     Attributes:
         wall: Number of the wall.
         shape: Shape of the feature.
-        half_width: The wall consists of all points within this distance of the line, metres.
+        half_width: Half of the wall's thickness, metres: the wall is all points within this distance of its centre
+            line.
         kind: Kind of the feature of an edge; None for a half-plane.
         edges: Numbers of the feature's edges; for a vertex the number of the lower edge.
-        neighbours: Continuations at the begin and end of the stretch or sector, as body numbers of obstacles; None for
-            no continuation.
+        neighbours: Body numbers of the continuations at the begin and end of the stretch or sector; None for no
+            continuation.
     """
 
     wall: int
@@ -108,9 +109,9 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
 
 
 def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
-    """Return the obstacles of a wall: left and right side of each run of edges, then its vertices and stops.
+    """Return the obstacles of a finite wall: both sides of each run of smoothly joined edges, then vertices and stops.
 
-    `before` is the number of obstacles of earlier walls. A disc's radius is at most `widest`, metres.
+    `before` is the number of obstacles of earlier walls, and `widest` is the largest radius of a disc, metres.
     """
     runs, thick = runs_of(outline), Fraction(outline.half_width)
     if outline.radius == 0.0:
@@ -145,14 +146,14 @@ def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list
 
 
 def _stop(side: Obstacle, arc: Round, way: Exact) -> Obstacle:
-    """Return the point of an arc that stops discs that do not fit inside, in a direction from the arc's centre."""
+    """Return the obstacle for discs too large for an arc's inside: the arc's point in a direction from the centre."""
     ((cx, cy), radius2, *_), (_, left, _, right) = arc, quarters_of(way)
     shape = Round((cx + way[0], cy + way[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
     return replace(side, shape=shape, neighbours=(None, None))
 
 
 def _link(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
-    """Set the continuation of a side at an end of its run. For a clockwise arc, this is the other end of the sector."""
+    """Set the continuation of a side at an end of its run. For a clockwise arc, begin and end are exchanged."""
     at_begin, at_end = sides[number].neighbours
     at_the_end = bool(end) == (run.turn >= 0)
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))

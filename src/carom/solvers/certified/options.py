@@ -1,4 +1,4 @@
-"""Options of a certified run: see `carom.support.options`."""
+"""Declarations of a certified run's options."""
 
 from __future__ import annotations
 
@@ -7,18 +7,16 @@ from carom.support.options import DeclaredOptions, option, seconds, whole
 
 MOST_DIGITS = 10_000
 
-#: Default largest precision. This precision is enough for half a million impacts of 64 discs at packing .4, in about an
-#: hour.
+#: Default limit of the precision, enough for half a million impacts of 64 discs, which take about an hour.
 MAX_PRECISION_BITS = 65536
 
-#: Limit of the largest precision: sixteen times the default. One exponential of a number of this length takes about a
-#: second. ctx.prec, a C long, can be far larger.
+#: Largest limit of the precision: sixteen times the default. One exponential at this precision takes about a second.
 MOST_PRECISION_BITS = 2**20
 
-#: If two times agree in this many bits, they do not agree by accident, since a start has 53 bits.
+#: Different times don't agree in this many bits by chance, since the numbers of a scene have only 53 bits.
 TIE_BITS = 512
 
-#: The least precision: the bits of floats, rounded up to a word.
+#: Smallest limit of the precision: that of floats, rounded up to a machine word.
 LEAST_BITS = 64
 
 

@@ -1,4 +1,4 @@
-"""Log of a certified run: impacts as float64 numbers with proven radii, and as decimal numbers of proven digits."""
+"""Log of a certified run: impacts as float64 numbers with proven error bounds (radii), and as decimal numbers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Spins = tuple[float, float, float, float]
 
-#: Bits of a ball that are kept in addition to the requested digits.
+#: Number of bits that a converted ball has in addition to the requested digits.
 GUARD_BITS = 64
 #: Decimal digits that every float64 can represent.
 MOST_FLOAT_DIGITS = 15
@@ -39,7 +39,7 @@ class Vector(NamedTuple):
 
 
 class RecordedImpact(NamedTuple):
-    """One impact: values, their radii in the same fields, and the time and the state after it as decimal numbers."""
+    """An impact: values, radii in the same fields, and decimal numbers of the time and the state after the impact."""
 
     values: ImpactRecord
     radii: ImpactRecord
@@ -47,7 +47,7 @@ class RecordedImpact(NamedTuple):
 
 
 class RecordedMode(NamedTuple):
-    """One change of a disc's mode: its values, and their radii in the same fields."""
+    """A change of a disc's mode: values, and radii in the same fields."""
 
     values: ModeRecord
     radii: ModeRecord
@@ -57,23 +57,22 @@ AT_REST = Vector((0.0, 0.0), (0.0, 0.0))
 
 
 def enclosed(x: arb, y: arb) -> Vector:
-    """Return two balls as a vector."""
+    """Convert two balls to a vector with radii."""
     (x_value, x_radius), (y_value, y_radius) = nearest(x), nearest(y)
     return Vector((x_value, y_value), (x_radius, y_radius))
 
 
 class Recording:
-    """The log of a run: its impacts as far as they are known to the requested digits.
+    """Log of the impacts of a run that are known to the requested digits.
 
-    The log is kept over all attempts. Each attempt has a higher precision than the one before. Recorded impacts are not
-    recorded again.
+    All attempts, each with a higher precision, add to the same log. A new attempt skips the impacts already recorded.
 
     Attributes:
         digits: Requested decimal digits.
-        bits: Bits to which balls are converted.
+        bits: Precision of converted balls, bits.
         rows: The impacts, in order.
         mode_rows: The changes of discs' modes, in order.
-        events: Number of events. An event is an impact or a change, and everything that belongs to it.
+        events: Number of events. An event is an impact with its changes of modes, or a change of mode alone.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
@@ -121,23 +120,23 @@ class Recording:
         return max([0.0, *(row.values.time_s for row in impacts), *(row.values.time_s for row in modes)])
 
     def ambiguous(self) -> tuple[int, ...]:
-        """Return an empty tuple, because a certified run ends before an impact without a unique answer."""
+        """Return an empty tuple, because a certified run ends before an impact without a unique result."""
         return ()
 
     def begin_again(self) -> None:
-        """Restart at the first event; recorded events are skipped."""
+        """Prepare for a new attempt, which repeats all recorded events first."""
         self._pending.clear()
         self._skip = self.events
 
     def add(self, event: BallEvent) -> None:
-        """Append one event. Events are converted later, many at a time."""
+        """Append an event. `convert` converts the added events later."""
         if self._skip:
             self._skip -= 1
         else:
             self._pending.append(event)
 
     def convert(self) -> bool:
-        """Convert the added events. Return False at the first event that is not known to the requested digits."""
+        """Convert the added events. Return False if one is not known to the requested digits."""
         with ctx.workprec(self.bits):
             try:
                 return all(self._take(event) for event in self._pending)
@@ -145,7 +144,7 @@ class Recording:
                 self._pending.clear()
 
     def state_is_good(self, bodies: BallBodies) -> bool:
-        """Whether the state of every disc is known to the requested digits."""
+        """Return whether the state of every disc is known to the requested digits."""
         return (
             all(ball.rad() <= self._speed_tolerance for ball in (*bodies.vx, *bodies.vy))
             and all(ball.rad() <= self._length_tolerance for ball in (*bodies.x, *bodies.y))
@@ -161,7 +160,7 @@ class Recording:
         return True
 
     def _mode(self, mode: BallMode) -> RecordedMode | None:
-        """Convert a change of a disc's mode; None if it is not known to the requested digits."""
+        """Convert a change of a disc's mode. Return None if a number is not known to the requested digits."""
         time, spin, spin_rate = +mode.time, +mode.spin, +mode.spin_rate
         place, velocity, acceleration = ([+part for part in vector] for vector in mode[5:8])
         good = (
@@ -186,7 +185,7 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = nearest(time)
         velocities = [enclosed(*after[:2]), enclosed(*after[2:])]
-        # These radii include float64's own rounding. If this rounding alone exceeds the limit, the balls' radii decide.
+        # These radii include float64 rounding. If they exceed the limit, check the radii of the balls alone.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False
@@ -217,7 +216,10 @@ class Recording:
         return True
 
     def _spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
-        """Return the spins of an impact and their radii, and store the spins after it. A wall has none."""
+        """Return the spins before and after an impact, and their radii.
+
+        Store the spins after the impact. A wall's spin is 0.
+        """
         if not self._turns:
             return None, None
         before = [self._spin[disc] for disc in discs]
@@ -239,7 +241,7 @@ class Recording:
 
 
 def _damped(damping_per_s: float, impact: BallImpact) -> BallImpact:
-    """Convert an impact of the undamped run to that of the damped run."""
+    """Convert an impact of the undamped run to the impact of the damped run."""
     if not damping_per_s:
         return impact
     left = kept(damping_per_s, impact.time)

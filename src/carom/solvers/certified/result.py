@@ -1,4 +1,4 @@
-"""Result of a certified run: the trace, and a radius for each of its numbers."""
+"""Result of a certified run: a trace, and an error bound (radius) for each of its numbers."""
 
 from __future__ import annotations
 
@@ -49,17 +49,17 @@ class Degenerate(Enum):
 
 @dataclass(frozen=True)
 class Degeneracy:
-    """Event at which a certified run stops.
+    """An event without a certain result, at which a certified run stops.
 
     Attributes:
         kind: Kind of event.
-        bodies: The bodies that take part, in ascending order; walls as `carom.model.trace.wall_body`.
+        bodies: The bodies that take part, in ascending order. Walls are numbered as by `carom.model.trace.wall_body`.
         earliest_s: Lower bound of the event's time, seconds.
-        latest_s: Upper bound of the event's time, seconds. Infinity if a graze may not be a contact at all; for a
-            collapse, the last of the counted impacts.
-        proven: Whether exact arithmetic proves the kind. Otherwise the event was not decided although the state was
-            known to `bits` bits.
-        bits: Bits to which the state of the bodies was known.
+        latest_s: Upper bound of the event's time, seconds. It is infinity for a graze that may be no contact, and the
+            time of the last counted impact for a collapse.
+        proven: Whether exact arithmetic proves `kind`. Otherwise the event is undecided, with the state known to `bits`
+            bits.
+        bits: Accuracy of the state of the bodies, bits.
     """
 
     kind: Degenerate
@@ -79,7 +79,10 @@ class Degeneracy:
 
 
 class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer
-    """The next event is not decided at this precision. Contains the report if no precision decides it."""
+    """Signal that the present precision does not decide the next event.
+
+    `degeneracy` is reported if no precision decides it.
+    """
 
     def __init__(self, degeneracy: Degeneracy) -> None:
         super().__init__(str(degeneracy))
@@ -88,27 +91,27 @@ class Undecided(Exception):  # noqa: N818 - not an error: a signal to look close
 
 @dataclass(frozen=True, repr=False, eq=False)
 class CertifiedTrace(ByValue, Drawn):
-    """A trace with a proven bound on the error of every number. Compared by value; there is no hash.
+    """A trace with a proven error bound for every number. Traces are compared by value and are not hashable.
 
     Attributes:
-        trace: The method is "certified". Each number is the float64 nearest to the middle of the ball that is proven to
-            contain the true value. The trace ends with the last certified impact, or with the scene.
-        radii: Structured array shaped like ``trace.impacts``: the greatest difference of each number from the true
-            value, rounding to float64 included. The fields `first` and `second` repeat the bodies.
+        trace: The trace, with method "certified". It ends at the end of the scene or at the last certified impact. The
+            true value of each number is within its radius.
+        radii: Structured array like ``trace.impacts``, with a bound of each number's error including float64 rounding.
+            The fields `first` and `second` contain the bodies.
         final_position_radius_m: Radii of `trace.final_position_m`, shape ``(n, 2)``.
         final_velocity_radius_m_s: Radii of `trace.final_velocity_m_s`, shape ``(n, 2)``.
         spin_radii: Radii of ``trace.spins``, a structured array; None if ``trace.spins`` is None.
         final_spin_radius_rad_s: Radii of `trace.final_spin_rad_s`, shape ``(n,)``.
         mode_radii: Radii of ``trace.modes``, a structured array; None if ``trace.modes`` is None.
         digits: The requested decimal digits.
-        decimals: For more than 15 digits: time and velocities after each impact, ``(t, x1, y1, x2, y2)``, and the spins
-            of its discs after it if anything turns. Every digit of these decimal numbers is right, to one unit in the
-            last digit. Empty if float64 can represent the digits.
+        decimals: Decimal numbers for each impact: time and velocities after the impact ``(t, x1, y1, x2, y2)``, then
+            the spins of the discs if any disc turns. They are right to one unit in the last digit. Empty for up to 15
+            digits, which float64 can represent.
         ending: How the run ended.
-        degeneracy: The event that stopped the run; None if the run was not stopped.
-        commuted: Pairs of indices of impacts whose order is unknown and irrelevant.
-        precision_bits: Initial bits of the last attempt.
-        bits_lost: Bits of accuracy lost in the worst disc until the end.
+        degeneracy: The event that stopped the run early; None if the run reached its end.
+        commuted: Pairs of indices of impacts whose order is unknown and does not affect the result.
+        precision_bits: Initial precision of the last attempt, bits.
+        bits_lost: Bits of accuracy that the least accurate disc lost until the end.
         replays: Number of restarts at a higher precision.
         elapsed_s: Elapsed seconds; not compared.
 
@@ -140,10 +143,10 @@ class CertifiedTrace(ByValue, Drawn):
 
 
 def proven_decimal(value: float, radius: float) -> str:
-    """Return a value known to within `radius`, with as many digits as are proven.
+    """Return a value with an error of at most `radius` as a decimal number with all proven digits.
 
-    With k decimals the true value is within ``radius + 10^-k / 2`` of the shown one. k is chosen so that this is at
-    most one unit in the last digit. If not even the first digit is proven, a bound is shown instead.
+    With k decimals the shown number differs from the true value by at most ``radius + 10^-k / 2``. k is chosen so that
+    this is at most one unit in the last digit. If no digit is proven, the text is a bound.
     """
     if radius == 0.0:
         return repr(value)

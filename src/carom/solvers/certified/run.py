@@ -1,7 +1,7 @@
-"""Certified run: impact after impact at one precision, repeated at a higher one if that precision does not decide.
+"""Certified run, which is repeated at a higher precision whenever a comparison is undecided.
 
-The next attempt keeps the order of impacts that one precision has certified, and only computes the dynamics again. As
-the balls grow, the working precision is lowered, so that no meaningless bits are computed.
+A repetition keeps the certified order of impacts and only recomputes the motion. The working precision is lowered as
+the balls grow, because the lost bits are meaningless.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.solvers.run import Progress
 
-#: Impacts between two checks of accuracy and progress.
+#: Number of events between two checks of accuracy and progress.
 _CHUNK = 32
-#: Bits of the first attempt in addition to the requested digits: enough for some hundreds of impacts in most scenes.
+#: Bits of the first attempt in addition to the requested digits: enough for a few hundred impacts in most scenes.
 _FIRST_BITS = 160
-#: Bits by which the working precision exceeds the accuracy of the disc that is known best.
+#: Bits by which the working precision exceeds the accuracy of the most accurate disc.
 _GUARD_BITS = 24
-#: The precision is raised to an eighth more than the bits lost so far predict. The precision is raised by at most a
-#: factor of eight, since the first impacts predict little, and by at least half.
+#: The next precision is the prediction from the bits lost so far times 1.125. It is between 1.5 and 8 times the last
+#: one, since the first impacts predict little.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: Least useful fraction of the working precision. If less is useful, the precision is lowered.
+#: The working precision is lowered if less than this fraction is useful.
 _LOWER_AT = 0.9
 #: Outcomes with infinitely many impacts.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
-#: Endings after which a run can be advanced further.
+#: Outcomes of endings after which a run can be advanced further.
 _GOES_ON = {
     None: Outcome.COMPLETED,
     Ending.COMPLETED: Outcome.COMPLETED,
@@ -57,12 +57,12 @@ _GOES_ON = {
 }
 
 
-#: Key of an event of the start.
+#: Key of an event at the start.
 _START = (-1, -1, 0.0)
 
 
 class Goal(NamedTuple):
-    """Goal of a run: a time (undamped), a number of impacts, and an instant of the computer's clock."""
+    """Goal of a run: a time of the undamped run, a number of impacts, and a deadline as `time.perf_counter`."""
 
     time: arb
     impacts: float
@@ -71,21 +71,21 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Result of an attempt: its end, or an event that was not decided. Both are None if the balls became too wide."""
+    """Result of an attempt: its ending, or the undecided event. Both are None if the balls became too wide."""
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
 
 
 class CertifiedRun:
-    """Run of a scene with proven digits, a `carom.solvers.run.Run`.
+    """A run of a scene with proven digits; implements `carom.solvers.run.Run`.
 
-    A run in pieces has the same digits as a run in one piece. Radii can differ, since the precision is chosen for the
-    goal of a run. A run that ended before the requested time or impact can't be advanced further.
+    Advancing a run in pieces gives the same digits as in one piece. Radii can differ, since the precision depends on
+    the goal. A run that ended early can't be advanced further.
 
     Attributes:
-        ending: How the last call ended; None before the first.
-        degeneracy: The event that no precision decided; None if there is none.
+        ending: How the last call of `advance_to` ended; None before the first call.
+        degeneracy: The event that no precision decided; None without such an event.
         replays: Number of restarts at a higher precision.
         precision_bits: Initial bits of the last attempt.
     """
@@ -105,18 +105,18 @@ class CertifiedRun:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work counts."""
+        """Number of impacts and replays."""
         return {"impacts": len(self.log), "replays": self.replays}
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How the run ended, and whether the extension is stale."""
+        """Notes for the user: how the run ended, and whether the compiled extension is out of date."""
         what = self.degeneracy or (self.ending and self.ending.value)
         return (*([str(what)] if what else []), *find_extension_notes())
 
     @property
     def outcome(self) -> Outcome:
-        """How the run ended, in a trace's words."""
+        """How the run ended, as the outcome of a trace."""
         if self.degeneracy is not None and self.degeneracy.kind in _ENDLESS:
             return _ENDLESS[self.degeneracy.kind]
         return _GOES_ON.get(self.ending, Outcome.STOPPED)
@@ -137,7 +137,7 @@ class CertifiedRun:
             time_budget_s: Limit of elapsed seconds; None for no limit.
 
         Raises:
-            InputError: `time_s` is NaN, or `max_impacts` is not a number of impacts.
+            InputError: `time_s` is NaN or no number, or `max_impacts` is not a whole number of 0 or more.
         """
         require_goal(time_s, max_impacts)
         if self.ending not in _GOES_ON:
@@ -150,7 +150,7 @@ class CertifiedRun:
         attempt = self._attempt
         while stop.ending is None:
             stop = self._judge(attempt.advance(goal), attempt)
-            if attempt.has_replayed:  # an earlier attempt can't improve the estimate any more
+            if attempt.has_replayed:  # the previous attempt can't improve the estimate any more
                 self._attempt = attempt
             if stop.ending is None:
                 self.precision_bits = self._next_bits(attempt, stop, goal)
@@ -183,7 +183,7 @@ class CertifiedRun:
     def result(self) -> CertifiedTrace:
         """Return the certified part of the run, with the state at the exact instant `time_s`."""
         attempt, impacts = self._attempt, len(self.log)
-        # An interrupt or an undecided contact may have cut an event in two.
+        # An interrupt or an undecided contact may have left an event half applied.
         if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
             attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
             if attempt.advance(Goal(self._undamped(self.time_s), impacts, math.inf, None)).ending is Ending.INTERRUPTED:
@@ -242,7 +242,7 @@ class CertifiedRun:
             return undamped(self.scene.damping_per_s, arb(time_s))
 
     def _judge(self, stop: Stop, attempt: Attempt) -> Stop:
-        """Decide whether more precision may help after an attempt that did not reach its end."""
+        """Decide whether a higher precision may help after an attempt. The returned ending is None if so."""
         trouble = stop.degeneracy
         if stop.ending is not None:
             return stop
@@ -254,7 +254,7 @@ class CertifiedRun:
         return Stop(Ending.DEGENERATE if undecided else Ending.PRECISION_CAP, trouble)
 
     def _next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
-        """Return the precision that suffices according to the bits lost so far."""
+        """Return the next precision, predicted from the bits lost so far."""
         done = max(len(attempt.events), 1)
         reached_s = max(attempt.bodies.time)
         expected = done * (float_above(goal.time) / reached_s) if reached_s > 0 else math.inf
@@ -268,16 +268,16 @@ class CertifiedRun:
 
 
 class Attempt:
-    """A run at one precision: it repeats the certified events, and then selects further impacts.
+    """A run at one precision. It repeats the events certified before, and then selects further impacts.
 
     Attributes:
         bits: Initial precision.
         precision: Working precision.
         bodies: State of the bodies after the last impact.
-        events: Events in a form that can be repeated: the bodies, and a lower bound of the time.
+        events: Keys by which events are repeated: both bodies, and a lower bound of the time.
         impacts: Number of impacts among the events.
-        is_cut: Whether the last event was interrupted because it is undecided.
-        commuted: Pairs of neighbouring impacts whose order is unknown and irrelevant.
+        is_cut: Whether the last event was left half applied because it was undecided.
+        commuted: Pairs of consecutive impacts whose order is unknown and does not affect the result.
     """
 
     def __init__(
@@ -299,7 +299,7 @@ class Attempt:
         log.begin_again()
 
     def trouble_at_start(self) -> Degeneracy | None:
-        """Return the degeneracy of the start, if any: contact, except with a wall below the disc."""
+        """Return the degeneracy of the start, if any. Contact is degenerate, except with a wall below the disc."""
         bodies, scene = self.bodies, self.bodies.scene
         with ctx.workprec(self.precision):
             begun = (
@@ -311,7 +311,7 @@ class Attempt:
         return found if found or scene.arrays.has_half_planes else finite_contact_at_start(scene, begun)
 
     def _begin(self) -> None:
-        """Begin the contacts of discs that rest on walls at the start, or apply their impacts."""
+        """Start the contact of each disc that touches a wall below it, or apply its impact if it approaches."""
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.lying()) if self.bodies.falls else ():
             begun = contacts.begin(i, ground)
@@ -321,16 +321,16 @@ class Attempt:
 
     @property
     def has_replayed(self) -> bool:
-        """Whether all previously certified events have been repeated."""
+        """Whether all events certified before have been repeated."""
         return len(self.events) >= len(self._known)
 
     def bits_lost(self) -> int:
-        """Return the bits of accuracy lost in the worst disc."""
+        """Return the bits of accuracy that the least accurate disc has lost."""
         with ctx.workprec(self.precision):
             return self.bits - self.bodies.worst_accuracy_bits()
 
     def advance(self, goal: Goal) -> Stop:
-        """Advance as far as this precision and the goal permit."""
+        """Advance to the goal, or as far as this precision permits."""
         with ctx.workprec(self.precision):
             try:
                 return self._replay(goal) or self._select(goal)
@@ -374,7 +374,7 @@ class Attempt:
                 return Stop(None, undecided.degeneracy if self._log.convert() else None)
             if choice is None or at_limit:
                 return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
-            if not choice.meeting.time <= goal.time:  # an impact within the last unit of a time that is no float64
+            if not choice.meeting.time <= goal.time:  # the goal is not a float64, and the impact is too close to it
                 if choice.meeting.time > goal.time:
                     return self._end(Ending.COMPLETED)
                 selection.is_at_the_end(choice.meeting)
@@ -397,7 +397,10 @@ class Attempt:
         self.impacts += event.impact is not None
 
     def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
-        """Apply and record an event. At intervals convert events, lower the precision, and check whether to stop."""
+        """Apply and record an event.
+
+        Every `_CHUNK` events, convert the events, lower the precision, and check whether to stop.
+        """
         self._add_event(carry_out(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:
             return None

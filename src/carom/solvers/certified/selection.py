@@ -1,13 +1,12 @@
 """Selection of the next impact by certified comparisons.
 
-If the comparisons can't decide, the impact is reported as undecided.
+Each event has a lower bound of its time. The event with the smallest bound is solved in balls, which raises its bound.
+When the smallest bound belongs to a solved event, its rivals are solved as well: the events whose bounds do not exceed
+its time. The event is the next one if it certainly comes before each rival, or if its order with a rival does not
+matter. Otherwise the next impact is undecided.
 
-The event with the least lower bound is solved in balls, which raises its bound. When the least bound belongs to a
-solved event, its rivals are also solved: all events whose bounds do not exceed its time. The event is next if it is
-certainly before each rival, or if the two commute.
-
-A bound that is no later than the start of both paths carries no information, and may be far from the impact. So the
-first solution only gives a bound. When this bound is the least, the event is solved again from it.
+The bound of an unsolved event can be far from the impact, for example the start of both paths. A solution from such a
+bound only gives a better bound, from which the event is solved again when this bound is the smallest.
 """
 
 from __future__ import annotations
@@ -26,23 +25,23 @@ from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
-#: Solutions between two checks of the clock.
+#: Number of solved times between two checks of the clock.
 _CHUNK = 1024
 
 
 class OutOfTime(Exception):  # noqa: N818 - not an error: a signal to stop
-    """The time budget ran out during a search."""
+    """Signal that the time budget ran out during a search."""
 
 
 class Choice(NamedTuple):
-    """The next impact, and whether its order with a following one is irrelevant."""
+    """The next impact, and whether its order with the following one is unknown and irrelevant."""
 
     meeting: Meeting
     commutes: bool
 
 
 class Selection:
-    """Chooses the next impact of discs in ball arithmetic.
+    """Selector of the next impact in ball arithmetic.
 
     Attributes:
         end_s: Impacts after this time, seconds, are ignored.
@@ -61,7 +60,7 @@ class Selection:
             self.expect_end(i)
 
     def expect_end(self, i: int) -> None:
-        """Find the end of disc `i`'s mode, if there is one."""
+        """Add the end of the mode of disc `i` to the events, if the mode ends."""
         if self.bodies.contacts.end_of(i) is not None:
             self._meetings.pop((i, i), None)
             self.bounds.raise_to(i, i, self.bodies.time[i])
@@ -77,10 +76,10 @@ class Selection:
             self.expect_end(i)
 
     def next_impact(self) -> Choice | None:
-        """Return the impact that is certainly next; None if there is certainly none before the end.
+        """Return the impact that is certainly next; None if there is certainly none up to `end_s`.
 
         Raises:
-            Undecided: The next impact is not decided at this precision.
+            Undecided: This precision does not decide the next impact.
             OutOfTime: The deadline has passed.
         """
         bounds, meetings = self.bounds, self._meetings
@@ -96,7 +95,7 @@ class Selection:
                     return Choice(meeting, False)
                 continue
             limit, rivals = -math.inf, [(bound, disc, body)]
-            while (latest := self._latest(rivals)) > limit:  # a rival's time may reach further than the first time
+            while (latest := self._latest(rivals)) > limit:  # a rival's upper bound may admit further rivals
                 limit, rivals = latest, bounds.up_to(latest)
             unsolved = [rival for rival in rivals if rival[1:] not in meetings]
             if not unsolved:
@@ -104,11 +103,11 @@ class Selection:
             self._solve(*min(unsolved))
 
     def _latest(self, rivals: list[tuple[float, int, int]]) -> float:
-        """Return the largest of the upper bounds of the times of the solved rivals."""
+        """Return the latest upper bound among the times of the solved rivals."""
         return max(self._meetings[rival[1:]].latest for rival in rivals if rival[1:] in self._meetings)
 
     def _solve(self, at: float, disc: int, body: int) -> Meeting | None:
-        """Solve one impact in balls from its bound, and raise the bound. Return the impact if one may be near it."""
+        """Solve an impact in balls from its bound, and raise the bound. Return the impact if the bound was close."""
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:
             raise OutOfTime
@@ -147,11 +146,11 @@ class Selection:
                 if not candidate.time <= self.end_s:
                     self.is_at_the_end(candidate)
                 return Choice(candidate, commutes)
-        assert blocking is not None  # noqa: S101 - at least one meeting may be in time, and none was returned
+        assert blocking is not None  # noqa: S101 - at least one meeting may be in time, and no choice was returned
         raise blocking
 
     def is_at_the_end(self, meeting: Meeting) -> NoReturn:
-        """Raise the error that it can't be decided whether an impact belongs to the scene.
+        """Raise the signal that it is undecided whether an impact comes before the end of the scene.
 
         Raises:
             Undecided: Always.
@@ -159,7 +158,7 @@ class Selection:
         raise Undecided(self._report(Degenerate.AT_THE_END, (meeting,), meeting.time))
 
     def _commute(self, one: Meeting, other: Meeting) -> bool:
-        """Whether two impacts whose times overlap have the same result in either order."""
+        """Return whether two impacts of undecided order have the same result in either order."""
         mine, theirs = self._moved_by(one), self._moved_by(other)
         if mine & theirs:
             one_each = all(m.second < 0 and len(m.obstacles) == 1 for m in (one, other))
@@ -171,11 +170,11 @@ class Selection:
         return {body for body in (meeting.first, meeting.second) if body >= 0 and self.bodies.movable[body]}
 
     def _out_of_reach(self, i: int, j: int, window: arb) -> bool:
-        """Whether two discs are so far apart that they can't meet in the window, whatever the effect of these impacts.
+        """Return whether two discs are too far apart to meet in the window, for any result of the two impacts.
 
-        After an impact with a partner of speed s, a disc of speed v has at most ``v + 2 (v + s)``. The partners' speeds
-        are among all discs' speeds. Friction adds at most twice the slip, which is ``2 (v + s)`` plus the speeds of
-        both rims.
+        After an impact with a partner of speed s, the speed of a disc of speed v is at most ``v + 2 (v + s)``. All
+        speeds are at most the fastest one. Friction adds at most twice the slip, which is at most ``2 (v + s)`` plus
+        both rim speeds.
         """
         bodies = self.bodies
         at = float(window.mid())
@@ -185,8 +184,8 @@ class Selection:
         fastest, most = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
             fastest, most = max([fastest, *(abs(bodies.surface(k)).upper() for k in range(len(bodies)))]), 13
-        # Both discs may move at 5 (13 with friction) times the fastest speed, for twice the window and from `at` to the
-        # window.
+        # Each disc moves at most at 5 (with friction 13) times the fastest speed, for twice the window plus the time
+        # from `at`.
         length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
         gained = bodies.strongest_pull() * (window.upper() + length)  # the velocities are values at time 0
         reach = bodies.pair_law(i, j).reach + 2 * most * (fastest + gained) * length
@@ -207,7 +206,7 @@ class Selection:
     def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], when: arb) -> Degeneracy:
         bodies = self.bodies
         involved = sorted({body for m in meetings for body in (m.first, m.second)})
-        if kind is Degenerate.RESTING_CONTACT:  # the disc of the last impact may drive one of them into the other
+        if kind is Degenerate.RESTING_CONTACT:  # the partner of the last impact pushes one body into the other
             last = [bodies.partner[body] for body in involved if body >= 0]
             involved = sorted({*involved, *(body for body in last if body is not None)})
         proven = all(m.proven for m in meetings) or (

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 _FORMAT = "carom certified run, 1"
 NUMBERS = ("digits", "precision_bits", "bits_lost", "replays")
-#: Rows and final state of a run: for each, the field of the trace, and the field of its radii. Fields that are None,
-#: since nothing turns or is in contact, are left out.
+#: Fields of the trace that are written: rows with their types, and the final state. Fields that are None are omitted.
 ROWS = {"impacts": IMPACT_DTYPE, "spins": SPIN_DTYPE, "modes": MODE_DTYPE}
 FINAL = ("final_position_m", "final_velocity_m_s", "final_spin_rad_s")
 RADII = {"radii": IMPACT_DTYPE, "spin_radii": SPIN_DTYPE, "mode_radii": MODE_DTYPE}
@@ -28,7 +27,7 @@ FINAL_RADII = ("final_position_radius_m", "final_velocity_radius_m_s", "final_sp
 
 
 def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
-    """Return a certified run as JSON values. The true value of each number is within its radius."""
+    """Return a certified run as JSON values, with the radius of each number."""
     trace, degeneracy = certified.trace, certified.degeneracy
     trouble = degeneracy and dataclasses.asdict(degeneracy)
     if degeneracy and trouble:

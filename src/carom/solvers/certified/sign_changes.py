@@ -1,8 +1,8 @@
-"""Instants at which a polynomial of balls falls through zero: certain, certainly none, or undecided.
+"""Times at which a polynomial with ball coefficients changes from positive to negative, called falls.
 
-The time from now on is halved until, on each piece, the polynomial or its slope has one sign by Taylor's expansion
-about the middle. A fall is certain if only pieces of negative slope separate a place above zero from one below. A piece
-that remains open is so near to a touch of zero that this precision can't decide it.
+The time axis is halved until the polynomial or its slope certainly has one sign on each piece, by a Taylor expansion
+about the middle. A fall is certain if the polynomial is positive, then has only pieces of negative slope, and then is
+negative. Otherwise the polynomial comes so close to zero that this precision can't decide.
 """
 
 from __future__ import annotations
@@ -16,15 +16,17 @@ from carom.solvers.certified.legs import ZERO
 
 #: The lengths of the first pieces are the horizon times powers of two, with exponents from minus this number to 0.
 _FIRST = 8
-#: A piece is left open after a number of halvings: this number plus half of the bits, at which a touch of zero is
-#: visible. A piece is also left open if the polynomial changes along it by at most this many times the radius of its
-#: balls.
+#: A piece is left undecided after _HALVINGS more halvings than half of the working precision in bits, enough to resolve
+#: a double zero. It is also left undecided if the polynomial changes by at most _BLUR times the radius of its balls.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 
 
 class Fall(NamedTuple):
-    """A fall through zero: its time, and whether it is certain. An uncertain fall may be anywhere in the ball."""
+    """A sign change from positive to negative: its time, and whether it certainly happens.
+
+    The time ball covers all possible times.
+    """
 
     time: arb
     certain: bool
@@ -33,15 +35,15 @@ class Fall(NamedTuple):
 class _Piece(NamedTuple):
     low: arb
     high: arb
-    slope: int  # the sign of the slope; 0 if the sign is open
+    slope: int  # sign of the slope; 0 if undecided
 
 
 def squared_gap(
     place: tuple[arb, arb], velocity: tuple[arb, arb], pull: tuple[arb, arb], reach2: arb, *, inside: bool = False
 ) -> list[arb]:
-    """Return the squared distance from the origin minus a squared reach, by powers of time; its negative from inside.
+    """Return the coefficients of a squared distance from the origin minus `reach2`, by powers of time, lowest first.
 
-    `place`, `velocity` and `pull`, the acceleration, are present values.
+    `place`, `velocity` and `pull` (the acceleration) are those at time 0. For `inside`, all signs are reversed.
     """
     (x, y), (u, v), (a, b) = place, velocity, pull
     powers = [x * x + y * y - reach2, 2 * (x * u + y * v), u * u + v * v + x * a + y * b, u * a + v * b]
@@ -50,10 +52,10 @@ def squared_gap(
 
 
 def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
-    """Yield the instants from 0 up to `until` at which a polynomial falls through zero, in order.
+    """Yield the times from 0 to `until` at which a polynomial changes from positive to negative, in order.
 
-    Coefficients are given lowest power first. A polynomial that begins below zero must rise first. If a polynomial
-    begins at exactly zero, its lowest remaining power decides.
+    Coefficients are given lowest power first. If the first coefficients are exactly zero, the next one gives the sign
+    just after 0.
     """
     left = list(powers)
     while left and left[-1].is_zero():
@@ -85,7 +87,7 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
 
 
 def _of_parabola(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
-    """Return the fall of ``c + b t + a t^2``, which is above zero at 0, if there is one; None if undecided."""
+    """Return the falls of ``c + b t + a t^2`` after 0: none or one. Return None if undecided or unless c > 0."""
     d = b * b - 4 * a * c
     if not c > 0:
         return None
@@ -97,7 +99,7 @@ def _of_parabola(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
 
 
 def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on pieces between two places of known signs. A first sign of 0 means that it is not known."""
+    """Return the fall on consecutive pieces between two known signs, if any. A first sign of 0 means unknown."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None
@@ -108,9 +110,9 @@ def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int
 
 
 def _pieces(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None, int]]:
-    """Yield pieces of the time up to a horizon, in order, with the sign at the end of each; 0 if the sign is open.
+    """Yield pieces of the time up to a horizon, in order, each with the polynomial's sign at its end; 0 if undecided.
 
-    A piece without a zero is None.
+    None replaces a piece that certainly has no zero.
     """
     edges = [arb(0), *((horizon * arb((1, k - _FIRST))).mid() for k in range(_FIRST)), horizon]
     most = int(ctx.prec) // 2 + _HALVINGS
@@ -137,7 +139,7 @@ def _around(polynomial: arb_poly, middle: arb) -> list[arb]:
 
 
 def _spread(powers: Sequence[arb], half: arb) -> arb:
-    """Return a bound of the sum of all powers except the lowest, at most `half` from 0."""
+    """Return a bound of a polynomial minus its constant term, for arguments up to `half` in magnitude."""
     total, power = arb(0), arb(1)
     for coefficient in powers[1:]:
         power = power * half
@@ -150,13 +152,15 @@ def _sign(value: arb, spread: arb) -> int:
 
 
 def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
-    """Return a time after which a polynomial has no zero (Fujiwara), or `until`, if that is less."""
+    """Return a time after which a polynomial has no zero (Fujiwara's bound), at most `until`."""
     degree, last = len(powers) - 1, powers[-1].abs_lower()
     end = arb(until)
     if not last > 0:
         return end
     sizes = [(power.abs_upper() / last, degree - k) for k, power in enumerate(powers[:-1])]
-    roots = [size.root(order) for size, order in sizes if not size.is_zero()]  # python-flint 0.9: arb(0).root(3) is NaN
+    roots = [
+        size.root(order) for size, order in sizes if not size.is_zero()
+    ]  # in python-flint 0.9, arb(0).root(3) is NaN
     bound = arb(0)
     for root in roots:
         bound = bound.max(root)
@@ -164,9 +168,11 @@ def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
 
 
 def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
-    """Return the zero between two instants, between which the polynomial falls, as narrowly as its balls permit.
+    """Return the zero between two times as narrowly as the balls permit.
 
-    Both instants are kept, because one ball around both would reach further, and there may be another zero.
+    The polynomial must decrease between the times.
+
+    Both times are kept instead of one ball, because a ball around them would extend further, perhaps to another zero.
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()

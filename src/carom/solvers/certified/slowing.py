@@ -1,7 +1,7 @@
 """Deceleration of discs in certified runs: by damping, and by a table.
 
-With damping, the times of the undamped run are converted, see `carom.model.damping`. On a table every disc has the same
-deceleration, against its motion, until it stops.
+With damping, the scene runs undamped, and its times are converted: see `carom.model.damping`. On a table every disc has
+the same deceleration against its motion until it stops.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 
 
 def undamped(damping_per_s: float, time: arb) -> arb:
-    """Return the time in which an undamped disc moves as far as a damped disc does in a given time."""
+    """Return the time in which an undamped disc moves as far as a damped disc moves in `time`."""
     return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
 def kept(damping_per_s: float, undamped_time: arb) -> arb:
-    """Return the remaining fraction of a speed at a time."""
+    """Return the fraction of a speed that remains at a time of the undamped run."""
     return 1 - damping_per_s * undamped_time
 
 
 def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
-    """Apply the table's deceleration to disc `i`, which moves straight with a new velocity from a time on.
+    """Apply the table's deceleration to disc `i`, which has got a new velocity at `time`.
 
     Raises:
-        Undecided: It can't be decided whether the disc moves.
+        Undecided: The precision does not decide whether the disc moves.
     """
     vx, vy = bodies.velocity(i, time, at)
     if vx.is_zero() and vy.is_zero():
@@ -52,7 +52,7 @@ def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
 
 
 def stop(bodies: BallBodies, meeting: Meeting) -> None:
-    """Give a disc that has stopped a path at rest."""
+    """Set the state of a disc that a table has stopped."""
     i = meeting.first
     bodies.x[i], bodies.y[i] = bodies.place_at(i, meeting.time)
     bodies.vx[i] = bodies.vy[i] = ZERO

@@ -1,9 +1,9 @@
-"""`core/contact_law.h` in balls: slip and rim speed that friction and rolling resistance remove, or hold at 0.
+"""Contact law of `core/contact_law.h` in balls: the slip and rim speed that friction and rolling resistance remove.
 
-`stick` is the limit between sticking and sliding in `core/impact.h`.
+`stick` repeats the friction of impacts in `core/impact.h`.
 
-Forces are limited, which is a continuous function. If it is not decided on which side of a limit a force is, its ball
-contains both cases.
+Forces are limited, which is a continuous operation. If it is undecided whether a force exceeds its limit, its ball
+covers both cases.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from carom.solvers.certified.legs import ZERO
 
 
 class BallFrictions(NamedTuple):
-    """Like `Frictions` of `core/contact_law.h`, with balls; None where it is not decided what is held."""
+    """`Frictions` of `core/contact_law.h` in balls. `sticks` and `blocks` are None if undecided."""
 
     friction: arb
     rolling: arb
@@ -25,7 +25,7 @@ class BallFrictions(NamedTuple):
 
 
 def sign(ball: arb) -> int | None:
-    """Return the sign of all numbers in a ball; None if they have more than one."""
+    """Return the sign of all numbers in a ball; None if their signs differ."""
     return 0 if ball.is_zero() else 1 if ball > 0 else -1 if ball < 0 else None
 
 
@@ -35,7 +35,7 @@ def cut(x: arb, most: arb) -> arb:
 
 
 def stick(sticking: arb, most: arb) -> BallFrictions:
-    """Return what friction alone removes: as much as sticking needs, but at most `most`, the limit of the cone."""
+    """Return the slip that friction alone removes: `sticking`, limited to `most` by the friction cone."""
     return BallFrictions(cut(sticking, most), ZERO, sticks=_within(sticking, most), blocks=False)
 
 

@@ -1,1 +1,1 @@
-"""PIC for any number of discs, from event to event: `carom.solvers.event_driven.run`."""
+"""Event-driven PIC for any number of discs: see `carom.solvers.event_driven.run`."""

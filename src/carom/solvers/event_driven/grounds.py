@@ -1,4 +1,4 @@
-"""Grounds under gravity: the half-planes and straight faces on which a disc can slide, roll or rest."""
+"""Grounds: the half-planes and straight faces on which a disc can slide, roll or rest under gravity."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from carom.core.wall_features import WallFeature
     from carom.model.disc_arrays import DiscArrays
 
-#: Number that marks the end of a face behind which the wall goes on smoothly: `NO_OBSTACLE` of state.h.
+#: Marks an end of a face at which the wall continues smoothly, without a vertex: `NO_OBSTACLE` of state.h.
 NO_OBSTACLE = -1
 
 
 class Grounds(NamedTuple):
-    """Data for lasting contact, on each feature of all walls.
+    """Data of each feature of all walls for lasting contact.
 
     Attributes:
-        rows: Whether a disc can be in contact with the feature, the numbers of the vertices over its two ends, and how
-            many features a disc on it never meets, shape ``(features, 4)``.
-        never_met: The numbers of the features that a disc never meets, one ground after another.
+        rows: Shape ``(features, 4)``: whether a disc can be in lasting contact with the feature, the numbers of the
+            vertices at its two ends, and the number of features in `never_met`.
+        never_met: For one ground after another, the numbers of the features that a disc on it never meets.
     """
 
     rows: NDArray[np.float64]
@@ -35,7 +35,7 @@ class Grounds(NamedTuple):
 
 
 def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
-    """Return the grounds of a start.
+    """Return the grounds of a scene's walls.
 
     Driven walls are not grounds. Finite walls have only straight faces as grounds.
 
@@ -68,7 +68,7 @@ def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature
 
 
 class _Surroundings:
-    """The features of a finite wall, by their positions."""
+    """Features of a finite wall, indexed by position."""
 
     def __init__(self, outline: Outline, parts: dict[int, WallFeature]) -> None:
         self._vertices: dict[tuple[Point, float], int] = {}
@@ -88,10 +88,10 @@ class _Surroundings:
                     self._arcs[end].append(number)
 
     def of_face(self, face: Face) -> tuple[tuple[int, int], list[int]]:
-        """Return the vertices over the ends of a face, and the features that a disc on it never meets.
+        """Return the vertices at the ends of a face, and the features that a disc on this face never meets.
 
-        The features are the face, its other side, the vertices, and any arc with which the wall goes on smoothly.
-        Rounding would decide whether the disc meets the arc or the face first.
+        These features are both sides of the face, the vertices, and arcs that continue the wall smoothly. Without this
+        rule, rounding would decide whether the disc meets the arc or the face first.
         """
         first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
         never = [*self._faces[frozenset((face.a, face.b))]]

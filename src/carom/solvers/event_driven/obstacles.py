@@ -1,4 +1,4 @@
-"""Obstacles of a run in the form that the core reads: the features of each wall. A half-plane is one feature."""
+"""Obstacles of a run in the form that the core reads: half-planes, and the features of finite walls."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ MOST_OBSTACLES = 67_108_863
 
 
 class Obstacles:
-    """The obstacles of a start, if a wall is finite, driven or a belt, or has its own coefficients.
+    """Obstacles of a scene in which a wall is finite, driven or a belt, or has its own coefficients.
 
     Attributes:
-        rows: Data of each obstacle, as `carom.core.numbered.numbers_of` returns them.
-        driven: Driven bodies, and walls whose surface moves, one row each: see `driven_rows`.
-        legs: The legs of their paths, one row each.
+        rows: Data of each obstacle, as returned by `carom.core.numbered.numbers_of`.
+        driven: A row for each driven body and each conveyor wall: see `driven_rows`.
+        legs: A row for each leg of a driven path.
     """
 
     def __init__(self, start: DiscArrays) -> None:
@@ -49,7 +49,7 @@ class Obstacles:
 
     @cached_property
     def grounds(self) -> Grounds:
-        """The half-planes and straight faces that a disc can be in contact with."""
+        """The half-planes and straight faces with which a disc can be in lasting contact."""
         return grounds_of(self._start, self._finite, self.rows[:, 1].astype(int).tolist())
 
     def names(self, one: int, other: int) -> str:
@@ -64,12 +64,12 @@ class Obstacles:
         )
 
     def decides(self, one: int, other: int, elastic: bool) -> bool:
-        """Return whether the order of two features that a disc meets at one instant is irrelevant."""
+        """Return whether a disc that meets two features at one instant has the same result in either order."""
         first, second = self._finite[one][1], self._finite[other][1]
         return are_decidable(first.feature, second.feature, elastic=elastic)
 
     def edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
-        """Return the edges of impacts, as `carom.model.trace.EDGE_DTYPE`, from rows of `CONTACT_DTYPE`."""
+        """Convert contacts (`CONTACT_DTYPE`) to the edges of impacts (`carom.model.trace.EDGE_DTYPE`)."""
         return np.array([self._edge(*contact) for contact in contacts.tolist()], dtype=EDGE_DTYPE)
 
     def _edge(self, x: float, y: float, obstacle: int) -> tuple[int, int]:

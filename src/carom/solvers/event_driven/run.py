@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from carom.solvers.run import Progress, Start
 
-#: Events in a call of the kernel, about a tenth of a second. Progress and Ctrl-C are handled between calls.
+#: Events per call of the kernel, which take about a tenth of a second. Progress and Ctrl-C are handled between calls.
 _EVENTS = 100_000
 #: `Ending` of state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
@@ -56,46 +56,47 @@ class Acceleration(NamedTuple):
 
     @classmethod
     def of(cls, start: Start) -> Acceleration | None:
-        """Return the accelerations of a start; None if all are 0."""
+        """Return the accelerations of a scene; None if gravity and table deceleration are 0."""
         found = cls(start.gravity_m_s2, start.table_deceleration_m_s2, start.wall_rolling_resistance)
         return found if found.table_deceleration_m_s2 or found.gravity_m_s2 != (0.0, 0.0) else None
 
 
 class RunState(NamedTuple):
-    """State from which a run of the same discs and walls can be resumed, without the impacts recorded so far."""
+    """State from which a run of the same discs and walls can be resumed. It does not contain the recorded impacts."""
 
     kernel: Mapping[str, Any]  # see `Kernel.state` in pic.pyx
     time_s: float
     reached: tuple[float, float]
-    fixed: Mapping[str, Any]  # what impacts don't change, by name, except radii and masses, which the kernel stores
-    ended: Outcome | None  # the way in which an impact has ended the run
+    fixed: Mapping[str, Any]  # constants of the run by name; radii and masses are in `kernel`
+    ended: Outcome | None  # outcome if an impact has ended the run
     notes: tuple[str, ...]
 
 
 class EventDrivenRun:
     """A PIC run that can be advanced in any number of pieces. The pieces do not change the result.
 
-    A `carom.solvers.run.Run` for any number of discs; a million are possible as `DiscArrays`. Under gravity discs
-    slide, roll and rest on straight walls. Any other lasting contact ends the run: see `carom.model.trace.Outcome` and
-    `notes`.
+    The class implements `carom.solvers.run.Run` for any number of discs. `DiscArrays` allow a million discs. With
+    gravity, discs can slide, roll and rest on straight walls. Any other lasting contact ends the run: see
+    `carom.model.trace.Outcome` and `notes`.
 
     Args:
         start: A scene, or discs and walls as arrays.
         record: Which impacts to record: "all" or "none". Impacts are always counted, see `impacts_per_disc`.
-        window_s: Record only impacts reported within these times.
-        contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). A disc whose
-            last impact is more recent than this has an impact without loss of energy or friction. A contact time ends
-            inelastic collapse. 0 for none.
+        window_s: First and last time of impacts to record, seconds.
+        contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). An impact
+            within this time after a disc's last impact has no energy loss and no friction, which prevents inelastic
+            collapse. 0 turns the model off.
         resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
             and contact time must be the same. Positions, velocities and spins are those of the state.
-        cell_factor: Factor on the width of the cells, at least 1; infinity for a single cell. The factor changes no
+        cell_factor: Factor on the width of the search cells, at least 1; infinity for a single cell. It does not change
+            the result.
+        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. This does not change the
             result.
-        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. This changes no result.
 
     Raises:
-        InputError: The scene has damping, or a contact time with gravity or a table that slows discs. Walls have more
-            sides and vertices than can be numbered. Discs given as arrays overlap. An option is outside its range.
-            `resume` is the state of a run of another scene. The message names what differs.
+        InputError: The scene has damping, or a contact time with gravity or a table that slows discs. The walls have
+            too many sides and vertices. Discs given as arrays overlap. An option is outside its range. `resume` is the
+            state of a run with other discs, walls or coefficients; the message names the difference.
 
     Examples:
         >>> run = carom.EventDrivenRun(carom.scene("classics/gas"))
@@ -149,7 +150,7 @@ class EventDrivenRun:
             start, obstacles, duration_s, acceleration, contact_s, standstill, cell_factor, all_pairs
         )
         self._ended: Outcome | None = None
-        self._reached: tuple[float, float] = (0.0, 0.0)  # the time since the epoch, as an instant: see instant.h
+        self._reached: tuple[float, float] = (0.0, 0.0)  # time since the epoch, as two floats: see instant.h
         self._obstacles = obstacles
         self._fixed = _fixed_of(start, contact_s) | {"acceleration": acceleration}
         if self.options.record == "all":
@@ -166,7 +167,7 @@ class EventDrivenRun:
         """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
 
         Raises:
-            InputError: `time_s` is NaN, or `max_impacts` is not a number of impacts. Two discs met so far from the
+            InputError: `time_s` is NaN, or `max_impacts` is not a number of impacts. Two discs meet so far from the
                 origin that floats can't distinguish their centres.
         """
         require_goal(time_s, max_impacts)
@@ -194,7 +195,7 @@ class EventDrivenRun:
         return _OUTCOMES[ended]
 
     def _note(self, ended: int, reached_s: float) -> str:
-        """Return the note on a run that an impact or a contact has ended."""
+        """Return the note on a run that ended early because of an impact or a contact."""
         if ended == _CRUSHED:
             crush = self._kernel.crush
             return crushing_note(crush["disc"], tuple(crush["between"]), crush["time"])
@@ -205,7 +206,7 @@ class EventDrivenRun:
         return self._contact_note(ended, **self._kernel.contact_end)
 
     def _contact_note(self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool) -> str:
-        """Return the note on the contact that has ended a run: see `ContactEnd` in accelerated.h."""
+        """Return the note on a run that ended early because of a contact: see `ContactEnd` in accelerated.h."""
         why = ", after infinitely many impacts" if after_bounces else ""
         if ended == _EDGE:
             wall = body_name(other)
@@ -229,11 +230,11 @@ class EventDrivenRun:
         return self._kernel.spins_at(*self._reached)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
         return self._kernel.impact_counts
 
     def state(self) -> RunState:
-        """Return a copy of the run's state, from which it can be continued later."""
+        """Return a copy of the run's state, with which a run can be resumed later."""
         return RunState(self._kernel.state(), self.time_s, self._reached, self._fixed, self._ended, self.notes)
 
     @property
@@ -246,7 +247,7 @@ class EventDrivenRun:
         """Work so far, by name.
 
         The counts are impacts, impacts on walls, predictions after impacts, stale events, cell crossings, scans of all
-        features of finite walls (for a disc beyond the cells), choices of other cells, and new epochs.
+        wall features for discs outside the cells, changes of the cell grid, and new epochs.
         """
         counts = self._kernel.counts
         return {name: counts[name] for name in _SHOWN}
@@ -265,7 +266,7 @@ def _obstacles_of(start: DiscArrays, *, accelerate: bool) -> Obstacles | None:
     return obstacles
 
 
-#: Coefficients of a start. Impacts change neither these coefficients nor walls, radii, masses and moments of inertia.
+#: Coefficients that must be equal in a resumed run.
 _LAW = (
     *("restitution", "wall_restitution", "wall_materials"),
     *("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"),
@@ -274,14 +275,14 @@ _LAW = (
 
 
 def _fixed_of(start: DiscArrays, contact_duration_s: float) -> dict[str, Any]:
-    """Return by name what impacts don't change, except for radii and masses, which the kernel copies."""
+    """Return the constants of a run by name, except radii and masses, which the kernel stores."""
     law = {name: getattr(start, name) for name in _LAW}
     inertia = start.inertia.copy() if start.turns else None
     return {"inertia_factor": inertia, "walls": start.walls, **law, "contact_duration_s": contact_duration_s}
 
 
 def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.void]) -> None:
-    """Refuse a state with other discs, walls or coefficients: a run resumed from it would mix two scenes."""
+    """Raise InputError if a state belongs to a run with other discs, walls or coefficients."""
     if not isinstance(state, RunState):
         raise InputError(f"resume must be what EventDrivenRun.state() returns, got {shown(state)}")
     theirs = state.kernel["discs"].view(discs.dtype)
@@ -291,7 +292,7 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
         _require_equal(name, discs[field], theirs[field])
     for name, value in fixed.items():
         other = state.fixed[name]
-        if (value is None) != (other is None):  # only the inertia can be None, if no spins are stored
+        if (value is None) != (other is None):  # only the inertia can be None, if the run has no spins
             has, got = ("with", "without") if other is None else ("without", "with")
             raise InputError(f"resume must be the state of a run {has} friction or spin, like this run, got one {got}")
         if isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""Instants of PIT's frames."""
+"""Times of the frames of a PIT run."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FrameClock:
-    """Instants of the frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
+    """Times of frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
-    A frame has a length in seconds or a rate in frames per second. The field that is not used is 1, so that neither
-    number is rounded twice.
+    Frames are given by a length in seconds or by a rate in frames per second. The other number is 1, so that a time is
+    rounded only once.
     """
 
     step_s: float = 1.0
     rate_hz: float = 1.0
 
     def in_units(self, units: Units) -> FrameClock:
-        """Return the same clock in other units, which are a power of two of a second. No instant is rounded again."""
+        """Return the same clock in other units of time. These are powers of two of a second, so the change is exact."""
         if self.rate_hz != 1.0:
             return FrameClock(rate_hz=units.seconds(self.rate_hz))
         return FrameClock(step_s=units.of_seconds(self.step_s))
@@ -36,13 +36,11 @@ class FrameClock:
         return self.step_s / self.rate_hz
 
     def time_s(self, frame: int) -> float:
-        """Return the instant of a frame, seconds from the start."""
+        """Return the time of a frame, seconds from the start."""
         return frame * self.step_s / self.rate_hz
 
     def frames_before(self, time_s: float) -> int:
-        """Return the number of frames before a time.
-
-        A frame that differs from this time only by rounding is not counted.
+        """Return the number of frames before a time. A frame that equals this time up to rounding is not counted.
 
         Raises:
             InputError: The time is not a finite number of seconds, 0 or more.

@@ -1,4 +1,4 @@
-"""PIT runs: a run that can be advanced in any number of pieces, and the function from scene to trace."""
+"""PIT runs that can be advanced in pieces, and the function `solve_pit`."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
 
-#: Skipping is given up once it has wasted this many times the work of one search around all discs. This search takes
-#: place at the start, and again whenever bounds have run out. The number is chosen, not tuned.
+#: Skipping is turned off once it has wasted this many times the work of one search around all discs. Such a search
+#: takes place at the start and whenever bounds have expired. The number is a guess and not tuned.
 MOST_WASTE = 2.0
-#: Tests in a call of the loop: some hundredths of a second, so that progress and Ctrl-C are handled.
+#: Tests per call of the loop, which take some hundredths of a second. Progress and Ctrl-C are handled between calls.
 _WORK = 2.0**23
 #: A recorded contact stores its edge and its kind in one number, with this factor: see core/chain_distance.h.
 _EDGE_KINDS = 4
 
 
 class FrameRun:
-    """A PIT run in progress: `carom.solvers.run.Run`.
+    """A PIT run in progress; implements `carom.solvers.run.Run`.
 
-    The discs stay where the last passed frame left them. States at other times are computed from there, so pieces that
-    end between frames change no bit.
+    The stored state is that of the last passed frame. States at other times are computed from it, so pieces that end
+    between frames don't change the result.
 
     Args:
         loop: The loop over the frames.
         clock: Instants of the frames.
-        edges_of: With finite walls, the function that finds the edges of recorded impacts.
+        edges_of: Function that finds the edges of recorded impacts; None without finite walls.
         damping: Damping of the discs.
     """
 
@@ -63,7 +63,7 @@ class FrameRun:
 
     @property
     def frames(self) -> int:
-        """Number of frames passed: tested, or skipped because no test could find anything there."""
+        """Number of frames passed. Skipped frames, at which no test can find an impact, are included."""
         return self._loop.frames
 
     @property
@@ -72,9 +72,9 @@ class FrameRun:
         return self._loop.counts
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Pass every frame before `time_s`, or pass frames until there have been `max_impacts` in all.
+        """Pass every frame before `time_s`, or stop after the frame with impact number `max_impacts`.
 
-        A frame at `time_s` itself is not passed. A frame is never split, so the run may have more impacts than
+        A frame at `time_s` itself is not passed. All impacts of a frame are applied, so there can be more than
         `max_impacts`.
 
         Args:
@@ -91,7 +91,7 @@ class FrameRun:
         return outcome
 
     def advance_frames(self, frames: int) -> None:
-        """Pass this many frames, and go to the instant of the next one."""
+        """Pass this many frames, and advance to the time of the next frame."""
         self._advance(self.frames + frames, None, None)
         self.time_s = max(self.time_s, self.clock.time_s(self.frames))
 
@@ -135,7 +135,7 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
     Args:
         scene: The scene.
         clock: Instants of the frames.
-        skipping: Whether to skip tests that can find nothing; the result is the same to the bit.
+        skipping: Whether to skip tests that can't find an impact. The result has the same bits.
     """
 
     def make(start: Start, units: Units) -> FrameRun:
@@ -155,7 +155,7 @@ def _pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) 
 
 
 def edges_of_contacts(contacts: NDArray[np.void]) -> NDArray[np.void]:
-    """Return the edges of recorded contacts, as `trace.EDGE_DTYPE`: `recorded_edge` of core/pit_separation.h."""
+    """Convert recorded contacts to edges (`trace.EDGE_DTYPE`): see `recorded_edge` in core/pit_separation.h."""
     edges = np.full(len(contacts), np.array(NO_EDGE, EDGE_DTYPE))
     number, kind = np.divmod(contacts["feature"], _EDGE_KINDS)
     is_edge = contacts["feature"] >= 0
@@ -171,7 +171,7 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
     Args:
         scene: The scene, or its name in the catalogue.
         frame_rate_hz: Frames a second; the scene's own by default.
-        skipping: Whether to leave out tests that can find nothing. Only the work counts differ.
+        skipping: Whether to skip tests that can't find an impact. Only the work counts differ.
 
     Raises:
         InputError: The frame rate is not a positive number, or gives too many frames.

@@ -1,1 +1,1 @@
-"""The two algorithms of the source paper in readable Python: the definition of PIT, and PIC frame by frame."""
+"""The two algorithms of the source paper in readable Python: PIT, and PIC frame by frame."""

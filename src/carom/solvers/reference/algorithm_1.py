@@ -1,11 +1,11 @@
 """Algorithm 1 of the source paper: PIT, the periodic interference test, for discs and half-planes on straight paths.
 
-Each pair is tested at each frame, and at no other time. If the bodies approach and overlap, they get new velocities
-along the line of centres at that frame. Positions are never corrected. So an impact is late by up to a frame, and its
-normal is turned by the motion of the discs until then. An impact whose overlap is between two frames is missed.
+Each pair is tested at each frame, and only then. If two bodies overlap and approach each other, they get new velocities
+along the line of centres. Positions are not corrected. So an impact is up to a frame late, and its normal is that of
+the overlapping discs. PIT misses an impact if the overlap begins and ends between two frames.
 
-This module is the definition, to read and to test against. `carom.solve_pit` gives the same bits, skips frames at which
-nothing can be found, and supports every kind of body and motion.
+This module is for reading and for tests. `carom.solve_pit` gives the same bits, skips frames at which no impact is
+possible, and supports all bodies and motions.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class MovingDisc:
         vx: x component of the velocity, metres a second.
         vy: y component of the velocity, metres a second.
         radius: Radius, metres.
-        inverse_mass: One over the mass; 0 for a disc that no impact moves.
-        last_partner: Number of the body of its last impact; a wall's is negative.
+        inverse_mass: One over the mass; 0 for an immovable disc.
+        last_partner: Number of the body that this disc met last. Walls have negative numbers.
     """
 
     x: float
@@ -53,7 +53,7 @@ class MovingDisc:
         return self.vx, self.vy
 
     def move(self, seconds: float) -> None:
-        """Move on in a straight line."""
+        """Move the disc along its straight path."""
         if self.inverse_mass > 0.0:
             self.x += self.vx * seconds
             self.y += self.vy * seconds
@@ -108,7 +108,7 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
 
 
 def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
-    """Return whether two discs approach while they touch or overlap: the test of PIT."""
+    """Return whether two discs approach each other and touch or overlap. This is the test of PIT."""
     if first.inverse_mass == second.inverse_mass == 0.0:
         return False
     dx, dy = second.x - first.x, second.y - first.y
@@ -117,17 +117,17 @@ def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
 
 
 def does_wall_interfere(disc: MovingDisc, wall: HalfPlane) -> bool:
-    """Return whether a disc approaches a half-plane while it touches or overlaps it."""
+    """Return whether a disc approaches a half-plane and touches or overlaps it."""
     x, y, nx, ny = wall
     approaches = disc.vx * nx + disc.vy * ny < 0.0
     return approaches and (disc.x - x) * nx + (disc.y - y) * ny <= disc.radius
 
 
 def collide_discs(first: MovingDisc, second: MovingDisc, i: int, j: int, time_s: float, e: float) -> ImpactRecord:
-    """Give two discs their velocities after an impact along the line of centres. Return the record of the impact.
+    """Apply an impact along the line of centres to two discs. Return the record of the impact.
 
-    Let d be the vector from the first centre to the second. The impulse on the first disc is ``f d``. Only the square
-    of d is used, without a root, so rounding of its length can't add energy.
+    Let d be the vector from the first centre to the second. The impulse on the first disc is ``f d``. The formula uses
+    ``d.d`` without a square root, so that rounding of the length does not change the energy.
     """
     dx, dy = second.x - first.x, second.y - first.y
     along = dx * (second.vx - first.vx) + dy * (second.vy - first.vy)
@@ -143,7 +143,7 @@ def collide_discs(first: MovingDisc, second: MovingDisc, i: int, j: int, time_s:
 
 
 def collide_wall(disc: MovingDisc, wall: HalfPlane, i: int, k: int, time_s: float, e: float) -> ImpactRecord:
-    """Give a disc its velocity after an impact on a half-plane. Return the record of the impact."""
+    """Apply an impact on a half-plane to a disc. Return the record of the impact."""
     _, _, nx, ny = wall
     along, before = disc.vx * nx + disc.vy * ny, disc.velocity
     disc.vx -= (1.0 + e) * along * nx

@@ -1,8 +1,8 @@
 """Algorithm 2 of the source paper: PIC frame by frame, with a stop at each impact before the next frame.
 
 The printed algorithm applies one impact in a frame, but the paper's figure 9 needs several. Here a frame ends when it
-has no more impacts, as in the figure. The run computes all pairs at each impact, without a queue, as the paper does.
-The state of a disc is stored at its last impact, so frames add no rounding, and all bits are the same as with
+has no more impacts, as in the figure. All pairs are computed at each impact, without a queue, as in the paper. The
+state of a disc is stored at its last impact, so frames cause no rounding, and the result has the same bits as
 `carom.solve_pic`.
 """
 
@@ -16,7 +16,7 @@ from carom.solvers.run import trace_of
 
 
 def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = None) -> Trace:
-    """Run a scene by Algorithm 2 of the source paper, all impacts of a frame included.
+    """Run a scene by Algorithm 2 of the source paper, with all impacts of each frame.
 
     Args:
         scene: The scene, or its name in the catalogue.
