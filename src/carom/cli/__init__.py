@@ -31,7 +31,7 @@ GROUPS = {
 }
 _FIRST = tuple(name for names in GROUPS.values() for name in names)
 
-#: Module and function of commands whose names can't be those of a module.
+#: Module and function of commands whose names can't be module names.
 _SPELT = {"import": ("importing", "import_file")}
 
 _MODULES = {path.stem for path in Path(commands.__path__[0]).glob("[!_]*.py")} - {"importing"}
@@ -52,12 +52,15 @@ class CommandGroup(TyperGroup):
 
 
 def app_of(names: Sequence[str]) -> typer.Typer:
-    """Return the command line with the given commands. Typer reads the options of all commands that it gets."""
+    """Return the command line with the given commands.
+
+    Fewer commands start faster, because Typer reads the options of each.
+    """
     found = typer.Typer(
         cls=CommandGroup,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
-        rich_markup_mode=None,  # boxes around a help text would take longer than the rest of `--help`
+        rich_markup_mode=None,  # drawing boxes around help texts would take longer than the rest of `--help`
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
         help="Check how accurately physics engines compute disc collisions: "
         "impact times and velocities, compared with the exact solution.",
@@ -67,7 +70,7 @@ def app_of(names: Sequence[str]) -> typer.Typer:
     for name in names:
         module, function = _SPELT.get(name, (name, name))
         one = getattr(importlib.import_module(f"carom.cli.commands.{module}"), function)
-        # The whole first sentence. By default the list of commands cuts it at 45 characters.
+        # Without `short_help` the list of commands cuts the first sentence at 45 characters.
         found.command(name, cls=Command, short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
     found.callback()(_options)
     return found
@@ -98,7 +101,7 @@ def _options(
 
 
 def command() -> str | int | None:
-    """Run the command, and return its exit code, even if the output can't be written.
+    """Run the command and return its exit code, also if the output can't be written.
 
     Raises:
         KeyboardInterrupt: A signal arrived before or after the command.
@@ -106,7 +109,7 @@ def command() -> str | int | None:
     out = sys.stdout
     try:
         try:
-            if not {"-h", "--help", "--version"} & {*sys.argv}:  # not needed by these options
+            if not {"-h", "--help", "--version"} & {*sys.argv}:  # these options do not load NumPy
                 address_space.require_address_space()
             asked = sys.argv[1:2]
             app_of(asked if asked and asked[0] in COMMANDS else COMMANDS)()
@@ -120,7 +123,7 @@ def command() -> str | int | None:
                 raise
             common.say_error(address_space.limit_error(error))
             code = common.EXIT_BAD_INPUT
-        out.flush()  # here, where an error can still be reported
+        out.flush()  # now, because an error can still be reported
     except BrokenPipeError:  # a reader such as `head` has closed the pipe
         code = 0
     except OSError as error:  # a full disk

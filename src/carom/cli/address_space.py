@@ -1,4 +1,4 @@
-"""Error message for too little address space (`ulimit -v`), which makes a library of NumPy end the process."""
+"""Check for too little address space (`ulimit -v`), which makes NumPy's library OpenBLAS end the process."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 from carom.errors import CaromError, InputError
 
-#: Fraction of the limit that imports may use. The smallest run of one scene takes a third more.
+#: Fraction of the limit that imports may use. Running the smallest scene takes a third more than the imports.
 LOADED = 0.75
 
 
@@ -30,9 +30,10 @@ def limit_error(error: BaseException) -> CaromError:
 
 
 def require_address_space() -> None:
-    """If address space is limited, test in a separate process whether NumPy loads.
+    """Test in a child process whether NumPy loads, if address space is limited.
 
-    OpenBLAS allocates memory when it is loaded, and on failure it ends the process silently with exit code 1.
+    OpenBLAS allocates memory while it is loaded. If that fails, it ends the process with exit code 1 and without a
+    message.
 
     Raises:
         InputError: NumPy can't be loaded within the limit.

@@ -1,4 +1,4 @@
-"""Error handler for outputs with a small character set, such as ASCII. It replaces characters by similar ones."""
+"""Encoding error handler that replaces characters by similar ones, for outputs in a small character set."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
 
 
 def _nearest(sign: str) -> str:
-    """Return a letter without its accent, a dash for a table line, and otherwise a question mark."""
+    """Return a letter without its accent, a dash for a box-drawing character, and a question mark for others."""
     bare = unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode()
     return bare or ("-" if unicodedata.name(sign, "").startswith("BOX DRAWINGS") else "?")
 

@@ -1,4 +1,4 @@
-"""Builds the command line that repeats a result, and formats option types and defaults for ``--help``."""
+"""Command line that repeats a result, and formatting of option types and defaults for ``--help``."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
-#: Options without effect on a result. They continue a run, or print more.
+#: Options that do not affect a result: they continue a run or print more.
 _NO_PART = {"resume", "retry", "verbose"}
 
-#: Words for Typer's types, as in `carom.support.options`.
+#: Words for Typer's types: the same as in `carom.support.options`.
 _WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "int range": "INTEGER"}
 
 _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
 
 def command_line() -> str:
-    """Return the running command line, with the first name of each option; in Python, return ``carom``."""
+    """Return the running command line, with the first name of each option; ``carom`` outside a command."""
     return _ASKED.get()
 
 
 def _plain_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
-    """Return the type of an option for ``--help``: a word as for declared options, or the choices."""
+    """Return the type of an option for ``--help``: a word such as ``NUMBER``, or the choices."""
     named = typed(ctx=ctx).strip("<>").removeprefix("list[").removesuffix("]")
     return "" if argument and "|" not in named else _WORDS.get(named, named)
 
 
 def with_default(text: str, default: str, span: str = "") -> str:
-    """Return the help text of an option with default and range after the first sentence."""
+    """Insert default and range at the end of a help text's first sentence."""
     facts = "; ".join(filter(None, (default and f"default: {default}", span)))
     if not facts:
         return text
@@ -41,16 +41,16 @@ def with_default(text: str, default: str, span: str = "") -> str:
 
 
 class Command(TyperCommand):
-    """A command that stores its arguments, and shows types in ``--help`` as plain words."""
+    """A command that stores its command line, and shows types in ``--help`` as plain words."""
 
     def __init__(self, *args: Any, **more: Any) -> None:
         super().__init__(*args, **more)
         for one in self.params:
-            if typed := getattr(one, "display_type", None):  # older versions of Typer already use plain words
+            if typed := getattr(one, "display_type", None):  # older versions of Typer use plain words already
                 one.display_type = partial(_plain_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the command line. An error message loses the prefix that Typer adds to it."""
+        """Parse the command line. Remove Typer's prefix "Value error" from error messages."""
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:

@@ -40,7 +40,7 @@ SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups 
 
 
 def engines_named(words: list[str] | None) -> list[str] | None:
-    """Return engine names. A manifest is registered, and its engine's name is returned."""
+    """Resolve engine names and manifest paths to engine names. Engines of manifests are registered."""
     from carom.engines.registry import resolve_engine
 
     try:
@@ -63,7 +63,7 @@ Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables
 
 
 def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
-    """Convert Carom's own errors and signals to a message and an exit code."""
+    """Wrap a command so that Carom's errors and signals become a message and an exit code."""
 
     @functools.wraps(command)
     def guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
@@ -92,7 +92,7 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
 
 
 def drop_unwritten(*streams: TextIO) -> None:
-    """Discard output that can't be written. Otherwise the interpreter tries again at its end and fails."""
+    """Discard buffered output that can't be written. Otherwise the interpreter fails when it writes it at exit."""
     for stream in streams:
         try:
             stream.flush()
@@ -101,7 +101,7 @@ def drop_unwritten(*streams: TextIO) -> None:
 
 
 def say(text: str, *, apart: bool = False) -> None:
-    """Print a line without control characters, to standard error if it is `apart` from the results."""
+    """Print text with control characters escaped. Text that is `apart` from the results goes to standard error."""
     plain_where_needed()
     typer.echo(visible(text), err=apart)
 
@@ -112,7 +112,7 @@ def say_error(error: CaromError) -> None:
 
 
 def say_lines(lines: Iterable[str]) -> None:
-    """Print lines without wrapping. A terminal cuts them at its width; other programs get whole lines."""
+    """Print lines without wrapping. On a terminal they are cut at its width."""
     out = console()
     for line in map(visible, lines):
         cut = out.is_terminal and len(line) > out.width
@@ -120,8 +120,8 @@ def say_lines(lines: Iterable[str]) -> None:
 
 
 def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
-    """Return the message and the exit code for the signal that ended a command (default: Ctrl-C)."""
-    if hasattr(signal, "setitimer"):  # stop repeating the signal
+    """Return message and exit code for the signal that ended a command. An error without a signal means Ctrl-C."""
+    if hasattr(signal, "setitimer"):  # stop the timer that repeats the signal
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
     return "interrupted" if number is signal.SIGINT else f"ended by {number.name}", EXIT_SIGNAL + number
@@ -129,16 +129,16 @@ def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
 
 @contextmanager
 def resumable(journal: Path, *others: Path) -> Iterator[None]:
-    """After a signal, print how to resume, and remove journals that were opened in the block and are still empty."""
+    """Guard work on journals. After a signal, print how to resume, and remove new journals that are still empty."""
     from carom.execution.journal import remove_unused
 
     new = [path for path in (journal, *others) if not path.exists()]
     try:
         yield
     except KeyboardInterrupt as error:
-        for path in new:  # the signal may have arrived before the journal could remove them
+        for path in new:  # a signal can arrive before the journal removes its empty file
             remove_unused(path)
-        if not journal.exists():  # nothing was finished
+        if not journal.exists():  # no result was finished
             raise
         word, code = _ended(error)
         say(f"carom: {word}; finished results are in {journal}, and --resume continues from them", apart=True)
@@ -180,16 +180,16 @@ def console() -> Console:
 
     class Out(Console):
         def on_broken_pipe(self) -> None:
-            raise  # noqa: PLE0704 - called while the error is handled; the default exits with code 1
+            raise  # noqa: PLE0704 - called during error handling; Rich would exit with code 1
 
     plain_where_needed()
-    # Names and messages of engines may contain brackets and colons, so disable markup. For a pipe, COLUMNS sets the
-    # width.
+    # Disable markup, because names and messages of engines may contain brackets and colons. For a pipe, the variable
+    # COLUMNS sets the width.
     return Out(highlight=False, markup=False, emoji=False)
 
 
 def plain_where_needed() -> None:
-    """Write similar ASCII characters if the output's encoding lacks a character."""
+    """Let standard output and standard error replace characters that their encoding lacks."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ERRORS)
@@ -201,7 +201,7 @@ def say_place(what: str, path: Path) -> None:
 
 
 def print_document(document: Document, *, full: bool = False, **places: Path | None) -> None:
-    """Print a document: the summary (if `full`, also the evidence), and the paths of its files."""
+    """Print a document's summary (with `full` all of it), and the paths of written files."""
     from carom.report.render.terminal import terminal
 
     out = console()
@@ -213,7 +213,7 @@ def print_document(document: Document, *, full: bool = False, **places: Path | N
 
 
 def hand_over(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
-    """Write a document to the given HTML and Markdown files, and print it. With ``-``, print only Markdown."""
+    """Write a document to HTML and Markdown files, if given, and print it. For ``-`` print only the Markdown."""
     from carom.report.render.html import html
     from carom.report.render.markdown import markdown as markdown_of
     from carom.support.folders import write_file
@@ -253,7 +253,7 @@ def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
 
 
 def plain_scenes_named(names: list[str]) -> list[Scene]:
-    """Return plain scenes, as found by `scenes_named`."""
+    """Return the scenes that `scenes_named` finds, without their known answers."""
     from carom.model.scene import Scene
 
     return [entry if isinstance(entry, Scene) else entry.scene for entry in scenes_named(names)]

@@ -21,7 +21,7 @@ Parameters = ParamSpec("Parameters")
 def asking(
     kind: type[Asked],
 ) -> Callable[[Callable[Concatenate[Asked, Parameters], None]], Callable[..., None]]:
-    """Add the options that a study declares to a command. The command gets them as its first argument."""
+    """Return a decorator that adds a study's declared options to a command, which gets them as its first argument."""
 
     def decorated(body: Callable[Concatenate[Asked, Parameters], None]) -> Callable[..., None]:
         made = [
@@ -50,7 +50,7 @@ def asking(
 
 
 def shown_option(kind: type[DeclaredOptions], name: str) -> Any:
-    """Return an option with its description, default and range as in `--help`."""
+    """Return a declared option for Typer, with description, default and range."""
     one = declared(kind)[name]
     (default,) = (field.default for field in dataclasses.fields(kind) if field.name == name)
     text = with_default(one.what, one.default or _default(one, default), one.kind.range)

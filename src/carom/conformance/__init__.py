@@ -1,5 +1,5 @@
-"""The conformance suite. ``pytest --carom-engine NAME`` runs it on any adapter, in the adapter's own repository.
+"""Conformance suite for adapters. ``pytest --carom-engine NAME`` runs it in the adapter's own repository.
 
-`carom.conformance.plugin` is the pytest plug-in. Only it and `carom.conformance.pytest_items` import pytest. The checks
-use an adapter only through its interface, and call its engine in a worker process.
+Only `carom.conformance.plugin` (the pytest plug-in) and `carom.conformance.pytest_items` import pytest. Checks use an
+adapter only through its interface, and run its engine in a worker process.
 """

@@ -33,10 +33,10 @@ T = TypeVar("T")
 
 
 class Subject(Closeable):
-    """An adapter, by name. As a context manager it ends its worker process.
+    """The adapter under test. As a context manager it ends the worker process at exit.
 
-    Methods that run the engine raise `Violation` if its process crashes or hangs, or if the adapter raises an error
-    that the method does not return.
+    Methods that run the engine raise `Violation` if the worker process crashes or hangs, or if the adapter raises an
+    error. Some methods return the adapter's error instead.
 
     Attributes:
         name: Name of the adapter.
@@ -68,11 +68,11 @@ class Subject(Closeable):
         return THRESHOLDS.rounding_of(self.adapter.capabilities.float_bits)
 
     def capabilities(self, profile: str = "tuned") -> Capabilities:
-        """Return the declaration of a profile: its own, or the adapter's."""
+        """Return the capabilities of a profile: its own if declared, otherwise the adapter's."""
         return capabilities_of(self.adapter, profile)
 
     def unsupported(self, setup: Setup) -> str:
-        """Return the declared capability that excludes a run; an empty text if none does."""
+        """Return why the declared capabilities exclude a run; an empty text if they don't."""
         located = self.adapter.profiles[setup.profile].located
         return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s, located=located)
 
@@ -115,7 +115,7 @@ class Subject(Closeable):
             more: Settings in addition to those of the profile.
             looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
             cut: Whether to cut the steps.
-            disturbed: Whether to also try and undo other steps.
+            disturbed: Whether to try and undo other steps in between.
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **more}
         steps = setup.scene.step_count(setup.dt_s)
@@ -123,7 +123,7 @@ class Subject(Closeable):
         return self._ask(Watch(self.name, setup.scene, settings, steps, looks, cut_s, disturbed), setup)
 
     def growth_bytes(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
-        """Make worlds one after another, and return the growth of memory; None if it is unknown."""
+        """Create and close worlds one after another. Return the growth of memory, bytes; None if unknown."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, Raised):
@@ -142,9 +142,9 @@ class Subject(Closeable):
         return self._scores[profile, name]
 
     def margin(self, profile: str, name: str) -> Score | None:
-        """Return the score of a catalogue scene with bodies thickened by the promised margin; None without a margin.
+        """Return the score of PIC with bodies thickened by the profile's promised margin; None without a margin.
 
-        The errors of this score are those that the margin allows.
+        Its errors are the errors that the margin allows.
         """
         margin_m = self.adapter.profiles[profile].accuracy.margin_m
         return _margin(name, margin_m) if margin_m else None
@@ -167,13 +167,13 @@ class Subject(Closeable):
 
 _FAILURES = {Status.CRASHED: "the engine ends its process", Status.TIMED_OUT: "the engine hangs"}
 
-#: Number of steps per frame of a catalogue scene: the middle one of the three steps of `carom run`.
+#: Number of steps per frame of a catalogue scene. This is the middle one of the three steps in `carom run`.
 STEPS_A_FRAME = 4
 
 
 @cache
 def _sampling(name: str) -> tuple[Trace, Trace, Score]:
-    """Return the known answer of a catalogue scene, PIT at the suite's step, and PIT's score."""
+    """Return the known answer of a catalogue scene, the trace of PIT at the suite's step, and PIT's score."""
     setup = catalogue_setup(name, "tuned")
     reference = known_trace(setup.scene, all_scenes()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
@@ -187,7 +187,7 @@ def _margin(name: str, margin_m: float) -> Score:
 
 
 def catalogue_setup(name: str, profile: str) -> Setup:
-    """Return the suite's run of a catalogue scene."""
+    """Return the setup in which the suite runs a catalogue scene."""
     scene = all_scenes()[name].scene
     return Setup(scene, profile, 1.0 / (scene.frame_rate_hz * STEPS_A_FRAME), catalogued=True)
 
@@ -198,7 +198,7 @@ def greatest_speed(scene: Scene) -> float:
 
 
 def masses(scene: Scene) -> list[float]:
-    """Return the masses of discs; 0 for an immovable disc, which has no momentum."""
+    """Return the masses of discs, kg; 0 for an immovable disc, which takes no part in the momentum."""
     return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]
 
 

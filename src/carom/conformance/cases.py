@@ -1,4 +1,4 @@
-"""Cases of the suite for one adapter. A case has a name that never changes, and a check."""
+"""Cases of the suite for one adapter. A case is a check with parameters; its name never changes."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Case:
     """One case of the suite.
 
     Attributes:
-        name: ``check[parameters]``. In a file of known failures, the engine precedes it: ``engine::check[parameters]``.
+        name: ``check[parameters]``. The full name in a file of known failures is ``engine::check[parameters]``.
         run: The check. It raises an error if the adapter does not conform.
         meaning: The requirement in one sentence, from the first line of the check's docstring.
-        skip: The declared capability that excludes the case; empty if none does.
-        profile: The profile that the case checks; empty if it checks the adapter.
+        skip: Why the declared capabilities exclude the case; empty to run it.
+        profile: The profile that the case checks; empty if the case checks the adapter as a whole.
     """
 
     name: str
@@ -111,7 +111,7 @@ _OF_TURNING_SCENE = {**_OF_SCENE, "spins": accuracy.spins_are_right}
 
 
 def cases(subject: Subject) -> Iterator[Case]:
-    """Yield all cases for an adapter in the order of execution. Cases on which others depend are first."""
+    """Yield all cases for an adapter in the order of execution. Cases on which others depend come first."""
 
     def case(name: str, check: Callable[..., None], /, *, skip: str = "", **parameters: Any) -> Case:
         meaning = (check.__doc__ or "").strip().splitlines()[0]

@@ -1,4 +1,4 @@
-"""Errors that a promised contact margin allows: those of a scene with bodies that are thicker by the margin.
+"""Errors that a declared contact margin allows: those of PIC with bodies that are thicker by the margin.
 
 An engine with a margin m responds to bodies at a distance of up to m as if their surfaces were up to m nearer. So if
 bodies touch at a distance R of their centres, the engine's impact is at a distance between R and R + m. Its instant and
@@ -20,7 +20,10 @@ from carom.solvers.pic import solve_pic
 
 
 def thickened(scene: Scene, margin_m: float) -> Scene:
-    """Return a scene whose bodies meet at a distance of `margin_m`. Moments of inertia stay."""
+    """Return a scene whose bodies are thicker, so that they meet at a distance of `margin_m`.
+
+    Moments of inertia don't change.
+    """
     half = margin_m / 2
 
     def disc(one: Disc) -> Disc:
@@ -32,12 +35,12 @@ def thickened(scene: Scene, margin_m: float) -> Scene:
         (x, y), (nx, ny) = one.point_m, one.normal
         return one.model_copy(update={"point_m": (x + half * nx, y + half * ny)})
 
-    # The scene is copied without validation, because bodies that start within the margin now overlap.
+    # Copy without validation, because bodies that start within the margin now overlap.
     return scene.model_copy(
         update={"discs": tuple(map(disc, scene.discs)), "walls": tuple(map(wall, scene.half_planes()))}
     )
 
 
 def thickened_trace(scene: Scene, margin_m: float) -> Trace:
-    """Return the run of thicker bodies as a run of the original scene."""
+    """Return the PIC trace of thicker bodies as a trace of the original scene."""
     return replace(solve_pic(thickened(scene, margin_m)), scene=scene)

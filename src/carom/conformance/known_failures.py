@@ -8,7 +8,8 @@
     platform = "linux-aarch64"
     cases = ["penalty::velocities[default-classics/graze]"]
 
-An entry without `versions` is valid for all releases of the engine, and an entry without `platform` everywhere.
+An entry without `versions` is valid for all releases of the engine. An entry without `platform` is valid for all
+platforms.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ FILE_NAME = "carom-known-failures.toml"
 
 _FIELDS = ("reason", "versions", "platform", "cases")
 
-#: Values of `sys.platform` on systems with POSIX, which Carom's workers need.
+#: Values of `sys.platform` on the POSIX systems that Carom's workers support.
 _SYSTEMS = ("linux", "darwin", "freebsd")
 _MACHINES = ("x86_64", "amd64", "i686", "aarch64", "arm64", "armv7l", "ppc64le", "riscv64", "s390x", "loongarch64")
 
@@ -67,7 +68,7 @@ class KnownFailure:
 
 
 def here() -> str:
-    """Return this platform's name in entries."""
+    """Return the name of this platform as used in entries."""
     return f"{sys.platform.rstrip('0123456789')}-{platform.machine()}".lower()
 
 
@@ -75,7 +76,7 @@ def load_known_failures(path: Path) -> tuple[KnownFailure, ...]:
     """Return the entries of a file in order.
 
     Raises:
-        InputError: The file can't be read, or is not a list of entries. The message names the entry.
+        InputError: The file can't be read or an entry is invalid. The message names the entry.
     """
     try:
         data = read_data(path, ".toml")
@@ -140,7 +141,7 @@ def _platform(value: object, where: str) -> str:
 def known_reasons(
     entries: Iterable[KnownFailure], versions: Mapping[str, str], platform_: str, path: Path
 ) -> dict[str, str]:
-    """Return the reasons of known failures for given releases and a platform, by full name of the case.
+    """Return the reasons of the known failures for some releases and a platform, by full name of the case.
 
     Args:
         entries: Entries of the file.
@@ -149,7 +150,7 @@ def known_reasons(
         path: The file.
 
     Raises:
-        InputError: Two valid entries name the same case, or the validity of an entry is unknown.
+        InputError: Two entries are valid for the same case, or an entry depends on a version that is unknown.
     """
     found: dict[str, str] = {}
     for number, entry in enumerate(entries, start=1):
@@ -177,18 +178,18 @@ def check_names(
     installed: Collection[str],
     path: Path,
 ) -> None:
-    """Check that the names in a file are names of cases.
+    """Check that all names in a file are names of cases.
 
     Args:
         entries: Entries of the file.
-        known: Names of the cases in valid entries.
+        known: Names of the cases in entries that are valid here.
         names: Full names of all cases of the tested engines.
-        skipped: Reason for each of these cases that a declared capability excludes.
+        skipped: For each case that the declared capabilities exclude, the reason.
         installed: Names of all engines. Cases of engines that are not tested are ignored.
         path: The file.
 
     Raises:
-        InputError: A name is not the name of a case, or its case is skipped and so can't fail.
+        InputError: A name is no case, or its case is skipped, so that it can't fail.
     """
     run = {name.partition("::")[0] for name in names}
     for name in (name for entry in entries for name in entry.cases):

@@ -1,4 +1,4 @@
-"""Update of the file of known failures by a run: new failures are added, and passing cases are removed."""
+"""Update of the file of known failures after a run: new failures are added, and passing cases are removed."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from carom.support.dataclass import dataclass
 from carom.support.escaping import visible
 from carom.support.folders import write_file
 
-#: Beginning of a new entry's reason, until the user writes one.
+#: Beginning of a new entry's reason. The user replaces it.
 TO_BE_WRITTEN = "reason: to be written"
 
-#: The head of an entry, with the comment lines directly above it.
+#: First line of an entry, with the comment lines directly above it.
 _HEAD = re.compile(r"(?:^#.*\n)*^[ \t]*\[\[[ \t]*known_failure[ \t]*\]\]", re.MULTILINE)
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 
@@ -31,7 +31,7 @@ class WrittenFailures:
     Attributes:
         added: Added cases.
         dropped: Removed cases.
-        without_reason: Cases in the file without a written reason.
+        without_reason: Cases in the file whose reason is not yet written.
     """
 
     added: tuple[str, ...]
@@ -56,7 +56,7 @@ def write_known_failures(
     Args:
         path: The file, which may not exist yet.
         entries: Entries of the file.
-        failed: Failure of each failed case that is not listed.
+        failed: Message of each failed case that is not listed for this release and platform.
         passed: Listed cases that passed.
         versions: Version of each tested engine, by adapter name.
         platform: This platform.
@@ -80,7 +80,7 @@ def write_known_failures(
     parts = [before, *(chunk for _, chunk in stay), *map(_rendered, joined)]
     new = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
     if _read(new) != [_table(entry) for entry in wanted]:
-        new = "\n".join(map(_rendered, wanted))  # a file of another form, such as one list, loses its comments
+        new = "\n".join(map(_rendered, wanted))  # an unusual form of TOML is rewritten and loses its comments
     if failed or passed:
         write_file(path, new)
     bare = (name for entry in wanted if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases)
@@ -103,7 +103,7 @@ def _comments(chunk: str) -> str:
 
 
 def _without(entry: KnownFailure, passed: Collection[str], versions: Mapping[str, str], platform: str) -> KnownFailure:
-    """Return an entry without the cases that pass where it is valid."""
+    """Return an entry without its passing cases, if the entry is valid for this release and platform."""
     stay = [
         name
         for name in entry.cases
@@ -115,7 +115,10 @@ def _without(entry: KnownFailure, passed: Collection[str], versions: Mapping[str
 def _joining(
     failed: Mapping[str, str], entries: Sequence[KnownFailure], versions: Mapping[str, str], platform: str
 ) -> Iterator[KnownFailure]:
-    """Yield an entry for each kind of failure, with all its cases. Numbers in messages may differ."""
+    """Yield an entry for each kind of failure with its cases.
+
+    Failures are of one kind if their messages differ only in numbers.
+    """
     elsewhere = {name for entry in entries for name in entry.cases}
     groups: dict[tuple[str, str, bool], list[str]] = {}
     for name, what in failed.items():

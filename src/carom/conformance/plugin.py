@@ -1,6 +1,6 @@
-"""The pytest plug-in. Without ``--carom-engine`` it only adds its options, and imports nothing else.
+"""Pytest plug-in. Without ``--carom-engine`` it adds only its options and imports no other module.
 
-With ``--carom-engine``, it adds the suite's cases to pytest's items. An adapter's repository needs no test file.
+With ``--carom-engine`` it adds the suite's cases to the collected tests. The adapter's repository needs no test file.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Plan the suite if requested. An error on the command line ends the run before it begins."""
+    """Plan the suite if requested. Invalid options end the run before its first test."""
     wanted = config.getoption("carom_engine")
     if not wanted:
         return

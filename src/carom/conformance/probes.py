@@ -1,6 +1,6 @@
-"""Probes of an engine beyond whole runs: frequent observations, refusals, and many worlds.
+"""Probes of an engine: runs with an observation after each step, refusals, and many worlds.
 
-Each probe is a task of a worker process. An error by the adapter becomes a result, `Raised`.
+Each probe is a task of a worker process. An error raised by the adapter becomes the result `Raised`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from carom.model.scene import Scene
 from carom.model.trace import Setting
 from carom.support.dataclass import dataclass
 
-#: Number of worlds after which an engine's pools are full.
+#: Number of worlds after which an engine's memory pools no longer grow.
 WARM_UP_WORLDS = 10
 
 Probe = TypeVar("Probe")
@@ -36,7 +36,8 @@ class Watched:
 
     Attributes:
         settings: The world's settings after its steps.
-        seen: Observations at the start, and after each step (the last one of each) or at the end.
+        seen: Observations at the start and after each step (the last one if there are several), or at start and end
+            only.
         altered: Number of the first observation that a later step changed; None if none changed.
     """
 
@@ -54,10 +55,11 @@ class Leftover:
 
 @dataclass(frozen=True)
 class Raised:
-    """The adapter raised an error.
+    """An error that the adapter raised.
 
     Attributes:
-        where: The call that raised it: ``prepare``, ``advance``, ``observe``, ``settings``, ``cut`` or ``close``.
+        where: The call that raised the error: ``prepare``, ``advance``, ``observe``, ``settings``, ``cut`` or
+            ``close``.
         kind: Name of the error's class.
         deliberate: Whether the error is an `AdapterError` or another error of Carom.
         message: Message of the error.
@@ -136,14 +138,14 @@ def _copy(seen: Observation) -> Observation:
 
 @dataclass(frozen=True)
 class Watch(_Probe):
-    """Runs a scene to its end, and returns every observation.
+    """Task that runs a scene to its end and returns every observation.
 
     Attributes:
         steps: Number of steps.
         looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
-        cut_s: Length to which each step is cut, seconds, as for a located profile; None for whole steps.
-        disturbed: Whether a step of three times the length is tried and undone before each cut step, and contacts are
-            queried after it.
+        cut_s: Length to which each step is cut, seconds; None for whole steps.
+        disturbed: Whether to take and undo a step of three times the length before each cut step, and to query contacts
+            after each.
     """
 
     steps: int
@@ -196,9 +198,9 @@ class Watch(_Probe):
 
 @dataclass(frozen=True)
 class Make(_Probe):
-    """Creates, steps once and closes many worlds, and measures the growth of memory after the first ten.
+    """Task that creates, steps and closes many worlds, and measures the growth of memory after the first ten.
 
-    Child processes also count, because an engine can be a program.
+    The memory of child processes is included, because an engine can be a program.
 
     Attributes:
         worlds: Number of worlds.
@@ -229,7 +231,7 @@ class Make(_Probe):
 def _held_bytes() -> int | None:
     """Return the resident memory of this process and its children; None where the system does not report it.
 
-    Before the measurement, the C library returns free memory to the system if it can, because glibc keeps up to 20 MB.
+    Before the measurement, the C library is asked to return free memory to the system. glibc keeps up to 20 MB of it.
     """
     give_back = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if give_back is not None:

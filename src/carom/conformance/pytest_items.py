@@ -32,7 +32,7 @@ class EngineCollector(pytest.Collector):
     known: Mapping[str, str]
 
     def collect(self) -> Iterator[pytest.Item]:
-        """Yield an item for each case; for an unavailable engine, a skipped item with the reason."""
+        """Yield an item for each case. For an unavailable engine, yield one skipped item with the reason."""
         info = self.engine.info
         missing = Case("available", lambda _: None, "The engine is installed.", info.unavailable)
         for case in self.engine.cases or (missing,):
@@ -55,7 +55,7 @@ class CaseItem(pytest.Item):
         """Run the check."""
         if self.case.skip:
             pytest.skip(self.case.skip)
-        assert self.engine.subject is not None  # noqa: S101 - an unavailable engine has only a skipped case
+        assert self.engine.subject is not None  # noqa: S101 - the only case of an unavailable engine is skipped
         try:
             self.case.run(self.engine.subject)
         except NotApplicable as reason:
@@ -98,7 +98,7 @@ def _what(error: CaromError) -> str:
 
 
 class ConformanceRun:
-    """Hooks of a requested run."""
+    """Pytest hooks of a run of the suite."""
 
     def __init__(self, plan: Suite, write_to: Path | None = None) -> None:
         """Create the hooks for a plan.
@@ -113,7 +113,7 @@ class ConformanceRun:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(self, session: pytest.Session, items: list[pytest.Item]) -> None:
-        """Add the suite to the collected items, before -k, -m and --deselect select."""
+        """Add the suite to the collected items, before -k, -m and --deselect are applied."""
         for engine in self._plan.engines:
             name = engine.info.name
             collector = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
@@ -124,7 +124,7 @@ class ConformanceRun:
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Fail a known failure that passes or does not apply."""
+        """Let a known failure fail the run if its case passes or does not apply."""
         report = yield
         if not isinstance(item, CaseItem) or report.when != "call":
             return report
@@ -142,7 +142,7 @@ class ConformanceRun:
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Collect the changes for the file of known failures."""
+        """Collect the failed and passed cases for the file of known failures."""
         if told := getattr(report, "carom_failed", None):
             name, what = told
             self._failed[name] = what

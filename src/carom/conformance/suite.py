@@ -34,8 +34,8 @@ class EnginePlan:
 
     Attributes:
         info: Description of the engine.
-        subject: The adapter; None if its engine is unavailable. `info` has the reason.
-        cases: Cases of the adapter; none if the engine is unavailable.
+        subject: The adapter; None if its engine is unavailable, for the reason in `info`.
+        cases: Cases of the adapter; empty if the engine is unavailable.
     """
 
     info: EngineInfo
@@ -49,7 +49,8 @@ class Suite:
 
     Attributes:
         engines: The adapters.
-        known: Reasons of the known failures for these releases and this platform, by full name of the case.
+        known: Reason of each known failure that is valid for the tested releases and this platform, by full name of the
+            case.
         known_file: The file of known failures; None if there is none.
         entries: All entries of the file.
     """
@@ -94,7 +95,7 @@ def make_suite(
         else:
             subject = Subject(info.name, limits)
             of_engine = tuple(cases(subject))
-            # The file may also name cases that do not run. Their known failures are ignored.
+            # The file may also name cases of profiles that are not run. Their known failures are ignored.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
             chosen = tuple(case for case in of_engine if not case.profile or _is_run(info, case.profile, profiles))
             planned.append(EnginePlan(info, subject, chosen))
@@ -118,7 +119,7 @@ def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
 
     Args:
         wanted: Names of adapters, distributions or packages with entry points; manifests; or ``all``.
-        pool: Worker pool for queries of adapters, which stays open.
+        pool: Worker pool for queries of adapters. It is not closed.
 
     Raises:
         UnknownNameError: A word selects nothing.

@@ -1,6 +1,6 @@
-"""Scenes of the suite: catalogue scenes with complete known answers, and a few scenes with one feature each.
+"""Scenes of the suite: catalogue scenes with complete known answers, and small scenes for one feature each.
 
-Known answers are converted to traces, so that runs are compared with mathematics instead of a solver.
+Known answers are converted to traces, so that runs are compared with mathematics and not with a solver.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from carom.errors import InputError
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
 
-#: Step of the suite: a power of two, so that step boundaries are exact and impacts are between them.
+#: Step of the suite's own scenes. It is a power of two, so that step boundaries are exact floats.
 DT_S = 1 / 128
 
-#: Number of steps after which the discs of `rubbing` touch.
+#: Number of steps after which the bodies of `rubbing` touch.
 TOUCH_STEPS = 8
 
-#: Catalogue scenes of the suite. Catalogue scenes are listed by name, so that a new catalogue scene can't break a list
-#: of known failures. Scenes without a unique answer, or with rounding errors that grow from impact to impact, are
+#: Catalogue scenes of the suite. The names are listed here, so that a new catalogue scene does not add cases to
+#: people's suites. Scenes without a unique answer, or with rounding errors that grow from impact to impact, are
 #: excluded.
 CATALOGUE_SCENES = (
     "paper/missed",
@@ -104,7 +104,7 @@ def walled_box() -> Scene:
 
 
 def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
-    """Return a disc that meets an equal one at rest head-on, and passes its velocity on."""
+    """Return a disc that meets an equal disc at rest head-on, which takes over its velocity."""
     return Scene(
         name=f"conformance-approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}",
         discs=[
@@ -116,21 +116,21 @@ def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radi
 
 
 def alone(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5, mass_kg: float = 1.0) -> Scene:
-    """Return a disc that meets nothing for a few steps."""
+    """Return a scene of a few steps with one free disc."""
     disc = Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m, mass_kg=mass_kg)
     name = f"conformance-alone-{speed_m_s:g}-{x_m:g}-{radius_m:g}" + (f"-{mass_kg:g}" if mass_kg != 1.0 else "")
     return Scene(name=name, discs=[disc], duration_s=4 * DT_S)
 
 
 def spinning(spin_rad_s: float) -> Scene:
-    """Return a spinning disc that meets nothing."""
+    """Return a scene with one free spinning disc."""
     free = alone()
     discs = (free.discs[0].model_copy(update={"spin_rad_s": spin_rad_s}),)
     return free.model_copy(update={"name": f"conformance-spinning-{spin_rad_s:g}", "discs": discs})
 
 
 def bullet(phase: float) -> Scene:
-    """Return a disc of 5 cm at 100 m/s that meets one of 25 cm head-on, and would pass it within 1/60 s."""
+    """Return a fast disc that meets a disc at rest head-on, and would pass through it within a step of 1/60 s."""
     step_m = 100 / 60
     start_m = -0.3 - step_m * (2 + phase)
     return Scene(
@@ -144,7 +144,7 @@ def bullet(phase: float) -> Scene:
 
 
 def bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) -> Scene:
-    """Return 1 kg at 1 m/s that meets 2 kg at -2 m/s head-on. With `wall`, another disc meets a wall at 3 m/s."""
+    """Return a disc of 1 kg at 1 m/s that meets one of 2 kg at -2 m/s; with `wall`, also a disc and a wall."""
     discs = [
         Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=1.0),
         Disc(position_m=(2.01, 0), velocity_m_s=(-2, 0), radius_m=0.5, mass_kg=2.0),
@@ -162,7 +162,7 @@ def bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) 
 
 
 def _head_on(name: str, places: Sequence[tuple[float, float, float]], walls: Sequence[Any], **fields: Any) -> Scene:
-    """Return discs that meet walls head-on, each with a position (x, y) and a velocity along x."""
+    """Return a scene of discs that meet walls head-on. `places` has x, y and the velocity along x of each disc."""
     discs = [Disc(position_m=(x, y), velocity_m_s=(speed, 0), radius_m=0.5) for x, y, speed in places]
     return Scene(**{"name": f"conformance-{name}", "discs": discs, "walls": walls, "duration_s": 0.6, **fields})
 
@@ -194,14 +194,14 @@ def starting_paddle(restitution: float) -> Scene:
 
 
 def belt(friction: float, restitution: float) -> Scene:
-    """Return a half-plane with a surface speed of 9 m/s, on which a disc slips that meets it at 3 m/s."""
+    """Return a half-plane with a surface speed of 9 m/s, which a disc meets head-on at 3 m/s and slips."""
     wall = Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)
     laws = {"wall_restitution": restitution, "wall_friction": friction}
     return _head_on(f"belt-{friction:g}-{restitution:g}", [(1.51, 0, -3)], [wall], **laws)
 
 
 def edge_belt(friction: float, restitution: float) -> Scene:
-    """Return an edge with a surface speed of 9 m/s, on which two discs slip, one up and one down."""
+    """Return an edge with a surface speed of 9 m/s, which two discs meet from either side and slip."""
     edge = Chain(points_m=[(0, -2), (0, 2)], surface_speed_m_s=9.0)
     places = [(side * 1.51, side, -3 * side) for side in (-1, 1)]
     laws = {"wall_restitution": restitution, "wall_friction": friction}
@@ -238,7 +238,7 @@ def mallet(restitution: float) -> Scene:
 
 
 def post(*, first: bool = False) -> Scene:
-    """Return a disc of 2 kg that meets an immovable one at 3 m/s. `first` puts the immovable disc first."""
+    """Return a disc of 2 kg that meets an immovable disc at 3 m/s. With `first`, the immovable disc has number 0."""
     discs = [
         Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, mass_kg=2.0),
         Disc(position_m=(2.01, 0), radius_m=0.5, mass_kg=math.inf),
@@ -248,7 +248,7 @@ def post(*, first: bool = False) -> Scene:
 
 
 def posts() -> Scene:
-    """Return overlapping immovable discs only, so that nothing happens."""
+    """Return a scene of two overlapping immovable discs, in which nothing happens."""
     discs = [Disc(position_m=(x, 0), radius_m=1, mass_kg=math.inf) for x in (0, 1)]
     return Scene(name="conformance-posts", discs=discs, duration_s=0.1)
 
@@ -264,7 +264,7 @@ def fall() -> Scene:
 
 
 def slowing(*, spins: bool) -> Scene:
-    """Return a disc that moves with damping for half a second, and spins if requested."""
+    """Return a damped disc that moves for half a second. With `spins` it also spins."""
     disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5, spin_rad_s=1.0 if spins else 0.0)
     return Scene(name=f"conformance-slowing{'-spin' * spins}", discs=[disc], damping_per_s=0.8, duration_s=0.5)
 
@@ -286,7 +286,7 @@ def rolling() -> Scene:
 
 
 def sliding_on_a_table() -> Scene:
-    """Return a disc that a table slows for half a second."""
+    """Return a disc that a table decelerates for half a second."""
     disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5)
     return Scene(name="conformance-table", discs=[disc], table_deceleration_m_s2=0.5, duration_s=0.5)
 
@@ -294,8 +294,8 @@ def sliding_on_a_table() -> Scene:
 def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     """Return two discs that meet off centre; with `wall`, the first also bounces off a slanted wall.
 
-    With a restitution below 1, discs separate more slowly than they met, and overlap for some steps more. Contacts in
-    these steps have no impulse.
+    With a restitution below 1, discs still overlap for some steps while they separate slowly. Such contacts have no
+    impulse.
     """
     return Scene(
         name="conformance-contacts",
@@ -313,11 +313,11 @@ def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
 def rubbing(
     can: Capabilities, friction: float, wall_friction: float, inertia_factor: float = 0.5, restitution: float = 1.0
 ) -> Scene:
-    """Return discs that meet along x and slip past each other; if walls are supported, a third disc slips on a wall.
+    """Return two discs that meet along x and slip; if walls are supported, also a third disc that slips on a wall.
 
-    They touch just before the end of a step. The overlap is large enough for the declared width of floats, and smaller
-    than the allowance for rounding. So friction has its full lever arm, and the line of centres is along x, even if an
-    engine derives both from the overlap.
+    The bodies touch just before the end of a step. Their overlap then is large enough for the declared float width, but
+    smaller than the rounding allowance. So the lever arm of friction and the normal are correct even in an engine that
+    derives them from overlapping positions.
     """
     overlap = 0.25 * THRESHOLDS.rounding_of(can.float_bits)
     turns = can.spin and math.isfinite(inertia_factor)
@@ -350,7 +350,7 @@ def rubbing(
 
 
 def rubbing_crowd(can: Capabilities, friction: float, restitution: float) -> Scene:
-    """Return a crowd of spinning discs with friction, within walls if these are supported."""
+    """Return the crowd as spinning discs with friction, in a box if walls are supported."""
     scene = walled_box() if can.walls else crowd()
     spun = {"spin_rad_s": 4.0} if can.spin else {"inertia_factor": math.inf}
     discs = [disc.model_copy(update={k: v * (-1) ** i for k, v in spun.items()}) for i, disc in enumerate(scene.discs)]

@@ -1,4 +1,4 @@
-"""Failure of a check: the error, found and expected value, the scene, and how to repeat it."""
+"""Failure of a check: what is wrong, the expected and found values, and the run that shows it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def step_text(dt_s: float) -> str:
 
 @dataclass(frozen=True)
 class Setup:
-    """A run: a scene with a profile and a step.
+    """A run of a check: a scene, a profile and a step.
 
     Attributes:
         scene: The scene.
@@ -38,10 +38,10 @@ class Violation(CaromError):  # noqa: N818 - the result of a check, not an error
     """An adapter violates its interface or its declarations.
 
     Attributes:
-        what: The error, in a sentence.
+        what: What is wrong, in a sentence.
         expected: Expected value.
         found: Found value.
-        setup: The run that shows the error; None if no scene was run.
+        setup: The run that shows the violation; None if no scene was run.
     """
 
     def __init__(self, what: str, *, expected: object, found: object, setup: Setup | None = None) -> None:
@@ -50,7 +50,7 @@ class Violation(CaromError):  # noqa: N818 - the result of a check, not an error
 
 
 class NotApplicable(CaromError):  # noqa: N818 - a reason to skip, not an error
-    """A check does not apply: a capability is not declared, or can't be observed here. The message is the reason."""
+    """Signal that a check does not apply, such as for an undeclared capability. The message is the reason."""
 
 
 def require(holds: bool, what: str, expected: object, found: object, setup: Setup | None = None) -> None:

@@ -13,7 +13,7 @@ from carom.errors import InputError
 from carom.execution.options import FailOn
 from carom.studies.diff.options import DiffOptions
 
-#: Text that every comparison contains, and the number of first bytes in which it is.
+#: Text that every written comparison contains, and the number of first bytes that are searched for it.
 TITLE, MOST_HEAD = "Carom diff", 4096
 
 

@@ -1,4 +1,4 @@
-"""`carom engines`: list the engines, show one in full, or print its settings as code of its own."""
+"""`carom engines`: list the engines, describe one in full, or print its settings as code for the engine."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def engines(
 
 
 def _scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
-    """Return the requested scene, with the given coefficients instead of its own."""
+    """Return the requested scene. Coefficients that are given replace those of the scene."""
     from carom.errors import InputError
     from carom.execution.settings_code import example_scene
     from carom.model.scene import Scene

@@ -97,7 +97,7 @@ def run(
 def _carried_out(
     plan: Plan, pool: Pool, report: Path | None, fail_on: Grade | None, *, resume: bool, retry: bool, verbose: bool
 ) -> Results:
-    """Carry out a plan, write its report if requested, and print the table."""
+    """Carry out a plan, write its report if requested, and print the table of grades."""
     from carom.studies.cross_check.document import cross_check_document, report_of
     from carom.studies.cross_check.journal import observed_journal
     from carom.studies.cross_check.run import execute
@@ -116,7 +116,7 @@ def _carried_out(
         found = execute(plan, pool, notes=journal, progress=progress, command=command_line())
         made = report_of(found, fail_on)
         page = made.write(report)
-        journal.discard()  # the report contains all of it
+        journal.discard()  # the report contains all its results
     common.print_document(made.document, full=verbose, report=page)
     return made.results
 
@@ -147,7 +147,7 @@ def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> 
         return common.EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
         return common.EXIT_UNAVAILABLE
-    if all(row.score is None for row in results.rows):  # a cell that did not run is not a success
+    if all(row.score is None for row in results.rows):  # no run has a score, so this is no success
         return common.EXIT_UNAVAILABLE
     if fail_on is not None and any(violates(row, fail_on) for row in results.rows):
         return common.EXIT_VIOLATION

@@ -1,1 +1,1 @@
-"""The checks of the suite. A check returns None, or raises a `Violation` or the reason why it does not apply."""
+"""Checks of the suite. A failed check raises `Violation`, and a check that does not apply raises `NotApplicable`."""

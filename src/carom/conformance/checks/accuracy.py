@@ -1,9 +1,9 @@
 """Checks of accuracy: impacts, times and velocities of scenes with known answers.
 
-PIT runs the same scene at the same step, which gives the cost of checking once per step. An adapter's errors may be as
-large as PIT's plus the errors that its profile's `Accuracy` declares. A profile with cut steps checks where bodies
-begin to touch, so only rounding and its declaration are allowed. A promised margin allows the errors that
-`carom.conformance.contact_margin` computes for each impact, instead of those of sampling.
+PIT runs the same scene at the same step. Its errors are the cost of checking for overlap once per step. An adapter's
+errors may be as large as PIT's plus the errors that its profile declares in `Accuracy`. A profile with cut steps finds
+the instant of contact, so only the declared errors and rounding are allowed. For a profile with a contact margin, the
+allowed errors are those of `carom.conformance.contact_margin` if they are larger than PIT's.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     """
     setup, _, score, pit = subject.score(profile, name)
     promise_s = subject.adapter.profiles[profile].accuracy.late_steps * setup.dt_s
-    # The phase of an impact is a matter of chance, so sampling may be late by up to a whole step.
+    # An impact can be anywhere in a step, so sampling can be late by up to a whole step.
     times = [error.time_s for error in pit.errors if math.isfinite(error.time_s)]
     sampled_s = max([setup.dt_s, *times])
     early_s = max([0.0, *(-time_s for time_s in times)])
@@ -63,7 +63,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     rounding_s = subject.rounding * setup.scene.duration_s
     margin = {error.reference: error.time_s for error in _finite(subject.margin(profile, name), "time_s")}
     for error in sorted(_compared(score, pit), key=lambda error: -abs(error.time_s)):
-        # Errors of a chain of impacts add up.
+        # Errors of successive impacts add up.
         shifted_s = margin.get(error.reference, 0.0)
         late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
         impact = all_scenes()[name].known.impacts[error.reference]
@@ -78,7 +78,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 class _Allowed(NamedTuple):
-    """Allowed errors of velocities or spins, over the scene's speed, by cause."""
+    """Allowed errors of velocities or spins by cause, relative to the scene's speed."""
 
     sampled: float
     promise: float
@@ -163,13 +163,13 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def _compared(score: Score, pit: Score) -> list[ImpactError]:
-    """Return the impacts for which PIT's error is known. This error is the cost of sampling."""
+    """Return the impacts that PIT also finds, so that the cost of sampling is known."""
     common = {error.reference for error in pit.errors}
     return [error for error in score.errors if error.reference in common]
 
 
 def _finite(score: Score | None, field: str) -> list[ImpactError]:
-    """Return the impacts with a known error in a field; none without a score."""
+    """Return the impacts whose error in a field is finite; an empty list without a score."""
     return [error for error in score.errors if math.isfinite(getattr(error, field))] if score else []
 
 

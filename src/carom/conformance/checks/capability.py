@@ -40,16 +40,16 @@ from carom.model.scene import Scene
 from carom.support.formatting import number
 from carom.support.limits import LARGEST
 
-#: Largest tested coordinates and speeds for an engine without a declared limit. They are three orders of magnitude
-#: above any catalogue scene, and their rounding is negligible in float64.
+#: Largest tested coordinates and speeds for an engine without a declared limit. They are a thousand times those of any
+#: catalogue scene, but their rounding is negligible in float64.
 FAR_M = 1e5
 FAST_M_S = 1e5
 
-#: Smallest tested size, three orders of magnitude below any catalogue scene.
+#: Smallest tested size: a thousandth of the smallest size in the catalogue.
 SMALL_M = 1e-5
 SLOW_M_S = 1e-4
 
-#: Number of phases of the fast disc. Without continuous detection, most of them miss.
+#: Number of start positions of the fast disc within a step. Without continuous detection, most of them miss the impact.
 PHASES = 8
 
 
@@ -155,7 +155,7 @@ def fast_as_declared(subject: Subject) -> None:
 def far_as_declared(subject: Subject) -> None:
     """At the greatest declared coordinate, a disc passes its velocity on to an equal one."""
     can = subject.capabilities()
-    # Beyond this coordinate, rounding of coordinates exceeds a thousandth of the disc's radius in every engine.
+    # Beyond this coordinate, rounding exceeds a thousandth of the disc's radius in any engine.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
     coordinate = min(can.max_coordinate_m, FAR_M, finest)
     _hands_over(subject, approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin")
@@ -176,7 +176,7 @@ def moves_as_declared(subject: Subject) -> None:
 def small_as_declared(subject: Subject) -> None:
     """At the smallest declared radius, a disc passes its velocity on to an equal one."""
     radius = subject.capabilities().min_radius_m or SMALL_M
-    # Lengths are scaled by 2 r, and times and speeds by the square root of 2 r, as for a scene under gravity.
+    # Scale lengths by 2 r, and times and speeds by the square root of 2 r. This keeps accelerations.
     root = math.sqrt(2 * radius)
     scene = approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
     _hands_over(subject, scene, f"radius {radius:g} m", DT_S * root)
@@ -207,7 +207,7 @@ def detects_continuously(subject: Subject) -> None:
 
 
 def _twice(limit: float, what: str) -> Scene | None:
-    """Return a disc at twice an upper limit; None above 1e150, whose square is infinite."""
+    """Return a disc at twice an upper limit; None for values above 1e150, whose squares overflow."""
     return None if 2 * limit > 1e150 else alone(**{what: 2 * limit})
 
 
@@ -221,7 +221,7 @@ def _beyond_move(can: Capabilities) -> Scene | None:
 
 
 def _spinning_beyond(can: Capabilities, limit: float, other: float) -> Scene | None:
-    """Return a disc whose spin exceeds only one of two limits, so that the message names this one."""
+    """Return a disc whose spin exceeds one limit but not the other, so that the message names this limit."""
     return spinning(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
 
 
@@ -238,15 +238,14 @@ def _bouncing(restitution: float) -> Scene:
 
 
 def _uncombined(can: Capabilities) -> Scene | None:
-    """Return a wall whose coefficient the declared combination rule excludes for the discs' coefficient."""
+    """Return a scene with a wall restitution that the declared combination rule excludes; None if there is none."""
     low, high = can.restitution
     least, greatest = COMBINE_RULES[can.restitution_combine](pair := (low + high) / 2, high)
     beyond = next((wall for wall in (low, high) if not least <= wall <= greatest), None)
     return None if beyond is None or not can.walls else bounce_and_pair(pair, beyond, wall=True)
 
 
-#: For each capability that may be undeclared: its field, and a function. The function returns a scene that needs the
-#: capability, or None.
+#: For each capability: its field, and a function that returns a scene which needs more than is declared, or None.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda can: None if can.walls else walled_box()),
     "segments": ("segments", lambda can: None if can.segments else either_side(can.restitution[1])),

@@ -1,4 +1,4 @@
-"""Shared functions of checks: reasons why checks do not apply, comparison of velocities, and text of vectors."""
+"""Functions shared by checks: declared capabilities, comparison of velocities, and formatting of vectors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from carom.support.formatting import number
 
 
 def declared(subject: Subject, field: str) -> Capabilities:
-    """Return an adapter's capabilities, if they include `field`.
+    """Return an adapter's capabilities if the capability `field` is declared.
 
     Raises:
         NotApplicable: The adapter declares this capability as False.
@@ -28,7 +28,7 @@ def supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
     """Return the setup of a check's scene.
 
     Raises:
-        NotApplicable: A declared capability excludes the scene.
+        NotApplicable: The declared capabilities exclude the scene.
     """
     setup = Setup(scene, profile)
     if reason := subject.unsupported(setup):
@@ -39,7 +39,9 @@ def supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
 def end_with_velocities(
     subject: Subject, setup: Setup, expected: Sequence[tuple[float, float]], what: str
 ) -> Observation:
-    """Run head-on impacts, which are exact at any step, check the final velocities, and return the final state.
+    """Run a scene of head-on impacts, check the final velocities, and return the final state.
+
+    Head-on impacts have the same result at any step.
 
     Raises:
         Violation: An error exceeds rounding and the profile's promise.

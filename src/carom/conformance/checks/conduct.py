@@ -16,11 +16,11 @@ from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Observation
 from carom.support.formatting import number
 
-#: Number of worlds in a leak check. The smallest world, an idle pymunk space, takes 10 kB, so 180 unreleased ones leak
-#: 1.8 MB.
+#: Number of worlds in a leak check, including warm-up. The smallest world (an idle pymunk space) takes 10 kB, so 180
+#: unreleased worlds leak 1.8 MB.
 WORLDS = 190
 LEAK_BYTES = 1_800_000
-#: Number of rounds of a leak check. A leak grows in every round, unlike memory that grows once or is collected late.
+#: Number of rounds of a leak check. A leak grows in every round. Other memory grows only once or is released later;
 #: Node's memory is stable after five rounds.
 ROUNDS = 10
 

@@ -20,8 +20,7 @@ from carom.support.formatting import number
 def _setup(subject: Subject, profile: str) -> Setup:
     can = subject.capabilities(profile)
     low, high = can.restitution
-    # A restitution well below 1, if it is declared, so that discs separate while they still overlap. Most ranges
-    # include 2/5.
+    # Use a restitution well below 1 if the declared range allows, so that discs separate while they still overlap.
     return Setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
@@ -104,7 +103,7 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
 
 
 def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
-    """Return the direction from the first body of a contact to the second before the step."""
+    """Return the unit vector from the first body of a contact to the second, in the state before the step."""
     if contact.second < 0:
         x, y = setup.scene.half_planes()[wall_index(contact.second)].normal
         return (-x, -y)

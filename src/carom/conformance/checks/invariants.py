@@ -12,7 +12,7 @@ from carom.engines.api import Observation
 from carom.model.trace import kinetic_energy
 from carom.support.formatting import number
 
-#: Largest allowed error of the energy, relative, as in the comparator. Rounding alone causes 1e-7 in float32 engines.
+#: Largest allowed relative energy error, as in the comparator. Rounding causes errors of 1e-7 in float32 engines.
 ENERGY = 1e-6
 
 
@@ -21,7 +21,7 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
     setup = Setup(crowd(), profile)
     seen = subject.seen(setup).seen
     start = momentum(setup.scene, seen[0])
-    # Nine discs have a few impacts each, and the rounding of an impact is much less than that of a run.
+    # `rounding` is for a whole run. Nine discs with a few impacts each have less.
     allowed = subject.rounding * sum(masses(setup.scene)) * greatest_speed(setup.scene)
     for step, now in enumerate(seen):
         found = momentum(setup.scene, now)
@@ -35,7 +35,7 @@ def energy_is_kept(subject: Subject, profile: str) -> None:
     setup = Setup(crowd(), profile)
     seen = subject.seen(setup).seen
     start = kinetic_energy(setup.scene, seen[0].velocity_m_s)
-    # A soft contact stores energy while it lasts, so the last state without a contact counts.
+    # A soft contact stores energy while it lasts, so use the last state without a contact.
     last = next((now for now in reversed(seen) if not now.contacts), seen[-1])
     found = kinetic_energy(setup.scene, last.velocity_m_s)
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)

@@ -13,8 +13,8 @@ from carom.model.trace import Setting
 
 UNKNOWN = "carom_no_such_setting"
 
-#: Number of roundings when a number is converted into the engine's units and back: two for a length, and four for a
-#: velocity, which consists of a length and a time.
+#: Number of roundings when a value is converted to the engine's units and back: two for a length, and four for a
+#: velocity, which has units of length and of time.
 ROUNDINGS = {"position_m": 2, "velocity_m_s": 4}
 
 _FLOATS = {32: np.float32, 64: np.float64}
@@ -33,10 +33,10 @@ def settings_are_read_back(subject: Subject, profile: str) -> None:
 
 
 def _same(asked: Setting, found: Setting, bits: int) -> bool:
-    """Whether two settings are equal for an engine whose floats have this many bits."""
+    """Return whether two settings are equal in an engine's floats, which have `bits` bits."""
     if isinstance(asked, str) or isinstance(found, str) or not isinstance(asked + found, float):
         return asked == found
-    with np.errstate(over="ignore"):  # beyond the greatest float, both are infinite
+    with np.errstate(over="ignore"):  # values beyond the largest float become infinite
         return bool(_FLOATS[bits](asked) == _FLOATS[bits](found))
 
 

@@ -16,14 +16,15 @@ from carom.model.scene import Disc, Scene, Wall
 from carom.support.formatting import number
 from carom.support.limits import LARGEST
 
-#: Coefficients of friction: both ends of the declared range, and one at which the suite's discs slide throughout an
-#: impact.
+#: Tested coefficients of friction: both ends of the declared range, and one so small that the suite's discs keep
+#: sliding in an impact.
 FRICTIONS = ("least", "sliding", "greatest")
 
-#: Inertia factors: the least declared one, a sphere's, a hoop's, and an infinite one, with which a disc can't turn.
+#: Tested inertia factors: the least declared one (0 here), a sphere's, a hoop's, and an infinite one for a disc that
+#: can't turn.
 INERTIAS = {"least": 0.0, "sphere": 0.4, "hoop": 1.0, "unturnable": math.inf}
 
-#: Tested inertia and spin for an engine without declared limits, beyond any catalogue scene.
+#: Inertia factor and spin tested for an engine without declared limits. They are beyond any catalogue scene.
 SMALL_INERTIA = 1e-6
 FAST_RAD_S = 1e5
 
@@ -97,7 +98,7 @@ def _rubbing_capabilities(subject: Subject, profile: str = "tuned") -> Capabilit
 
 def _friction(can: Capabilities, share: str) -> float:
     low, high = can.friction
-    # Scenes have at most `LARGEST`.
+    # A scene's friction is at most `LARGEST`.
     return {"least": low, "sliding": min(max(low, 0.1), high), "greatest": min(high, LARGEST)}[share]
 
 
@@ -111,7 +112,7 @@ def _spins(now: Observation, setup: Setup) -> list[float]:
 
 
 def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
-    """Compare final velocities and spins of `rubbing` with the closed form of an impact with friction."""
+    """Run a scene of `rubbing`, and compare its end with the closed form of an impact with friction."""
     setup = supported(subject, scene)
     first, second, *more = scene.discs
     wanted = [*_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
@@ -134,8 +135,8 @@ def _after(
 ) -> tuple[Motion, Motion]:
     """Return velocity and spin of both bodies after their impact; see docs/theory/friction.md.
 
-    `normal` points from first to second. Along it, Newton's restitution applies. Along the tangent, the impulse ends
-    the slip, or is the largest that Coulomb's law allows.
+    `normal` points from first to second. The normal velocities follow Newton's restitution. The tangential impulse
+    stops the slip, or is the largest impulse that Coulomb's law allows.
     """
     (nx, ny), (tx, ty) = normal, (-normal[1], normal[0])
     still = Disc(position_m=(0, 0), radius_m=1, mass_kg=math.inf)
@@ -217,7 +218,7 @@ def _require_whole_change(
 
 
 def _overlap(scene: Scene, contact: Contact, state: Observation) -> float:
-    """Return the overlap of a contact's bodies, metres; 0 if they do not overlap."""
+    """Return the overlap of a contact's bodies, metres; 0 for bodies that do not overlap."""
     first, here = scene.discs[contact.first], state.position_m[contact.first]
     if contact.second < 0:
         wall = scene.half_planes()[-1 - contact.second]

@@ -85,7 +85,7 @@ def materials_as_declared(subject: Subject) -> None:
     """Two walls of a scene have different restitutions: the least and the greatest that are possible."""
     can = declared(subject, "wall_materials")
     low, high = can.restitution
-    # The discs of the scene have restitution 1 between them.
+    # The scene's restitution between discs is 1.
     least, greatest = COMBINE_RULES[can.restitution_combine](1.0, high)
     first, second = max(low, least), min(high, greatest)
     setup = supported(subject, two_walls(first, second))
