@@ -326,7 +326,7 @@ class BallContacts:
     def consider_landing(self, i: int, tolerance: arb | None) -> bool:
         """Record the landing of disc `i` after its remaining bounces.
 
-        Return False if they can't be summed.  The bounces must be alike, and no other event may come before their end.
+        Return False if the bounces may differ in kind, or if another event may come before their end.
 
         The bounces must end within the fraction `tolerance` of the present time. None skips this check and the check
         for other events, because both were done before.
