@@ -156,7 +156,7 @@ def _slanted_wall() -> Staged:
         wall_restitution=e,
         duration_s=1.5,
     )
-    source = "Written backwards from the impact: the velocity along the wall stays, that across it is reversed times e"
+    source = "Computed backwards from the impact: the velocity along the wall stays, that across it is reversed times e"
     return answered(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source)
 
 
@@ -177,5 +177,5 @@ def _bank_shot() -> Staged:
         duration_s=1.75,
     )
     impacts = [impact(time_1, 0, -1, outgoing), impact(time_2, 0, 1, after, target_after)]
-    source = "Written backwards from both impacts: the path to the wall is the mirror image of the path from it"
+    source = "Computed backwards from both impacts: the path to the wall is the mirror image of the path from it"
     return answered(scene, impacts, source)

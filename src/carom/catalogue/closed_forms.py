@@ -102,7 +102,7 @@ def meeting(
     mass_kg: tuple[float, float] = (1.0, 1.0),
     offset: float = 0.0,
     time_s: float,
-    source: str = "Written backwards from the impact; velocities from conservation of momentum and Newton's law of "
+    source: str = "Computed backwards from the impact; velocities from conservation of momentum and Newton's law of "
     "restitution, in the frame of the centre of mass",
     **fields: float,
 ) -> Staged:

@@ -15,7 +15,7 @@ from carom.catalogue.entry import Staged, listed
 _FILM_HZ = 24.0
 
 _BACKWARDS = (
-    "Written backwards from the impact: normal and instant are chosen, the start follows along straight lines, the "
+    "Computed backwards from the impact: normal and instant are chosen, the start follows along straight lines, the "
     "velocities from conservation of momentum and energy along the normal"
 )
 

@@ -47,8 +47,8 @@ VERDICT_CONDITIONS = {
     Verdict.UNDECIDED: "the run ended before an impact could have been reported",
     Verdict.UNCOMPARED: "there are errors, and `sampling` was not given",
     Verdict.MISPLACED: (
-        "a final position is wrong by more than rounding: `1e-12` of the reach, and half a unit in the last place per "
-        "step"
+        "a final position is wrong by more than rounding: `1e-12` of the greatest coordinate, and half a unit in the "
+        "last place per step"
     ),
     Verdict.WRONG_END: "a final velocity is wrong by more than `1e-12` of the scene's speed",
     Verdict.WRONG_LAST_SPIN: "a final spin is wrong by more than `1e-12` of the scene's rim speed",
@@ -116,9 +116,9 @@ GRADE_CONDITIONS = {
     Grade.EXACT: (
         "every impact is found. Times, velocities, spins, energy and final state are right to the rounding of the "
         "method's floats. The run agrees with itself to the same rounding. With 64 bits that is `1e-12` of the "
-        "duration, the speed and the reach. With 32 bits it is `1e-5` (times as for *close*, energy to a millionth), "
-        'and the report says "exact (float32)". Every step, compared with PIC from the run\'s own state, is right to '
-        "ten times that rounding. The scene has at least one impact"
+        "duration, the speed and the greatest coordinate. With 32 bits it is `1e-5` (times as for *close*, energy to a "
+        'millionth), and the report says "exact (float32)". Every step, compared with PIC from the run\'s own state, '
+        "is right to ten times that rounding. The scene has at least one impact"
     ),
     Grade.CLOSE: (
         "every impact is found. Times are right to a hundredth of a step. Each velocity and spin is right to a "
