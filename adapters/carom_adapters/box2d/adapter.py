@@ -49,9 +49,10 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 def _resting(dt_s: float) -> dict[str, Setting]:
     # Box2D applies restitution to the speed at the end of a step, which includes the fall in that step. So a ball hops
-    # for ever at about ``g dt / (1 - e)``, unless contacts that slow are inelastic. The speed below which they are is
-    # the least power of two that is at least the fall speed of 2.5 steps under 10 m/s^2. A ball with e up to 0.6 comes
-    # to rest. A ball with a greater e comes to rest only if steps are so long that this speed is well above its hops.
+    # for ever at about ``g dt / (1 - e)``, unless contacts that slow are inelastic. The limit for such contacts is the
+    # least power of two that is at least the speed gained by falling for 2.5 steps under 10 m/s^2. A ball with e up to
+    # 0.6 comes to rest. A ball with a greater e comes to rest only if steps are so long that this speed is well above
+    # its hops.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
     return {**_tuned(dt_s), "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
@@ -73,7 +74,7 @@ adapter = EngineAdapter(
         "velocityIterations": Knob(1, 100, log=True),
         "positionIterations": Knob(0, 10),
         "sweep": Knob(choices=("none", "shipped", "fast")),
-        # Powers of two, so scaling is exact.
+        # The scales are powers of two, so scaling is exact.
         "velocity_scale": Knob(choices=(1.0, 2.0**5, 2.0**10, 2.0**15, VELOCITY_SCALE)),
         "polygon_radius_m": Knob(0.0, 0.01),
         "warmStarting": Knob(choices=(False, True)),

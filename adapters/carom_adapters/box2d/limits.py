@@ -33,22 +33,23 @@ LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1, 
 MOST = {"dt_s": 1e12}
 
 #: b2_maxTranslation is 2 m: Box2D slows down a body that would move farther in one step. The limit here is a millionth
-#: lower, so that a body at the limit differs from one that was slowed down.
+#: lower, so that a body at this limit differs from a body that was slowed down.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
 #: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. The limit here is a millionth
 #: lower.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
-#: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-#: the disc turn more. With this factor the spin changes by 5e-4 of itself, for discs 200 radii from the origin.
+#: Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
+#: disc. A smaller inertia lets the disc turn more. With this inertia factor, the relative change of the spin is 5e-4
+#: for discs at 200 radii from the origin.
 LEAST_INERTIA_FACTOR = 1e-2
 
 #: The product of two friction coefficients must stay within 32-bit floats, or velocities become NaN. The same limit
 #: applies to the rate of damping times the velocity scale.
 LARGEST_FRICTION = 1e19
 
-#: A third of the largest 32-bit float.
+#: The limit is a third of the largest 32-bit float.
 LARGEST_FORCE_N = 1e38
 
 #: `b2WorldManifold` invents a normal for points that are closer than b2_epsilon, 1.2e-7.

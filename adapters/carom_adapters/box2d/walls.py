@@ -36,7 +36,7 @@ def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tup
         AdapterError: The wall would be so long that 32-bit floats round it by more than the smallest disc.
     """
     (px, py), (nx, ny) = plane.point_m, plane.normal
-    # The point of the wall nearest to the scene, so that the numbers around it are small.
+    # The point of the wall nearest to the scene is chosen, so that the numbers around it are small.
     along = (px - centre[0]) * ny - (py - centre[1]) * nx
     gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
     size = max(2.0 * (radius + gap), SMALLEST_WALL_M)

@@ -59,7 +59,7 @@ def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
 
 
 def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
-    """Whether Box2D sweeps bodies in this scene, see `limits.SWEEPS`. A fast driven body counts too."""
+    """Whether Box2D sweeps bodies in this scene, see `limits.SWEEPS`. A driven body also counts if it is fast."""
     sweep = settings.get("sweep", "shipped")
     driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
     fast = driven * dt_s > min(disc.radius_m for disc in scene.discs) or any(is_fast(one, dt_s) for one in scene.discs)
@@ -189,7 +189,7 @@ class Box2dWorld:
             fixture.userData = number
             if half_width_m is None:  # a circle, which has no skin
                 continue
-            # Set on the body's own shape, because a copied chain would get the default skin.
+            # The skin is set on the body's own shape, because a copied chain would get the default skin.
             skin = float(self._asked.get("polygon_radius_m", fixture.shape.radius))
             fixture.shape.radius = skin + half_width_m
             if not half_width_m:
@@ -258,7 +258,7 @@ class Box2dWorld:
                         contact.tangentSpeed = -belt  # Box2D's tangent is to the right of the normal
 
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
-                # The bodies have moved by now, and the manifold's normal has changed with them.
+                # The bodies have moved since the contact was found, and the manifold's normal has changed with them.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
                 tangential = sum(impulse.tangentImpulses)
                 solved.append((*pair, normals[_key(contact)], sum(impulse.normalImpulses), tangential))
@@ -288,7 +288,7 @@ class Box2dWorld:
             across_x = sum(normal[1] * tangential for normal, _, tangential in of_pair)
             across_y = sum(-normal[0] * tangential for normal, _, tangential in of_pair)
             size = math.hypot(along_x, along_y)
-            if len(of_pair) == 1 or not size:  # or opposite edges push equally, and the sum is 0
+            if len(of_pair) == 1 or not size:  # if opposite edges push equally, the sum is 0
                 found += [(*pair, *push) for push in of_pair]
                 continue
             nx, ny = along_x / size, along_y / size
@@ -297,7 +297,7 @@ class Box2dWorld:
         return found
 
     def _warning(self, seen: Observation) -> str:
-        # When an impact has made a body too fast, it is too late to refuse the scene.
+        # If an impact makes a body too fast, the scene can no longer be refused.
         dt_s = self._clock.dt_s / self._time
         fastest = math.hypot(*seen.velocity_m_s.ravel().tolist())  # a bound for all discs
         if fastest * dt_s > LONGEST_MOVE_M and (

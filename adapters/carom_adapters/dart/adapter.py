@@ -8,8 +8,8 @@ from carom_adapters.dart.settings_code import write_code
 from carom_adapters.dart.world import DartWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: Constraint-force mixing reduces velocities and energy at each elastic impact. The accuracy
-#: allows the losses of velocity and energy in sixteen impacts.
+#: Constraint-force mixing reduces velocities and energy at each elastic impact. The declared accuracy allows the
+#: velocity and energy that sixteen impacts lose.
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 
@@ -29,8 +29,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="dart",
-    # Split impulses came with 6.20. Earlier releases run these profiles without split impulses, and the settings that
-    # are read back show it.
+    # DART has split impulses since release 6.20. Earlier releases run these profiles without split impulses, and the
+    # settings that are read back show it.
     engine=Engine(
         "DART",
         module="dartpy",

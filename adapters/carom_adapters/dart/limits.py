@@ -24,7 +24,7 @@ CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
     # DART multiplies the coefficients of two bodies, and replaces a coefficient above 1 by 0. So a wall's coefficient
-    # cannot compensate for a smaller one of the discs.
+    # can't compensate for a smaller coefficient of the discs.
     restitution_combine="product",
     restitution_threshold_m_s=THRESHOLD_M_S,
     contact_times=ContactTimes.STEP,

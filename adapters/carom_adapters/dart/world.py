@@ -27,7 +27,7 @@ from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M
 
 
 class DartWorld:
-    """One `World` of spheres that do not turn. Each moves on a joint with two translations."""
+    """One `World` of spheres that do not turn. Each sphere moves on a joint with two translations."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
@@ -125,7 +125,7 @@ class DartWorld:
 
     def _contacts(self) -> list[Contact]:
         found = []
-        result = self._world.getLastCollisionResult()  # kept alive: until 6.19 its contacts vanish with it
+        result = self._world.getLastCollisionResult()  # kept alive: until 6.19 contacts vanish with this result
         for contact in result.getContacts():
             nx, ny, nz = map(float, contact.normal)  # from the second object to the first
             normal, impulse = (nx, ny), math.hypot(*contact.force) * self._clock.dt_s

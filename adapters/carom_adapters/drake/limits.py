@@ -11,7 +11,8 @@ SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 #: Least values of settings. Drake fails below them.
 LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 
-#: Within these limits an overlap, speed * sqrt(mass / stiffness), is less than a radius with the stiffness of `tuned`.
+#: Within these limits, an overlap, which is speed * sqrt(mass / stiffness), is less than a radius with the stiffness of
+#: `tuned`.
 CAPABILITIES = Capabilities(
     gravity=True,
     # Drake has no coefficient: without dissipation a contact is elastic.

@@ -50,7 +50,7 @@ class DrakeWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         self._number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
-        # AddMultibodyPlantSceneGraph does the same, but leaks 95 kB.
+        # Drake's own function for this, AddMultibodyPlantSceneGraph, leaks 95 kB.
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
@@ -77,7 +77,7 @@ class DrakeWorld:
         self._watched = False
 
     def _add_disc(self, scene: Scene, i: int) -> Any:
-        """Add a disc and return its joint. An immovable disc is part of the world and has none."""
+        """Add a disc and return its joint. An immovable disc is part of the world and has no joint."""
         drake, disc = self._drake, scene.discs[i]
         ball = drake.geometry.Sphere(disc.radius_m)
         if disc.immovable:
@@ -117,7 +117,10 @@ class DrakeWorld:
         }
 
     def advance(self, steps: int) -> None:
-        """Take steps. A step consists of as many of the integrator's steps as its error control requires."""
+        """Take steps.
+
+        A step consists of as many of the integrator's steps as the integrator's error control requires.
+        """
         for _ in range(steps):
             self._pushed = {}
             self._clock.count(1)
@@ -152,7 +155,7 @@ class DrakeWorld:
     def _contacts(self) -> list[Contact]:
         at_s, found = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
-            # Forces are known only at single instants, so their integral, the impulse, is unknown.
+            # Forces are known only at single instants, so the impulse, which is their integral, is unknown.
             found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return found
 

@@ -32,14 +32,14 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "integrator": "Euler",
         # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
         "jacobian": "dense",
-        # With friction, contacts are solved one after another. MuJoCo's own optimum of push and friction lifts sliding
-        # bodies, by the friction times their slip.
+        # With friction, contacts are solved one after another. MuJoCo's own optimum of push and friction makes sliding
+        # bodies rise, at the speed of friction times slip.
         "in_turn": True,
         # The solver ends when it can't improve further.
         "tolerance": 0.0,
         # A run with a huge state continues instead of being reset to the start.
         "autoreset": False,
-        # MuJoCo makes an early contact for a disc that moves so far in a step that it may pass through another.
+        # If a disc moves so far in a step that it may pass through another disc, MuJoCo makes an early contact.
         "speculative": True,
     }
 
@@ -50,14 +50,14 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 def _located(dt_s: float) -> dict[str, Setting]:
     # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; listed pairs bypass
-    # it. A speculative contact acts before bodies touch, so there would be no instant to locate. A warm start would use
-    # the impulses of a step that was undone.
+    # it. A speculative contact acts before bodies touch, so the instant of an impact can't be located. A warm start
+    # would use impulses of a step that was undone.
     return {**_no_ccd(dt_s), "listed_pairs": True, "warmstart": False}
 
 
 def _cylinder(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, but MuJoCo keeps only single points of it, off the middle. Cylinders that can turn
-    # tip over.
+    # Cylinders touch along a line, but MuJoCo keeps only single points of this line, away from its middle. Cylinders
+    # that can turn tip over.
     return {**_tuned(dt_s), "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
 
 
@@ -67,8 +67,8 @@ def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="mujoco",
-    # Release 2.3 fails with the adapter's settings of a pair. Speculative contacts came with 4.0. Releases 3.x run
-    # these profiles without speculation, and the settings that are read back show it.
+    # Release 2.3 fails with the adapter's settings of a pair. MuJoCo has speculative contacts since release 4.0.
+    # Releases 3.x run these profiles without speculation, and the settings that are read back show it.
     engine=Engine(
         "MuJoCo",
         module="mujoco",

@@ -51,8 +51,8 @@ WORDS: Mapping[str, tuple[str, ...]] = {
 #: MuJoCo's mjMAXVAL. A coordinate, velocity or acceleration beyond mjMAXVAL counts as bad.
 LARGEST_VALUE = 1e10
 
-#: MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body lighter than mjMINVAL, invents a normal for centres closer than it,
-#: and ignores solver steps in acceleration below it. The limits here are far from the last two cases.
+#: MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body lighter than mjMINVAL, invents a normal for centres that are
+#: closer, and ignores steps of the solver with smaller accelerations. The limits here are far from the last two cases.
 SMALLEST_MASS_KG = 1e-15
 SMALLEST_RADIUS_M = 1e-12
 LEAST_ACCELERATION_M_S2 = 1e-12
@@ -60,12 +60,13 @@ LEAST_ACCELERATION_M_S2 = 1e-12
 #: A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below mjMINVAL.
 LARGEST_MASS_KG = 1e11
 
-#: Most discs in a scene whose pairs are listed. They make half a million pairs, which MuJoCo compiles in seconds.
+#: Most discs in a scene whose pairs are listed. A scene with this number of discs has half a million pairs, which
+#: MuJoCo compiles in seconds.
 MOST_LISTED = 1000
 
 #: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-#: the disc turn more. With this factor the spin changes by 5e-9 of itself, for discs 200 radii from the origin. MuJoCo
-#: itself refuses an inertia below mjMINVAL, 1e-15 in units of the model.
+#: the disc turn more. With this inertia factor, the relative change of the spin is 5e-9 for discs at 200 radii from the
+#: origin. MuJoCo itself refuses an inertia below mjMINVAL, 1e-15 in units of the model.
 LEAST_INERTIA_FACTOR = 1e-5
 
 #: MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU. From 1e80 on MuJoCo applies no

@@ -10,10 +10,10 @@ from carom.engines.api import Chain, Ring, Scene, Setting, Wall, reach, wall_bod
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
 from carom_adapters.shared.walls import cut_chain, thickness_of
 
-#: `mju_QCQP2`, which fits friction into its cone, has two limits. It gives no friction if its determinant is below
-#: 1e-10, and it accepts errors of 1e-10 N^2. The determinant of a contact is at least friction**4 / mass**2. In the
-#: chosen unit of mass, the heaviest disc has at most this number times the square of the friction, and at most 1. Then
-#: the determinant is far above its limit, and the error small.
+#: `mju_QCQP2`, which fits friction into its cone, has two limits. The function gives no friction if a determinant is
+#: below 1e-10, and it accepts errors of 1e-10 N^2. The determinant of a contact is at least friction**4 / mass**2. In
+#: the chosen unit of mass, the heaviest disc has at most this number times the square of the friction, and at most 1.
+#: With this mass, the determinant is far above its limit, and the error is small.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
 #: The impedance of contacts in `tuned`: the first number of its ``solimp``.
@@ -24,8 +24,8 @@ IMPEDANCE = 0.9999
 CYLINDER_TIPS = 7 / 12
 
 
-#: The mass of a driven body, over the heaviest disc's: an impact changes its velocity by 1e-13 of the closing speed.
-#: MuJoCo has no moving body that impacts don't push: a `mocap` body counts as at rest in contacts.
+#: The mass of a driven body, over the heaviest disc's: an impact changes its velocity by 1e-13 of the closing speed. In
+#: MuJoCo, impacts push every moving body: a `mocap` body counts as at rest in contacts.
 DRIVEN_MASS = 2.0**44
 #: The same ratio for a solver that ends at a tolerance. From 2**34 on the solver's cost is rounded by more than the
 #: tolerance, and a spring's push is too large: at 2**44 by 1.3 times the closing speed.
@@ -38,8 +38,8 @@ def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, f
     MuJoCo aims at the acceleration ``-damping * v - stiffness * depth`` along the normal, for any masses. Without
     stiffness, and with a damping of ``(1 + restitution) / dt``, the Euler step turns ``v`` into ``-restitution * v``:
     an impact that takes one step. With stiffness, the contact is an oscillator that ends after half a period with
-    ``restitution = exp(-pi z / sqrt(1 - z**2))``. Here z is the oscillator's damping ratio, and the contact may pull at
-    the end.
+    ``restitution = exp(-pi z / sqrt(1 - z**2))``. Here z is the oscillator's damping ratio. At its end, the contact may
+    pull.
     """
     if stiffness == 0:
         return 0.0, -(1.0 + restitution) / dt_s
@@ -53,8 +53,8 @@ def _solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[
 
     Without `solreffriction`, friction uses the bounce of `solref`, and returns the fraction ``restitution`` of the
     slip. MuJoCo regularises friction like the push, by ``(1 - d) / d`` of the inverse mass along the normal. Along the
-    slip the inverse mass is larger, by the inertia. The quotient of the two compensates for this, as MuJoCo itself does
-    for the push.
+    slip, the inverse mass is larger because of the inertia. The quotient of both inverse masses compensates for this,
+    as MuJoCo itself does for the push.
     """
     inverse = [1.0 / scene.discs[i].mass_kg for i in discs]
     slip = [(1.0 + 1.0 / scene.discs[i].inertia_factor) / scene.discs[i].mass_kg for i in discs]
@@ -76,7 +76,10 @@ def _attributes(**values: object) -> str:
 
 
 def _friction(friction: float) -> dict[str, object]:
-    """Return a geom's attributes of friction. Condim 1 is a contact without friction, 3 one with sliding friction."""
+    """Return a geom's attributes of friction.
+
+    Condim 1 means a contact without friction, and 3 a contact with sliding friction.
+    """
     return {"condim": "3", "friction": f"{friction!r} 0 0"} if friction > 0 else {"condim": "1"}
 
 
@@ -113,8 +116,8 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             return f"<body>{_turning(scene, settings, i, unit)}{made}</body>"
         damped = _damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
-            # The inertia about any axis has no effect. The inertia is set because that of a small disc would be too
-            # small.
+            # The inertia about any axis has no effect. The inertia is set, because the inertia of a small disc would be
+            # too small for MuJoCo.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{made}</body>'
@@ -217,7 +220,7 @@ def _turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit: float)
     """Return inertia and joints of a disc that may turn."""
     body = scene.discs[i]
     mass, turns = body.mass_kg * unit, math.isfinite(body.inertia_factor)
-    factor = body.inertia_factor if turns else 1.0  # no effect unless there is a hinge
+    factor = body.inertia_factor if turns else 1.0  # has an effect only if there is a hinge
     free = turns and settings["joints"] == "free"
     tips = CYLINDER_TIPS if free and settings.get("shape", "sphere") == "cylinder" else factor
     moments = " ".join(repr(moment * mass * body.radius_m**2) for moment in (tips, tips, factor))

@@ -173,7 +173,7 @@ class _Reading:
     def _restitution(self, geom: int) -> float:
         """Return the restitution of a contact from its ``solref``: a damper, as `_solref` writes it, or a spring."""
         first, second = (float(one) for one in self.model.geom_solref[geom])
-        if first == 0.0 and second < 0.0:  # only a damper, for one Euler step
+        if first == 0.0 and second < 0.0:  # this is only a damper, for one Euler step
             return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)
         ratio = second if first > 0.0 else -second / (2.0 * math.sqrt(-first)) if first < 0.0 else 1.0
         return 0.0 if ratio >= 1.0 else math.exp(-math.pi * ratio / math.sqrt(1.0 - ratio**2))

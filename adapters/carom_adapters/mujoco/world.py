@@ -44,7 +44,7 @@ def _ignore(_text: str) -> None:
 
 @lru_cache(maxsize=KEPT_MODELS)
 def _compile(text: str) -> Any:
-    """Compile a model, or return the one compiled from the same text. A sweep of starts has only one model.
+    """Compile a model, or return the model that was compiled from the same text. A sweep of starts has only one model.
 
     The text does not contain positions and velocities of movable discs.
     """
@@ -80,7 +80,7 @@ class MujocoWorld:
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
-        # Views are kept, since creating them takes long.
+        # Views are kept, since it takes long to create them.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and per step
@@ -203,7 +203,7 @@ class MujocoWorld:
     def _contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
         found: list[Contact] = []
-        # Read as arrays: MuJoCo's bindings take long to make an object for every contact.
+        # Contacts are read as arrays, since MuJoCo's bindings take long to make an object for every contact.
         rows, geoms, frames = data.contact.efc_address, data.contact.geom, data.contact.frame
         for k, (row, (geom1, geom2), frame) in enumerate(zip(rows, geoms, frames, strict=True)):
             force, tangential = (
@@ -257,8 +257,8 @@ class MujocoWorld:
         return "; ".join(told)
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps. A contact's damping depends on the length."""
-        if self._shared:  # with other worlds, whose step differs
+        """Set the length of the following steps. The damping of a contact depends on the length of the step."""
+        if self._shared:  # the model is shared with other worlds, whose step differs
             self._model, self._shared = copy.copy(self._model), False
             model = self._model
             dampings = (

@@ -8,7 +8,7 @@ from carom_adapters.newton.settings_code import write_code
 from carom_adapters.newton.world import NewtonWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-#: In a step that begins in contact, bodies move on for the whole step before they are pushed apart.
+#: If a step begins in contact, bodies first move on for the whole step, and are then pushed apart.
 LATE = Accuracy(late_steps=1.0)
 
 

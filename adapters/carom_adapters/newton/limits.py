@@ -21,7 +21,8 @@ CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
     # In each step with contacts, Newton stops bodies slower than 0.1 mm/s. So two bodies that close at up to twice that
-    # speed may not bounce. A disc at rest may lose a first push that is as slow, and half of it when bodies separate.
+    # speed may not bounce. If a disc at rest gets such a slow first push, the push may be lost. When bodies separate,
+    # half of the push may be lost.
     restitution_threshold_m_s=2e-4,
     contact_times=ContactTimes.STEP,
     float_bits=32,

@@ -54,7 +54,7 @@ def write_code(
     if taken is None or served is None:
         raise ValueError("the program does not import from serve.mjs, or has no world")
     wanted = [name for name in taken[1].split(", ") if name != "serve"]
-    for name in wanted:  # names that these need are found as they are added
+    for name in wanted:  # names that these exports need are found as they are added
         wanted += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in wanted]
     helpers = "\n\n".join(piece for name, piece in shared.items() if name in wanted)
     body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")

@@ -10,7 +10,7 @@ SETTINGS = ("cfm", "erp", "quick_step_iterations", "stepper")
 STEPPERS = ("step", "quickStep")
 
 #: ODE divides velocities by the step, and ends the process if the quotient overflows 32-bit floats, at 2**128. The
-#: adapter takes this step instead of a shorter one. A bisection asks for such steps if bodies touch at once.
+#: adapter replaces shorter steps by this step. A bisection asks for such steps if bodies touch at once.
 LEAST_STEP_S = 2.0**-100
 
 CAPABILITIES = Capabilities(

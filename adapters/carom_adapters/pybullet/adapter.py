@@ -44,8 +44,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         # All iterations are done, even if the residual is small. Otherwise shared contacts lose energy.
         "solverResidualThreshold": 0.0,
         "numSolverIterations": 50,
-        # A disc that starts so fast that it moves by more than its radius in one step may otherwise pass through
-        # another. Slow discs are not swept: if an impact made one fast, it would be swept into walls and neighbours
+        # A disc that moves by more than its radius in a step at the start may otherwise pass through another disc. Slow
+        # discs are not swept. If an impact made such a disc fast, the disc would be swept into walls and neighbours
         # that it already touches, and gain energy (eightfold in Galperin's billiard at 60 steps a second). If the swept
         # sphere were as large as the disc, it would stop the disc before an overlap, and the contact would be lost.
         "ccd_radius_fraction": 0.95,
@@ -57,8 +57,8 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 
 def _cylinder(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, but Bullet keeps only single points of it, off the middle. Cylinders that can turn
-    # tip over.
+    # Cylinders touch along a line, but Bullet keeps only single points of this line, away from its middle. Cylinders
+    # that can turn tip over.
     return {**_tuned(dt_s), "shape": "cylinder", "turn": False}
 
 
@@ -108,7 +108,7 @@ adapter = EngineAdapter(
             },
         ),
         "tuned": tuned("only overlaps are solved, and never pushed apart, and fast discs are swept", _tuned),
-        # Bullet itself stops a swept disc inside the other, which leaves no instant to find.
+        # Bullet itself stops a swept disc inside the other disc. So there is no instant of an impact to find.
         "located": located("Bullet's own collision detection", _no_ccd, but=" without sweeping"),
         "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
         "cylinder": Profile(

@@ -64,7 +64,8 @@ SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 
 #: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-#: the disc turn more. With this factor the spin changes by 1e-8 of itself, for discs 200 radii from the origin.
+#: the disc turn more. With this inertia factor, the relative change of the spin is 1e-8 for discs at 200 radii from the
+#: origin.
 LEAST_INERTIA_FACTOR = 1e-6
 
 #: MAX_FRICTION, to which the product of two bodies' coefficients is clamped (`btManifoldResult`).

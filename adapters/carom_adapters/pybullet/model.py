@@ -30,7 +30,7 @@ def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> lis
         return None
     # For Bullet, 0 is an infinite moment.
     factor = disc.inertia_factor if turns and math.isfinite(disc.inertia_factor) else 0.0
-    # With 0 about the two other axes no impact turns a multibody. A sphere does not need this.
+    # If the moments about the two other axes are 0, no impact turns a multibody. A sphere does not need this.
     tips = CYLINDER_TIPS if cylinder else factor
     scale = disc.mass_kg * disc.radius_m**2
     return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]

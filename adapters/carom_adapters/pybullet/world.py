@@ -90,7 +90,7 @@ class PybulletWorld:
             is_built = key is not None and key == self._key
             if is_built:
                 self._discs, self._movable, self._number = discs, movable, number
-                # The step of a reused client may have been cut.
+                # A reused client may have the length of a cut step.
                 self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
             else:
                 self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument is flags
@@ -177,7 +177,7 @@ class PybulletWorld:
             self._bullet.changeDynamics(
                 body,
                 -1,
-                mass=disc.mass_kg,  # must be set again together with the inertia
+                mass=disc.mass_kg,  # the mass must be set again, together with the inertia
                 localInertiaDiagonal=moments,
                 physicsClientId=self._client,
             )
@@ -254,7 +254,7 @@ class PybulletWorld:
         if self._asked.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
-        if np.count_nonzero(clamped):  # takes a fifth of the time of `any`, after every step
+        if np.count_nonzero(clamped):  # this takes a fifth of the time of `any`, after every step
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
                 f"disc {int(clamped.any(axis=1).argmax())} has reached that"
@@ -279,7 +279,8 @@ class PybulletWorld:
         found = []
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
             body_a, body_b, normal_from_b_to_a, distance, force = point[1], point[2], point[7], point[8], point[9]
-            # A contact with a plane outlasts its overlap, and keeps the force of the last step in which it was solved.
+            # A contact with a plane continues after its overlap, and keeps the force of the last step in which it was
+            # solved.
             if force <= 0 or distance > solved_below:
                 continue
             normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s

@@ -21,7 +21,7 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         # default of 10 iterations, and 2e-14 with 20.
         "iterations": 20,
         # Chipmunk pushes overlapping bodies apart, in addition to the bounce. The setting is the fraction of an overlap
-        # that is left after a second, so with 1 bodies are never pushed.
+        # that is left after a second. With 1, bodies are never pushed apart.
         "collision_bias": 1.0,
         # A disc that slides over the joint of two segments catches on it, unless each segment has the other as its
         # neighbour.

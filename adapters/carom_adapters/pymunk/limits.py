@@ -26,11 +26,12 @@ SETTINGS = (*SPACE_SETTINGS, NEIGHBORS)
 LARGEST = 1e100
 SMALLEST = 1e-100
 
-#: Below these values Chipmunk aborts, or they have no meaning.
+#: Values below these have no meaning, or Chipmunk aborts.
 LEAST = dict.fromkeys(SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1, "dt_s": SMALLEST}
 
 #: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-#: the disc turn more. With this factor the spin changes by 3e-9 of itself, for discs 200 radii from the origin.
+#: the disc turn more. With this inertia factor, the relative change of the spin is 3e-9 for discs at 200 radii from the
+#: origin.
 LEAST_INERTIA_FACTOR = 1e-6
 
 #: Several discs of this radius still fit within the largest coordinates.

@@ -39,7 +39,7 @@ _ADMITTED = {
             "SimpleMotor",
         )
     ),
-    # Objects in the two oldest protocols, and containers for which these have no opcode.
+    # Names that the two oldest protocols use for objects, and for containers without an opcode of their own.
     ("copyreg", "_reconstructor"),
     *(("builtins", name) for name in ("object", "tuple", "list", "dict", "set", "frozenset")),
 }

@@ -20,8 +20,9 @@ def _half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
     along = (px - centre[0]) * ny - (py - centre[1]) * nx
     gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
     foot_x, foot_y = px - along * ny, py + along * nx
-    # Twice as wide and deep as any disc can reach, so that an overlapping disc is always nearest to the face. At least
-    # as large as the coordinates, since the direction of the face is the difference of two rounded corners.
+    # The rectangle is twice as wide and deep as any disc can reach, so that an overlapping disc is always nearest to
+    # the face. It is at least as large as the coordinates, since the direction of the face is the difference of two
+    # rounded corners.
     size = max(2.0 * (radius + gap), abs(foot_x), abs(foot_y))
     return [
         (foot_x + (a * ny - b * nx) * size, foot_y - (a * nx + b * ny) * size)

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     import pymunk
     from pymunk import Vec2d
 
-    #: Normal of an arbiter, and its impulses along and across it, newton-seconds. The impulse across is None if no disc
-    #: spins.
+    #: Normal of an arbiter, and its impulses along the normal and perpendicular to it, newton-seconds. The
+    #: perpendicular impulse is None if no disc spins.
     ArbiterImpulse = tuple[Vec2d, float, float | None]
 
 Pair = tuple[int, int]
@@ -155,7 +155,7 @@ class PymunkWorld:
         own, other = arbiter.shapes
         first, second = self._number[own], self._number[other]
         if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
-            return  # already added from the other body
+            return  # the impulse was already added from the other body
         tangential = total.dot(normal.perpendicular()) if self._turns else None
         impulses.setdefault((first, second), []).append((normal, impulse, tangential))
 
@@ -208,7 +208,7 @@ class PymunkWorld:
         """Restore positions, velocities and spins."""
         time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
-        put = object.__setattr__  # pymunk's version only checks types, and takes twice the time
+        put = object.__setattr__  # pymunk's own function only adds checks of types, and takes twice the time
         for body, position, velocity, spin in bodies:
             put(body, "position", position)
             put(body, "velocity", velocity)

@@ -46,11 +46,11 @@ def _swept(dt_s: float) -> dict[str, Setting]:
 def _located(dt_s: float) -> dict[str, Setting]:
     return {
         **_tuned(dt_s),
-        # With these two, a step depends only on positions and velocities, and can be undone.
+        # With these two settings, a step depends only on positions and velocities, and can be undone.
         "contact_recycling": False,
         "warmstart_coefficient": 0.0,
-        # The factor is a power of two, so scaling a step is exact. The first part is no more than the rounding of
-        # 32-bit floats.
+        # The factor is a power of two, so scaling a step is exact. The first part of a step is no longer than the
+        # rounding of 32-bit floats.
         "first_part": 2.0**-24,
     }
 

@@ -32,7 +32,7 @@ LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {
 }
 MOST = {"dt_s": 1e12}
 
-#: Default of `normalized_max_linear_velocity`. A faster body is silently slowed down to it.
+#: Default of `normalized_max_linear_velocity`. A faster body is silently slowed down to this speed.
 SHIPPED_SPEED_M_S = 400.0
 
 #: Powers of ten between which squares and impulses stay within 32-bit floats (1e-38 to 1e38).

@@ -81,8 +81,8 @@ class RapierWorld:
             handles.append(world.add_body(body))
             collider = world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])
             number[collider] = i
-        # Rapier averages the coefficients of two colliders unless one has another rule, which then has priority. Discs
-        # keep the default, since all have the same coefficient. A wall has the rule (MIN or MAX) that selects its own
+        # Rapier averages the coefficients of two colliders, unless one collider has another rule. Discs keep the
+        # default, since all have the same coefficient. A wall has the rule (MIN or MAX) that selects its own
         # coefficient.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
@@ -182,8 +182,8 @@ class RapierCuttableWorld(RapierWorld):
     """A world whose steps can be cut and undone. Each step has two parts, of which the first is short.
 
     In Rapier, bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and
-    bounce only at its end. Here the first part of a step is too short to move them. So they bounce after it, and move
-    with the bounce in the second part.
+    bounce only at its end. Here the first part of a step is too short to move them. So these bodies bounce at its end,
+    and move with the bounce in the second part.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:

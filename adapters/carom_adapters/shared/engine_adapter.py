@@ -24,7 +24,7 @@ OF_THE_SCENE = "the scene's"
 #: Reason for a disc that is kept from turning. The friction of such a disc is 0, so nothing could turn it.
 NOT_TURNED = "discs cannot turn if the scene has no spin or friction; this changes only roundings"
 
-#: Declared accuracy of a method whose only errors are those of PIT.
+#: Declared accuracy of a method that has only PIT's errors.
 SOUND = Accuracy()
 
 

@@ -40,7 +40,7 @@ class Legs(Generic[Body]):
         self._changes.sort(key=lambda one: one[0])
 
     def step_counts(self, steps: int) -> Iterable[int]:
-        """Return how many steps to take between checks for legs: one at a time while legs remain, then all others."""
+        """Return the numbers of steps between checks for legs: 1 while legs remain, then all remaining steps."""
         return self._steps_to_legs(steps) if self.started < len(self._changes) else (steps,)
 
     def _steps_to_legs(self, steps: int) -> Iterator[int]:

@@ -121,7 +121,7 @@ def _visualpinball_322() -> Staged:
 def _pinball_470() -> Staged:
     """A flipper at full speed meets a ball that falls towards it."""
     drive, velocity, radius, time = -9 + 12j, 1 - 4j, 0.25, 0.155
-    normal = complex(-0.6, 0.8)  # of the flipper, whose direction is (0.8, 0.6)
+    normal = complex(-0.6, 0.8)  # normal of the flipper, whose direction is (0.8, 0.6)
     ends = (along * complex(0.8, 0.6) - drive * time for along in (-0.5, 1.0))
     flipper = edges(*ends, velocity_m_s=vector(drive))
     scene = scene_of(
@@ -206,7 +206,8 @@ def _on_a_platform(drive: float, friction: float) -> Staged:
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(drive, 0.0))
     ball = disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
     scene = scene_of([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
-    # Either friction ends the slip, and 1/(1 + 1/k) of the slip becomes velocity, or it is too weak for that.
+    # If friction is strong enough, it ends the slip, and 1/(1 + 1/k) of the slip becomes velocity. Otherwise its
+    # impulse is at the limit.
     change = min(drive / (1.0 + 1.0 / k), friction * 2.0 * down)
     after, spin = complex(change, down), change / k / radius
     source = "Coulomb: friction ends the slip (the platform's speed), or it is f times the impulse along the normal"

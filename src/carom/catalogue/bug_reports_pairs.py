@@ -180,7 +180,7 @@ def _pooltool_354() -> Staged:
 )
 def _visualchemeng_10() -> Staged:
     """Two discs begin in contact, overlap by one rounding error, and approach each other."""
-    # In floats .3 - .1 is a little less than .2: the two overlap by one rounding.
+    # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding.
     scene = scene_of(
         discs=[disc(0.1 + 0j, 1 + 0j, 0.1), disc(0.3 + 0j, -1 + 0j, 0.1), disc(0.3 + 0.5j, 0 + 0j, 0.1)],
         duration_s=0.5,

@@ -35,7 +35,7 @@ def _sorting() -> Staged:
     impacts = []
     for time, a, b in crossings:
         here = ghost[a] + velocity[a] * time
-        # As many ghosts are further left as discs are. The value is the number of the left one of the two discs that
+        # As many ghosts as discs are further to the left. The value is the number of the left one of the two discs that
         # meet.
         left = sum(ghost[k] + velocity[k] * time < here for k in range(n) if k not in (a, b))
         impacts.append(impact(time, left, left + 1, complex(velocity[b], 0), complex(velocity[a], 0)))
@@ -61,8 +61,8 @@ def _galperin_100() -> Staged:
         walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
         duration_s=2.0,
     )
-    # In coordinates scaled by the root of the mass the pair is one point. The point moves between the wall's line, at
-    # angle 0, and the line on which the discs touch.
+    # In coordinates that are scaled by the root of the mass, the pair is a single point. The point moves between the
+    # wall's line, at angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
     bounces = wedge_impacts(
         complex(root_heavy * gap_heavy, root_light * gap_light),
@@ -97,7 +97,7 @@ def _three_in_line() -> Staged:
     start_argument = (direction - math.pi + angle) / 2
     start, velocity = cmath.rect(1.2, start_argument), cmath.rect(1.5, direction)
     # Jacobi coordinates: the imaginary part is the gap of the first two discs, the real part the distance of the third
-    # from their centre of mass. Both are multiplied by the root of their reduced masses.
+    # from their centre of mass. Each is multiplied by the root of its reduced mass.
     root_pair, root_third = math.sqrt(m0 * m1 / pair), math.sqrt(pair * m2 / everything)
 
     def on_the_line(z: complex) -> tuple[complex, complex, complex]:
@@ -155,7 +155,8 @@ def _cradle_gaps() -> Staged:
 @listed("classics")
 def _cradle_touching() -> Staged:
     """Newton's cradle with touching discs: four impacts at one instant."""
-    # Powers of two: the row touches exactly, and all four impacts share one instant to the bit.
+    # All numbers are powers of two, so the row touches exactly, and all four impacts are at the same instant, to the
+    # bit.
     convention = (
         "Four impacts share one instant, and momentum and energy alone allow more than one outcome; impacts are "
         "applied one pair at a time, which is the limit of vanishing gaps: only the last disc leaves"

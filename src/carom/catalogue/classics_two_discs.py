@@ -40,7 +40,8 @@ def _inelastic_oblique() -> Staged:
 @listed("classics")
 def _perfectly_inelastic() -> Staged:
     """A disc runs into an equal one at rest with restitution 0, and both go on together."""
-    # Powers of two throughout: the common velocity is exact, so rounding cannot make the pair approach once more.
+    # All numbers are powers of two, so the common velocity is exact, and rounding can't make the pair approach once
+    # more.
     return meeting((4 + 0j, 0j), (0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
 
 
@@ -71,7 +72,7 @@ def _graze() -> Staged:
 @listed("classics", Tag.GRAZING)
 def _miss() -> Staged:
     """A disc passes another at 1.001 of the contact distance: no impact."""
-    # Nearest after .6 s, at 1.001 contact distances.
+    # The discs are nearest after .6 s, at 1.001 contact distances.
     contact, speed, nearest = 0.5, 3.0, 0.6
     scene = scene_of(
         discs=[disc(complex(-speed * nearest, 0), complex(speed, 0), 0.3), disc(1.001j * contact, 0j, 0.2)],

@@ -3,7 +3,7 @@
 Vectors of the plane are complex numbers here: ``a * b`` rotates, ``abs(a)`` is a length. This module, and those that
 use it, contain no physics and no solvers of Carom: an answer computed by the tested code would prove nothing. Most
 scenes are written backwards from their impacts: normal and instant are chosen, and the start follows by going back
-along straight lines. So no equation has to be solved for the time of impact.
+along straight lines. With this method, no equation has to be solved for the time of impact.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def after_impact(
 
 
 def after_wall(velocity: complex, normal: complex, restitution: float = 1.0) -> complex:
-    """Return the velocity after a wall: the part along the wall stays, that along the normal is multiplied by -e."""
+    """Return the velocity after an impact on a wall: the component along the normal is multiplied by -e."""
     along = 1j * normal
     return dot(velocity, along) * along - restitution * dot(velocity, normal) * normal
 

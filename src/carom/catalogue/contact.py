@@ -114,7 +114,7 @@ def _damped_pair() -> Staged:
 def _damped_slide() -> Staged:
     """A damped disc that spins slides through its impact on a floor; its spin decays like its velocity."""
     (u, v), spin, friction, restitution, damping, duration = (3.0, -2.0), 4.0, 0.1, 0.5, 0.5, 1.2
-    height = 1.6  # of a disc of radius 1 and inertia factor 1/2
+    height = 1.6  # height of a disc of radius 1 and inertia factor 1/2
     when, end = (height - 1.0) / -v, _undamped_s(duration, damping)
     pushed = (1.0 + restitution) * -v
     # The rim moves to the right, so the floor's friction acts to the left on the centre, and against the spin.
@@ -164,7 +164,7 @@ def _on_a_wall(
         source: Source of the answer.
         answer: Position along the wall, speed and rim speed at the end: metres, metres a second.
         duration_s: Duration of the scene.
-        fall: Tangent of the wall's angle, which is one of a right triangle with integer sides.
+        fall: Tangent of the wall's angle, which is an angle of a right triangle with integer sides.
         along: Speed along the wall at the start.
         rim: Speed of the disc's rim, counterclockwise.
         into: Speed into the wall at the start.

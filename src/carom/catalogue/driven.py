@@ -1,7 +1,7 @@
 """The group `driven`: paddles, pistons, mallets and moving boxes, each scene with its answer in closed form.
 
-In the frame of a driven body, an impact is one with a body at rest. So each answer is computed in that frame, for a
-wall or an immovable disc; `docs/theory/walls.md` derives it. The group runs only when it is named.
+In the frame of a driven body, an impact is like an impact on a body at rest. So each answer is computed in that frame,
+for a wall or an immovable disc; `docs/theory/walls.md` derives it. The group runs only when it is named.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ def on_a_lift(rise: float) -> Staged:
         impacts.append(impact(time, 0, -1, complex(0.0, rise + leaving)))
         hop, leaving = 2.0 * leaving / pull, restitution * leaving
         time += hop
-    duration = time - hop / 2.0  # at the top of the last hop
+    duration = time - hop / 2.0  # the scene ends at the top of the last hop
     top = 0.5 * (leaving / restitution) ** 2 / pull
     end = complex(0.0, radius + rise * duration + top), complex(0.0, rise)
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(0.0, rise))

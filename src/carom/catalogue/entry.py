@@ -235,7 +235,7 @@ def _spins_to_compare(
 
 def _apart(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
     difference = float(np.max(np.abs(np.asarray(found, dtype=np.float64) - np.asarray(expected)))) / scale
-    # A comparison with NaN is always false, so a NaN would count as no deviation.
+    # A comparison with NaN is always false, so NaN would otherwise count as no deviation.
     return math.inf if math.isnan(difference) else difference
 
 

@@ -158,7 +158,7 @@ def _plates() -> Staged:
 @listed("spin")
 def _bounce_to_roll() -> Staged:
     """A disc thrown along a floor slides at three bounces, grips at the fourth, and finally rolls on the floor."""
-    pull, drop = 2.0, 0.25  # impact speed 1, after half a second; later flights are 1/2, 1/4, ... of a second
+    pull, drop = 2.0, 0.25  # the impact speed is 1, after half a second; later flights take 1/2, 1/4, ... of a second
     disc = Disc(position_m=(0.0, 1.0 + drop), velocity_m_s=(2.0, 0.0), radius_m=1.0)
     scene = scene_of(
         discs=[disc],
@@ -198,7 +198,7 @@ def _superball_table() -> Staged:
 @listed("spin")
 def _superball_hop() -> Staged:
     """A superball with a spin of twice its speed hops to and fro between two spots for ever."""
-    pull, drop, duration = 8.0, 1.0, 2.75  # impact speed 4, after half a second; a hop takes one
+    pull, drop, duration = 8.0, 1.0, 2.75  # the impact speed is 4, after half a second; a hop takes a second
     disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
     scene = scene_of(
         discs=[disc],

@@ -24,9 +24,9 @@ class AlignedRun(ComparedRun):
     """Alignments of the compared traces within the range.
 
     Attributes:
-        alignment: Matches of the run's impacts with the reference's.
-        pit_alignment: Matches of PIT's impacts with the reference's; None without PIT.
-        against_pit: Matches of the run's impacts with PIT's; None without PIT.
+        alignment: Matches of the run's impacts with the impacts of the reference.
+        pit_alignment: Matches of PIT's impacts with the impacts of the reference; None without PIT.
+        against_pit: Matches of the run's impacts with PIT's impacts; None without PIT.
         edits: Number of insertions, deletions and swaps of neighbours that turn one sequence of pairs into the other;
             at most `MOST_EDITS`.
         inverted: Pairs of matched impacts in the wrong order, as indices of the reference's impacts. The earlier impact

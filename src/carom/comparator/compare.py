@@ -42,7 +42,8 @@ class Score(Shown):
         errors: One entry per matched impact.
         missed: Indices of missed reference impacts.
         spurious: Indices of observed impacts that the reference does not have.
-        undecided: Indices of reference impacts too close to the end of the run to have been reported.
+        undecided: Indices of reference impacts that are so close to the end of the run that they may not have been
+            reported yet.
         total: The largest error of each kind against the reference.
         sampling: The same errors of PIT at the same step, which are the cost of sampling at this phase. None without
             PIT.
@@ -50,16 +51,17 @@ class Score(Shown):
         pit_missed: Indices of reference impacts that PIT misses; None without PIT.
         price_paid: The run's largest velocity error divided by PIT's largest over the phases of the same step, or the
             same ratio of spin errors if that is larger. A missed impact counts as an error of the whole change that it
-            causes. The run has the whole cost of sampling at 1, none of it at 0, and is worse than sampling above 1. If
-            sampling changes no velocity or spin, and the run's velocities and spins are right, times are compared
-            instead. In this case, the run's largest time error is divided by PIT's largest time error, or by one step
-            if one step is longer. NaN without PIT, without an impact, or if the scene has no unique answer. Infinite if
-            sampling costs nothing, if a number of the run is not finite, or if the run ended before its last impact.
+            causes. At 1, the run has the whole cost of sampling, and at 0 none of it. Above 1, the run is worse than
+            sampling. If sampling changes no velocity or spin, and the run's velocities and spins are right, times are
+            compared instead. In this case, the run's largest time error is divided by PIT's largest time error, or by
+            one step if one step is longer. NaN without PIT, without an impact, or if the scene has no unique answer.
+            Infinite if sampling costs nothing, if a number of the run is not finite, or if the run ended before its
+            last impact.
         findings: At least one verdict, each with its reason.
         grade: The grade.
         float_bits: Width of the floats that the method declares. *Exact* means exact to their rounding.
         scales: The scales that errors are divided by.
-        equals_pit: Whether the run finds the same impacts as PIT and differs from PIT by rounding only.
+        equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
         edits: Edit distance of the two sequences of impacts.
         beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
         horizon_s: The horizon, seconds: when the reference stops being reliable, or when a disc first starts to rest,
@@ -74,7 +76,7 @@ class Score(Shown):
         parted_s: Time at which the trajectory diverged from the reference's before a step missed or invented an impact;
             otherwise None.
         pit_parted_s: The same time for PIT; None if PIT did not diverge or was not given.
-        contact: Score of the time in which discs slide, roll or rest; None if none does, or if states were not kept.
+        contact: Score of the time in which discs slide, roll or rest; None if no disc does, or if states were not kept.
         lucky_phase: Number of phases of the step at which PIT is equally accurate, and the number of all phases. None
             unless the run has PIT's impacts, is exact or close, and PIT is less accurate at some phases.
 
@@ -183,7 +185,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         raise InputError(f"{non_finite} in the reference: a reference must have finite numbers only")
     if sampling is not None and find_non_finite(sampling):
         sampling = None
-    # A verdict reports NaN and infinities. NumPy's warnings would only repeat it.
+    # NaN and infinities have a verdict. NumPy's warnings would only repeat it.
     with np.errstate(all="ignore"):
         graded = _run_stages(reference, observed, sampling, horizon)
         return Score(

@@ -106,11 +106,11 @@ def find_range(reference: Trace, observed: Trace, pit: Trace | None, horizon: fl
     """
     compared = clip_before_rest(reference, comparison_range(reference, horizon), observed.dt_s, pit)
     truth, tie_s = observed.local_truth, None
-    if reference.outcome is Outcome.CRUSHED and truth is not None:  # a crushed disc has no possible state afterwards
+    if reference.outcome is Outcome.CRUSHED and truth is not None:  # after it is crushed, a disc has no possible state
         truth = truth.before(compared.until_s)
     if reference.ambiguous:
         times = reference.impacts["time_s"]
-        # Impacts this close to the tie may belong to it.
+        # Impacts that are so close to the instant without a unique answer may belong to it.
         tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
         if not (tie_s < compared.until_s and np.any(times < tie_s)):
             tie_s = None
@@ -140,10 +140,10 @@ def clip_before_rest(
 ) -> ComparisonRange:
     """End a range before a disc starts to rest, slide or roll, as seen with steps of a given size.
 
-    Often there are infinitely many impacts just before rest. Their closing speed is at most the speed that a disc gains
-    by falling for a step or two, so in a method that checks once per step the disc already rests. PIT loses these
-    bounces a few hops earlier. If PIT is given, the range ends where PIT loses them, because no other method with these
-    steps can show more.
+    Often a disc has infinitely many impacts just before it rests. At the end of these, the closing speed is at most the
+    speed that a disc gains by falling for a step or two. So in a method that checks once per step, the disc already
+    rests. PIT loses these bounces a few hops earlier. If PIT is given, the range ends where PIT loses them, because no
+    other method with these steps can show more.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
@@ -209,9 +209,9 @@ def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
 def _pit_follows_until(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
     """Return the last frame at which PIT still has the final bounces of a pair; infinity if PIT has all of them.
 
-    PIT finds each bounce late, so the following hops are slightly shorter or longer. Hops get ever shorter. So PIT is
-    eventually ahead by a whole hop, which is a spurious impact; or it finds the disc so deep in the body that gravity
-    pulls it back before it is out.
+    PIT finds each bounce late, so the following hops are slightly shorter or longer. Hops get ever shorter. So at some
+    time, PIT is ahead by a whole hop, which is a spurious impact. Or PIT finds the disc so deep in the body that
+    gravity pulls the disc back before it is out.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]

@@ -58,7 +58,7 @@ def grade_run(judged: JudgedRun) -> GradedRun:
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
     """Add a finding to a run with PIT's results: the results are this accurate only at some phases of the step.
 
-    If the run conforms, the note extends the reason instead, because nothing is wrong with the run.
+    If the run conforms, its reason is extended instead of a new finding, because nothing is wrong with the run.
     """
     note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
     if not any(finding.verdict is Verdict.CONFORMS for finding in found):
@@ -73,7 +73,7 @@ def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
     """Grade a run by its impacts and by its contacts, in which discs slide, roll and rest. The worse grade counts.
 
     If impacts give no grade, contacts alone decide. If the trajectory diverged before the contact, contacts do not
-    count. A single disc on a single wall is an exception, because it ends in contact whatever its bounces were.
+    count. A single disc on a single wall is an exception, because its bounces have no effect on how it ends.
     """
     flight_grade, contact = _grade_flight(judged), judged.contact
     if contact is None:
@@ -278,7 +278,7 @@ def _compute_price_paid(judged: JudgedRun) -> float:
     ratios, largest_costs = [], cost.errors[:, -1].tolist()
     for largest_error, largest_cost in zip(np.max(judged.impact_errors, axis=1).tolist(), largest_costs, strict=True):
         if largest_error <= judged.rounding:
-            ratios.append(0.0)  # 0 even if sampling costs nothing
+            ratios.append(0.0)  # an error within rounding gives 0, even if sampling costs nothing
         else:  # infinite if sampling costs nothing
             ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
     step_s = judged.observed.dt_s or cost.dt_s

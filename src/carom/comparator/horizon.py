@@ -22,7 +22,7 @@ from carom.support.dataclass import dataclass
 
 # Largest error of a reliable reference: of times over the scene's duration, of velocities over its speed. It is a
 # thousand times the rounding threshold of the verdicts, and a thousandth of the cost of sampling at any usual step. So
-# neither verdicts nor costs depend on its exact value.
+# verdicts and costs do not depend on its exact value.
 RELIABLE_ERROR = 1e-9
 
 

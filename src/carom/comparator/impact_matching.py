@@ -3,10 +3,9 @@
 The impacts of each pair of bodies are aligned separately and in order, so an alignment never crosses. The alignment has
 as many matches as possible and, among such alignments, the smallest sum of time differences. An observed impact can
 match a reference impact only within that impact's *window*, which extends between the neighbouring reference impacts of
-its bodies. Outside of the window the bodies are on other paths in the reference. A frame-sampled method stamps an
-impact up
-to two steps late: one step until the method notices the impact, and one more if the stamp is the end of the step. So
-the window is longer by two steps at either end.
+its bodies. Outside of this window, the bodies are on other paths in the reference. A frame-sampled method stamps an
+impact up to two steps late: one step until the method notices the impact, and one more if the stamp is the end of the
+step. So the window is longer by two steps at either end.
 """
 
 from __future__ import annotations
@@ -101,8 +100,8 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
 def _has_passed(impact: np.void, observed: Trace) -> bool:
     """Whether the two bodies of an unobserved impact separate in the observed final state.
 
-    In that case they have passed through each other, and no later step would have found the impact, so it is missed.
-    Nothing can pass through a half-plane wall.
+    In that case, the bodies have passed through each other, no later step would have found the impact, and it is
+    missed. Nothing can pass through a half-plane wall.
     """
     first, second = int(impact["first"]), int(impact["second"])
     if second < 0 or impact["time_s"] > observed.end_time_s:
@@ -180,7 +179,7 @@ def _align_pair(
     for r in range(rows - 1, -1, -1):
         row: list[tuple[int, float]] = [(0, 0.0)] * (high[r] - low[r])
         match, time_s = cost(r + 1, high[r]), float(reference_time[expected[r]])
-        ahead = (match[0] + 1, match[1])  # beyond the window this impact is missed
+        ahead = (match[0] + 1, match[1])  # beyond its window, this impact is missed
         for c in range(high[r] - 1, low[r] - 1, -1):
             missed = cost(r + 1, c)
             best = min((missed[0] + 1, missed[1]), (ahead[0] + 1, ahead[1]))

@@ -1,6 +1,6 @@
 """Scenes shifted along their own motion. A shift changes only the phase of the step at which the first impact comes.
 
-A method may be lucky or unlucky at a single phase of the step, so methods are compared at several.
+A method may be lucky or unlucky at a single phase of the step, so methods are compared at several phases.
 """
 
 from __future__ import annotations

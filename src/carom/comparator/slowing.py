@@ -27,7 +27,7 @@ class Slowing:
     """The law that slows the discs of a scene down.
 
     Attributes:
-        damping: The scene's damping; none on a table.
+        damping: The scene's damping; no damping on a table.
         table_m_s2: Deceleration by the scene's table; 0 without a table.
     """
 
@@ -86,7 +86,7 @@ class Slowing:
         return self.damping.per_s * speed + self.table_m_s2
 
 
-#: Number of Newton steps from a chord; each squares the remaining error.
+#: Number of Newton steps from a chord; each step squares the remaining error.
 _NEWTON = 6
 
 

@@ -19,12 +19,12 @@ class Thresholds:
         close: Largest error of grade *close*: of a time over a step, of a velocity over the cost of sampling. At a
             hundredth, a sampling method would have to check a hundred times per step. So a close method solves for the
             instant, or cuts its steps.
-        phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. One of them finds
-            each impact within a sixteenth of the latest possible instant. Misses are noticed if they occur at more than
-            a sixteenth of all phases.
-        ratio_known: Rounding error of an error over the cost of sampling in a run that only samples: 1e-13 was observed
-            in 64 bits.
-        ratio_known_32: The same for a method that declares 32-bit floats: 5e-4 was observed.
+        phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. For each impact,
+            one of these phases finds the impact within a sixteenth of a step of the latest possible instant. Misses are
+            noticed if they occur at more than a sixteenth of all phases.
+        ratio_known: Rounding error of the quotient of an error and the cost of sampling, in a run that only samples:
+            1e-13 was observed in 64 bits.
+        ratio_known_32: This rounding error for a method that declares 32-bit floats: 5e-4 was observed.
         direction_rad: Smallest error of a direction that gets a verdict: a degree, which is just visible in a picture.
         energy: Energy error over the energy at the start. Rounding causes 1e-13 in float64 engines and 1e-7 in float32
             engines, both far below a millionth.

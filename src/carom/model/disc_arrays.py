@@ -225,7 +225,7 @@ class DiscArrays:
 
     @cached_property  # without the cache, this takes a quarter of the time of solving two discs
     def turns(self) -> bool:
-        """Whether discs spin or can start to spin. If not, a run stores no spins."""
+        """Whether discs spin or can start to spin. If no disc does, a run stores no spins."""
         return self.rubs or bool(np.any(self.spins))
 
     @cached_property
@@ -255,12 +255,15 @@ class DiscArrays:
         return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
 
     def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficients of restitution of impacts, from their second bodies. A wall has a negative number."""
+        """Return the coefficient of restitution of each impact, which depends on its second body.
+
+        A wall has a negative number.
+        """
         walls = np.array([material.restitution for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
 
     def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficients of friction of impacts, from their second bodies."""
+        """Return the coefficient of friction of each impact, which depends on its second body."""
         walls = np.array([material.friction for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
 

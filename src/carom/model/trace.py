@@ -484,7 +484,7 @@ def kinetic_energy(
 
 
 def work_of_driven(trace: Trace) -> NDArray[np.float64]:
-    """Return the work of each impact's driven body on the disc, joules, shape ``(m,)``; 0 if no body is driven.
+    """Return the work of the driven body on the disc in each impact, joules, shape ``(m,)``; 0 if no body is driven.
 
     The work is the impulse on the disc times the velocity of the driven surface. A belt's speed or a driven disc's spin
     is part of this velocity. The change of the kinetic energy is the work minus the loss in the impacts.

@@ -235,10 +235,10 @@ def _stamps(trace: Trace) -> float:
 def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     """Return the largest velocity change perpendicular to the normal, over the speed, and its angle to the normal.
 
-    A half-plane's normal is known. For a finite wall and for two discs, the normal is the direction of the change of
-    relative velocity, except for two parts. Friction adds at most its coefficient times the normal part. Gravity adds
-    its part if it acts on only one of the bodies. If several contacts of one step share a disc, their changes can't be
-    separated.
+    The normal of a half-plane is known. For a finite wall and for two discs, the normal is the direction of the change
+    of relative velocity, except for two parts. Friction adds at most its coefficient times the normal part. Gravity
+    adds its part if it acts on only one of the bodies. If several contacts of one step share a disc, their changes
+    can't be separated.
     """
     impacts, movable = trace.impacts, trace.scene.arrays.movable
     first, second = velocities(impacts, "after") - velocities(impacts, "before")
@@ -273,7 +273,7 @@ def _pulled(trace: Trace, normal: Array) -> Array:
 def _momentum(trace: Trace) -> float:
     """Return the largest velocity change of two discs' centre of mass at an impact, metres a second.
 
-    The part that gravity adds during the contact is allowed. Impacts that can't be separated are not checked.
+    Velocity that gravity adds during the contact is allowed. Impacts that can't be separated are not checked.
     """
     impacts = trace.impacts
     mass = trace.scene.arrays.mass_kg

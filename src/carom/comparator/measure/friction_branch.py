@@ -1,9 +1,9 @@
 """Wrong branches of friction: impacts that stick instead of sliding, or slide instead of sticking.
 
-Each impact is checked with its own data: the velocities before it, its normal, and its normal impulse. So errors of its
-time and of its normal impulse do not matter. The law of friction has two candidate tangential impulses and takes the
-smaller one (`core/impact.h`). An impact whose tangential impulse is nearer to the other candidate took the wrong
-branch. If both candidates are equal, neither branch is wrong.
+Each impact is checked with its own data: the velocities before it, its normal, and its normal impulse. So errors of the
+impact's time and of its normal impulse do not matter. The law of friction has two candidate tangential impulses and
+takes the smaller one (`core/impact.h`). An impact whose tangential impulse is nearer to the other candidate took the
+wrong branch. If both candidates are equal, neither branch is wrong.
 """
 
 from __future__ import annotations

@@ -39,7 +39,8 @@ class LocalErrors:
 
     Attributes:
         time_s: Effective time (the reported time if that is unknown) minus the analytic time, seconds.
-        velocity: Length of the velocity error after, for the worse of the two bodies, over the scene's speed.
+        velocity: Length of the velocity error after the impact, for the worse of the two bodies, over the scene's
+            speed.
         restitution: Effective coefficient of restitution along the analytic normal, minus the scene's.
         spin: Error of the rim speed (spin times radius) after the impact, for the worse of the two bodies, over the
             scene's rim speed; all NaN if no disc spins.
@@ -47,7 +48,7 @@ class LocalErrors:
             scene.
         sampling_velocity: Velocity error of PIT from the same state at the same step; NaN if PIT finds no impact, or
             the run has no steps.
-        solver_velocity: Velocity error against that PIT, over the scene's speed.
+        solver_velocity: Velocity error against PIT from the same state, over the scene's speed.
         sampling_spin: Spin error of that PIT.
         solver_spin: Spin error against that PIT.
         spurious: Indices of impacts that PIC does not have from the method's own state.
@@ -145,7 +146,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _time_to_contact(bodies, pairs)
     wait[walls], normal[walls] = _meetings_with_walls(trace, bodies, start, walls)
-    # Overlapping bodies met in the past, but not before the impact that put them on these paths.
+    # Overlapping bodies have met in the past, but not before the impact after which they moved on these paths.
     wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_last_turn_times(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
     at = np.flatnonzero(happens & ~bodies.wall)

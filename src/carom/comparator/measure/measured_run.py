@@ -69,7 +69,7 @@ class MeasuredRun(AlignedRun):
     reports: ReportComparison | None
 
     def is_rounding(self, error: ImpactError, measured: Measured) -> bool:
-        """Whether an impact's velocity and spin errors are within the rounding of all that led to it."""
+        """Whether an impact's velocity and spin errors are within the rounding of everything that led to the impact."""
         own, at, scales = measured.own, error.reference, self.scales
         return (
             error.velocity * scales.speed_m_s <= self.rounding * own.speed_m_s[at]
@@ -79,8 +79,8 @@ class MeasuredRun(AlignedRun):
     def end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
         """Return the rounding errors of final positions, velocities and rim speeds, in the rows of `Measured.ends`.
 
-        The rounding of a position grows with each step in narrow floats. *Exact* allows at most a hundredth of a step's
-        travel.
+        The rounding of a position grows with each step in narrow floats. Grade *exact* allows at most a hundredth of
+        the displacement in a step.
         """
         own = measured.own
         place = self.place_rounding * own.reach_m

@@ -51,8 +51,8 @@ class SamplingCost:
         found: The largest errors over the phases at which the impact and all earlier ones are found; 0 if there is no
             such phase.
         found_off_s: The largest error of the impact's time at these phases, seconds, shape ``(m,)``.
-        energy: Error of the final kinetic energy, over that at the start. Over several phases, this error and the
-            following errors are the largest over the scene's own phase, and over all phases without a missed or
+        energy: Error of the final kinetic energy, over the kinetic energy at the start. Over several phases, this error
+            and the following errors are the largest over the scene's own phase, and over all phases without a missed or
             spurious impact.
         final_position: Largest error of a final position, over the scene's length; 0 if not measured.
         final_velocity: Largest error of a final velocity, over the scene's speed; 0 if not measured.
@@ -99,7 +99,7 @@ class SamplingCost:
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
-        # Close: a small part of a step, and of the cost up to each impact.
+        # An impact is close if its errors are a small part of a step, and of the cost up to each impact.
         part, rounding = THRESHOLDS.close, THRESHOLDS.rounding
         close = sum(
             cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs

@@ -3,8 +3,8 @@
 If several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique result.
 Each order of impacts, in which pairs collide one at a time until no contact approaches, leads to an admissible outcome.
 If all impulses act at once, they may lead to another outcome, in which each pushing contact separates at e times its
-approach speed, and each other contact at least as fast (D. Baraff, Analytical methods for dynamic simulation of non-
-penetrating rigid bodies, SIGGRAPH 1989).
+approach speed, and each other contact at least as fast (D. Baraff, Analytical methods for dynamic simulation of
+non-penetrating rigid bodies, SIGGRAPH 1989).
 """
 
 from __future__ import annotations
@@ -64,7 +64,8 @@ class AdmissibleOutcome:
 
     Attributes:
         how: The order of impacts that leads to the outcome, in words.
-        motion_m_s: Velocity and rim speed after, ``(x, y, R w)``, one row per disc of the group, shape ``(k, 3)``.
+        motion_m_s: Velocity and rim speed after the impacts, ``(x, y, R w)``, one row per disc of the group, shape
+            ``(k, 3)``.
     """
 
     how: str
@@ -79,7 +80,7 @@ class Group:
         time_s: The instant.
         discs: Numbers of the discs, ascending.
         contacts: The contacts.
-        motion_m_s: Velocity and rim speed before, one row per disc, shape ``(k, 3)``.
+        motion_m_s: Velocity and rim speed before the impacts, one row per disc, shape ``(k, 3)``.
     """
 
     time_s: float
@@ -152,8 +153,8 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
     """
     row = {disc: k for k, disc in enumerate(group.discs)}
     tolerance = SAME * speed_m_s
-    # Far larger than rounding, far smaller than any difference that matters. Bodies that close more slowly have come to
-    # rest, as after infinitely many impacts.
+    # Larger than rounding by far, and smaller by far than any difference that matters. Bodies that close more slowly
+    # have come to rest, as after infinitely many impacts.
     cell = 1e3 * tolerance
     found: list[AdmissibleOutcome] = []
     seen: set[bytes] = set()
@@ -307,7 +308,8 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
     closing = np.array([_closing(c, group.motion_m_s, row) for c in contacts])
-    # Closing speeds after are -e times those before. A contact that did not close before must not close after.
+    # Closing speeds after the impact are -e times the closing speeds before it. A contact that did not close before
+    # must not close after.
     seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)
     restitution = scene.arrays.restitution_of(seconds)
     wanted = -restitution * np.maximum(closing, 0.0)

@@ -44,7 +44,8 @@ class LocalScore:
         late_steps: Median and worst lateness, steps; NaN if there is none.
         early_steps: Worst earliness, steps, as a positive number; 0 if no impact is early.
         too_late: Number of windows that are later than checking once per step explains.
-        velocity: Median and worst error of velocities after, over the greatest speed of the window's own bodies.
+        velocity: Median and worst error of velocities after the impact, over the greatest speed of the window's own
+            bodies.
         spin: Worst error of rim speeds, over the greatest speed or rim speed of the window's own bodies; 0 if no disc
             spins.
         ratio: Median and worst of the velocity or spin error over PIT's largest error from the same state, at the
@@ -104,7 +105,10 @@ class LocalScore:
 
     @property
     def missed_own(self) -> int:
-        """Number of missed impacts that sampling does not explain: beyond the horizon only those that PIT finds."""
+        """Number of missed impacts that sampling does not explain.
+
+        Beyond the horizon, only impacts that PIT finds count.
+        """
         return max(self.missed_within, self.missed - self.missed_by_pit)
 
     @property
@@ -114,7 +118,10 @@ class LocalScore:
 
     @property
     def energy_rounding(self) -> float:
-        """Rounding error of energy, over the scene's energy. In narrow floats it adds up over the impacts of a run."""
+        """Rounding error of energy, over the scene's energy.
+
+        In 32-bit floats, the rounding adds up over the impacts of a run.
+        """
         return THRESHOLDS.energy + (_ENERGY_32 * self.due if self.float_bits < 64 else 0.0)
 
     @property
@@ -135,7 +142,7 @@ class LocalScore:
         sampled = self.polygon or self.sunk_radii > self.rounding or self.missed
         if self.agrees and not sampled:
             return Grade.EXACT
-        # Without windows of one impact, closeness to PIC is unknown.
+        # Without windows of one impact, it is not known how close the run is to PIC.
         far = self.ratio[1] > THRESHOLDS.close or self.late_steps[1] > THRESHOLDS.close
         near = self.judged > 0 and not far  # either may be NaN
         return Grade.CLOSE if near and not sampled else Grade.SAMPLED

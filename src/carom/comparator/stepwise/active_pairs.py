@@ -115,7 +115,7 @@ def _enter_consequences(block: Block, found: Activity, step: int, together: Sequ
             active[pair] = time_s
             found.follows.add((step, pair))
             if _all_active(active, due, near):
-                break  # further impacts between the same pairs add nothing
+                break  # further impacts of the same pairs change nothing
 
 
 def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]) -> bool:
@@ -162,7 +162,7 @@ def _find_impacts(
     while events and found < MOST_IMPACTS:
         time_s, pair, counts = heappop(events)
         if counts != (struck[pair[0]], struck[pair[1]]):
-            continue  # outdated, because one of the bodies has turned since
+            continue  # this meeting is outdated, because one of the bodies has turned since
         state = at(time_s, pair)
         contact, falls_back = state.contact(pair), law.falls(pair[0]) != law.falls(pair[1])
         if falls_back and contact.closing <= 0.0:

@@ -68,7 +68,8 @@ class StepWatch:
         self._scene, self._dt_s, self._law = scene, dt_s, Law(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
-        # The last one is at most the rounding of the score: if velocities agree, the cost of sampling is not needed.
+        # The last limit is at most the rounding of the score, because the cost of sampling is not needed if velocities
+        # agree.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         spins = arrays.spins[None] if self._law.turns else None

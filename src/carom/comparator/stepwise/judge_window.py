@@ -117,7 +117,7 @@ def judge(
     if not judged.open:
         _measure_lateness(window, judged, found, agrees=agrees)
         judged.price_velocity = judged.price_spin = 0.0
-        if not (agrees or judged.entangled or judged.missed):  # otherwise the cost of sampling is not needed
+        if not (agrees or judged.entangled or judged.missed):  # in other windows, the cost of sampling is not needed
             _measure_sampling_cost(window, judged, found)
     also = {pair for pair in missed if not found_by_pit.get(pair, True)}
     also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
@@ -195,7 +195,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     was, now = relative(one.later(lasted), pair), relative(other, pair)
     size = math.hypot(*was)
     if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
-        return False  # so slow that it may rest
+        return False  # the pair is so slow that it may rest
     if before.closing <= PASSED * speed_before:
         return False  # a rest of an impact, from a cut chain, counts as a velocity error
     closed = before.closing * law.slowing.damping.kept(lasted)
@@ -260,7 +260,7 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
         return
     contact = law.contact_of(first.pair)
     was, now = relative(window.free, first.pair), relative(window.now, first.pair)
-    if law.slowing.table_m_s2:  # a table has no common factor of velocities, so compare at the turn
+    if law.slowing.table_m_s2:  # on a table, velocities have no common factor, so compare at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
         was = relative(window.start.later(turned_s), first.pair)
         now = relative(window.now.later(turned_s - window.lasts), first.pair)
@@ -348,8 +348,8 @@ def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -
         return set()
     dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])
     steps = round(begin_s / dt_s)
-    # PIT checks at once at a boundary. A piece of a located run begins within a step; then PIT checks at that step's
-    # end.
+    # At a step boundary, PIT checks at once. A piece of a located run begins within a step, so PIT checks at the end of
+    # that step.
     at_boundary = abs(begin_s - steps * dt_s) <= 2.0**-50 * begin_s
     first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
     seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s

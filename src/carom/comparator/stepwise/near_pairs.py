@@ -58,12 +58,15 @@ class NearPairs:
         return list(zip(self.first.tolist(), self.second.tolist(), strict=True))
 
     def discs(self, count: int) -> tuple[Bodies, Bodies]:
-        """Return the discs of each pair in a scene of `count` discs. For a pair with a wall, both are the same disc."""
+        """Return the discs of each pair in a scene of `count` discs.
+
+        For a pair with a wall, both numbers are the disc's.
+        """
         return self.first, np.where(self.second < count, self.second, self.first)
 
 
 def near_in(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
-    """Return for each movable body the pairs that are near enough at the start of a step to meet in it.
+    """Return, for each movable body, the pairs that are so near at the start of a step that they may meet in it.
 
     A third body may strike one of them and pass on its speed within the step.
     """
@@ -199,7 +202,7 @@ def _seen(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Arra
 
 
 def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
-    """Return a circle around each disc's relative path. Circles of pairs that may meet or push overlap."""
+    """Return a circle around each disc's relative path. If two discs may meet or push, their circles overlap."""
     p, _ = _seen(block, begin, end, drive)
     own_speed = block.own_speed[begin:end] + drive.fastest
     low, high = np.min(p, axis=0), np.max(p, axis=0)

@@ -141,7 +141,7 @@ class Block:
         """Whether every disc has room at the start of a step between each two opposite bodies.
 
         Only driven bodies leave a disc less room than its diameter. From such a state, infinitely many ever faster
-        impacts come at one instant, and none of them makes room. Bodies count as opposite within the rounding of
+        impacts follow at one instant, and no impact makes room. Bodies count as opposite within the rounding of
         positions.
 
         Args:

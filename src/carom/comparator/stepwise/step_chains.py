@@ -15,8 +15,9 @@ from dataclasses import field, replace
 from carom.comparator.stepwise.law import Law, Pair
 from carom.support.dataclass import dataclass
 
-#: Largest number of steps of a chain. Later steps form a new chain, which starts from the run's own state there. A
-#: contact that lasts longer is later than sampling explains. In crowds, soft contacts form chains without end.
+#: Largest number of steps of a chain. Later steps form a new chain, which starts from the run's own state there. If a
+#: contact lasts longer, its lateness can't be explained by sampling. In crowds, soft contacts form chains that do not
+#: end.
 LONGEST = 8
 
 

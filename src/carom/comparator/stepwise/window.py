@@ -14,8 +14,8 @@ from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import Met, exact_run
 from carom.support.dataclass import dataclass
 
-#: In a window, a disc comes to rest in PIC if it closes at no more than the speed gained by falling for this fraction
-#: of a step.
+#: In a window, PIC lets a disc rest if its closing speed is at most the speed gained by falling for this fraction of a
+#: step.
 _RESTING = 1e-3
 
 
@@ -47,7 +47,7 @@ class Window:
         reach = 4.0 * (fastest + self.law.fastest_wall) * seconds + self.law.pull * seconds**2
         self.pairs = [pair for pair in self.law.pairs_of(discs) if self.start.contact(pair).gap <= reach]
         is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
-        # By rounding, PIC may find an impact at the window's end slightly later than the run.
+        # Because of rounding, PIC may find an impact at the window's end slightly later than the run does.
         beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
         self.truth, self.resting = exact_run(
             self.start, self.pairs, self.lasts + beyond, _RESTING * self.law.pull * block.dt_s

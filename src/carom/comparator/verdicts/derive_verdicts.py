@@ -177,7 +177,7 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
-    # Two swapped impacts have each other's times; the order is reported instead.
+    # If two impacts are swapped, each has the other's time. So their order is reported instead of their times.
     swapped = {index for pair in judged.inverted for index in pair}
     errors = [error.time_s for error in judged.measured.errors if error.reference not in swapped]
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
@@ -229,7 +229,7 @@ def _report_spins(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
-    """Report errors of the final state, if the reference has a unique one and no impact is undecided."""
+    """Report errors of the final state, if the reference has a unique final state and no impact is undecided."""
     if judged.convention is not None or judged.alignment.undecided:
         return
     beyond = judged.measured.ends > judged.end_rounding(judged.measured, exactly=True)

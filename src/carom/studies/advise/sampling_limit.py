@@ -90,8 +90,8 @@ def direction_limit(
         return (centre[0] + sign * radius * math.cos(place), centre[1] + sign * radius * math.sin(place))
 
     reference = after(0.0)
-    # A disc that an impact leaves at rest has no direction. Its velocity before the impact and the change then cancel,
-    # except for rounding.
+    # A disc that an impact leaves at rest has no direction. In this case, the velocity before the impact and its change
+    # cancel, except for rounding.
     if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
         return math.inf
     heading = math.atan2(reference[1], reference[0])

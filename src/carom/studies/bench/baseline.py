@@ -56,7 +56,7 @@ class Compared:
         point: The point now.
         before: The same point in the earlier bench.
         ratio: Run time over PIT's, now divided by earlier; NaN if one of them has too few rounds.
-        low: Lower end of the ratio's confidence interval, at a level for all points together.
+        low: Lower end of the ratio's confidence interval, whose confidence level is for all points together.
         high: Upper end of the interval.
     """
 

@@ -55,7 +55,7 @@ def _where(name: str, cheapest: list[Point | None], bench: Bench) -> str:
 
 
 def _share(scenes: list[SceneBench], bench: Bench) -> str:
-    """Return scenes by name if a terminal shows each, otherwise their number."""
+    """Return the names of scenes if a terminal shows each scene, otherwise the number of scenes."""
     if len(scenes) == len(bench.scenes):
         return "every scene"
     return (

@@ -89,7 +89,10 @@ def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
 
 
 def _groups(changes: Sequence[Change]) -> list[_Group]:
-    """Group changes of the same kind, grades and changed settings. Groups are in the order of their worst changes."""
+    """Put changes of the same kind, grades and changed settings into groups.
+
+    Groups are in the order of their worst changes.
+    """
 
     def shared(change: Change) -> tuple[object, ...]:
         # Changed numbers of impacts have other causes than larger errors.

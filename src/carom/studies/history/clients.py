@@ -91,7 +91,7 @@ class Npm:
         found = _read_json(
             _printed(["npm", "view", *_CALM, "--json", "--", _checked(package), "versions"], LISTING_S), "npm"
         )
-        versions = [found] if isinstance(found, str) else found  # a single version is not in a list
+        versions = [found] if isinstance(found, str) else found  # npm prints a single version without a list
         if not isinstance(versions, list) or not all(isinstance(one, str) for one in versions):
             raise ClientError(f"npm lists no versions of {package}: it printed {shown(found)}")
         return tuple(versions)
