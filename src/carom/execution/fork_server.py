@@ -48,6 +48,11 @@ def allow_forking() -> None:
     _allowed = True
 
 
+def search_path() -> list[str]:
+    """Return the search path of modules for a worker, which must find exactly the adapters that this process finds."""
+    return [os.path.abspath(entry or os.curdir) for entry in sys.path]
+
+
 class ForkedProcess:
     """A watchdog forked by the server, with the methods of `subprocess.Popen` that are needed."""
 
@@ -271,10 +276,15 @@ def _become_watchdog(message: bytes, files: Sequence[int], others: Sequence[int]
             os.dup2(file, number)
         for file in (*streams, status_file, *others):
             os.close(file)
+        from carom.engines.registry import MANIFESTS, adapter_points
+
+        path = environment["PYTHONPATH"].split(os.pathsep)
+        if (path, environment.get(MANIFESTS)) != (search_path(), os.environ.get(MANIFESTS)):
+            adapter_points.cache_clear()  # since the server was forked, the command has changed where adapters are
         os.chdir(folder)
         os.environ.clear()
         os.environ.update(environment)
-        sys.path[:] = environment["PYTHONPATH"].split(os.pathsep)
+        sys.path[:] = path
         sys.argv[:] = ["carom.execution.watchdog", str(memory_bytes)]
         time.tzset()
         sys.stdin = sys.__stdin__ = open(0, closefd=False)  # type: ignore[misc] # noqa: SIM115 - to the end

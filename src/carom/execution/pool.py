@@ -10,9 +10,11 @@ import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Generic, Self, TypeVar
 
+from carom.engines.registry import adapter_points
+from carom.errors import AdapterError
 from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Task
 from carom.execution.worker import carry_out
@@ -178,6 +180,8 @@ class LocalPool(Pool):
     ) -> None:
         lanes = jobs or available_cores()
         share_mb = memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
+        with suppress(AdapterError):  # reported where an adapter is loaded
+            adapter_points()  # before forking: workers then need not search the installed packages again
         self._fork_server = ForkServer.forked()
         self._lanes = [Lane(time_limit_s, share_mb, self._fork_server) for _ in range(lanes)]
         self._threads: list[threading.Thread] = []

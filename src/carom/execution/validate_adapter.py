@@ -12,6 +12,7 @@ import operator
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
+from functools import cache
 from typing import Any, NamedTuple, TypeGuard, TypeVar, get_type_hints
 
 import numpy as np
@@ -196,10 +197,16 @@ def _check_fields(found: object, kind: type[Kind], where: str) -> Kind:
     for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # always a dataclass
         value = _to_python(getattr(found, name))
         try:
-            values[name] = TypeAdapter(hints[name]).validate_python(value, strict=True)
+            values[name] = _type_adapter(hints[name]).validate_python(value, strict=True)
         except ValidationError as error:
             raise adapter_error(f"{where}.{name}: {error.errors()[0]['msg']}, got {_shown(value)}", DECLARED) from None
     return kind(**values)
+
+
+@cache
+def _type_adapter(hint: Any) -> TypeAdapter[Any]:
+    """Return the validator of a type, which many fields share."""
+    return TypeAdapter(hint)
 
 
 def _to_python(value: object) -> object:

@@ -22,7 +22,7 @@ from pydantic import ValidationError
 
 from carom.errors import AdapterError
 from carom.execution.codec import Codec
-from carom.execution.fork_server import ForkServer
+from carom.execution.fork_server import ForkServer, search_path
 from carom.execution.job import Answer, Status, Task
 from carom.execution.worker import ANSWERS_CLOSED, TASK_END, codec_of
 from carom.execution.working_folder import Folder
@@ -162,9 +162,8 @@ class _Process:
     """
 
     def __init__(self, folder: str, memory_bytes: int, fork_server: ForkServer | None) -> None:
-        # The child must find exactly the adapters that this process finds, wherever they are on the path. The child
-        # works in a folder of its own, so that an engine's log file is not written next to the user's scenes.
-        path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
+        # The child works in a folder of its own, so that an engine's log file is not written next to the user's scenes.
+        path = os.pathsep.join(search_path())
         forked = fork_server.start(folder, path, memory_bytes) if fork_server is not None else None
         self._popen = forked or _start_watchdog(folder, path, memory_bytes)
         requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
