@@ -19,7 +19,8 @@ from carom.studies.history.compare_cells import history_journal
 from carom.studies.history.document import history_document
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import kept_releases
-from carom.studies.history.run import History, history
+from carom.studies.history.result import History
+from carom.studies.history.run import history
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE, JOURNALS = ROOT / "docs" / "results" / "history.md", ROOT / "reports" / "history"

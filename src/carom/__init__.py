@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from carom.model.scene import Ring as Ring
     from carom.model.scene import Scene as Scene
     from carom.model.scene import Wall as Wall
-    from carom.model.scene import load_scene as load_scene
-    from carom.model.scene import save_scene as save_scene
+    from carom.model.scene_file import load_scene as load_scene
+    from carom.model.scene_file import save_scene as save_scene
     from carom.model.trace import Mode as Mode
     from carom.model.trace import Outcome as Outcome
     from carom.model.trace import Trace as Trace
@@ -70,7 +70,8 @@ _HOMES = {
     "carom.execution.describe_engines": ("engines",),
     "carom.studies.cross_check.run": ("cross_check", "run"),
     "carom.execution.results": ("Results",),
-    "carom.model.scene": ("Chain", "Disc", "Ring", "Scene", "Wall", "load_scene", "save_scene"),
+    "carom.model.scene": ("Chain", "Disc", "Ring", "Scene", "Wall"),
+    "carom.model.scene_file": ("load_scene", "save_scene"),
     "carom.solvers.certified.certify": ("certify",),
     "carom.solvers.certified.result": ("CertifiedTrace",),
     "carom.solvers.event_driven.run": ("EventDrivenRun",),
@@ -81,13 +82,13 @@ _HOMES = {
 }
 #: Import paths of earlier versions, and the modules that have their names now. `carom.adapter` is a real module.
 _MOVED = {
-    "carom.program": "carom.engines.protocol",
-    "carom.program.adapter": "carom.engines.protocol.adapter",
-    "carom.runs": "carom.execution",
-    "carom.runs.imported": "carom.execution.scene_import",
-    "carom.scene": "carom.model.scene",
-    "carom.scenes": "carom.catalogue",
-    "carom.trace": "carom.model.trace",
+    "carom.program": ("carom.engines.protocol",),
+    "carom.program.adapter": ("carom.engines.protocol.adapter",),
+    "carom.runs": ("carom.execution",),
+    "carom.runs.imported": ("carom.execution.scene_import",),
+    "carom.scene": ("carom.model.scene", "carom.model.scene_file"),
+    "carom.scenes": ("carom.catalogue",),
+    "carom.trace": ("carom.model.trace", "carom.model.flights", "carom.model.energy"),
 }
 _HOME = dict(sorted((name, module) for module, names in _HOMES.items() for name in names))
 
@@ -150,7 +151,11 @@ class _Moved(ModuleType):
             raise AttributeError(name)
         if (path := f"{self.__name__}.{name}") in _MOVED:
             return sys.modules[path]
-        return getattr(importlib.import_module(_MOVED[self.__name__]), name)
+        for module in map(importlib.import_module, _MOVED[self.__name__]):
+            if hasattr(module, name):
+                return getattr(module, name)
+        message = f"module {self.__name__!r} has no attribute {name!r}"
+        raise AttributeError(message)
 
 
 class _Engines(ModuleType):

@@ -23,7 +23,7 @@ from carom.catalogue import all_scenes
 from carom.engines.registry import load_adapter
 from carom.execution import scene_import
 from carom.execution.pool import LocalPool
-from carom.model.scene import load_scene, save_scene
+from carom.model.scene_file import load_scene, save_scene
 
 DUMP = Path(__file__).parents[1] / "unit/engines/importers/data/planck-1.5.0.json"
 MODELS = ("classics/bank-shot", "spin/grip")

@@ -13,7 +13,7 @@ from tests.attacks.guard import HangError, shrunk, within
 
 from carom.catalogue import all_scenes
 from carom.errors import SceneError
-from carom.model.scene import load_scene, save_scene
+from carom.model.scene_file import load_scene, save_scene
 from carom.support.escaping import visible
 
 #: Values and pieces that break readers.

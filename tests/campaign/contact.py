@@ -24,7 +24,8 @@ import numpy as np
 from tests.checker.small_steps import stepped
 
 from carom import Chain, Disc, Scene, Wall, solve_pic
-from carom.model.trace import Trace, kinetic_energy
+from carom.model.energy import kinetic_energy
+from carom.model.trace import Trace
 
 G = 10.0
 

@@ -23,7 +23,8 @@ from flint import arb, ctx
 from carom import Scene, Trace
 from carom.core.resolution import clock_resolution, gap_resolution
 from carom.model.disc_arrays import wall_lengths
-from carom.model.trace import NO_EDGE, free_flights, wall_index
+from carom.model.flights import free_flights
+from carom.model.trace import NO_EDGE, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.contact_state import BallMode
 from carom.solvers.certified.contacts import BallContacts

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 
 import grimp
+import pytest
 from tests.lengths import each, release_after
 
 import carom
@@ -51,6 +52,18 @@ def test_an_import_path_of_an_earlier_version_has_the_same_objects(paths: list[s
         lines += [f"print(carom.{path[6:]}.__name__)"] if path != "carom.scene" else []  # the attribute is the function
     done = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True)
     assert done.stdout.split() == [path for path in paths if path != "carom.scene"]
+
+
+def test_an_earlier_module_that_is_several_now_has_the_names_of_all() -> None:
+    """Scene files, flights and energies have left the modules of scenes and traces."""
+    for path, name, home in (
+        ("carom.scene", "load_scene", "carom.model.scene_file"),
+        ("carom.trace", "free_flights", "carom.model.flights"),
+        ("carom.trace", "kinetic_energy", "carom.model.energy"),
+    ):
+        assert getattr(importlib.import_module(path), name) is getattr(importlib.import_module(home), name)
+    with pytest.raises(AttributeError, match=r"carom\.trace.*load_scene"):
+        _ = importlib.import_module("carom.trace").load_scene
 
 
 def test_import_costs_nothing() -> None:

@@ -17,7 +17,7 @@ from tests.validation.mpmath_runs import brute_force
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import find_scenes
-from carom.model.trace import kinetic_energy, work_of_driven
+from carom.model.energy import kinetic_energy, work_of_driven
 from carom.model.walls import AnyWall
 
 Vector = tuple[float, float]

@@ -13,7 +13,7 @@ from tests.stage import disc_at, staged
 
 from carom import Outcome, Scene, solve_pic, solve_pic_framewise
 from carom.catalogue import CatalogueScene, Tag, catalogue, deviation, find_scenes
-from carom.model.trace import kinetic_energy
+from carom.model.energy import kinetic_energy
 
 #: Some ten thousand roundings: a chain of tens of impacts, each of tens of operations, on well-conditioned scenes.
 ROUNDING = 1e-12

@@ -16,7 +16,8 @@ from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, compare, solve_
 from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator.grade import Grade
 from carom.comparator.shifted_scenes import shift_start
-from carom.model.trace import free_flights, kinetic_energy
+from carom.model.energy import kinetic_energy
+from carom.model.flights import free_flights
 from carom.report.tracks import SHARPNESS, reference_tracks
 
 A = 2.0

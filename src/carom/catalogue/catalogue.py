@@ -21,6 +21,7 @@ from carom.catalogue import (
     classics_two_discs,
     classics_walled,
     contact,
+    contact_damping,
     driven,
     engines,
     gravity,
@@ -46,7 +47,7 @@ _ON_REQUEST = (
         bug_reports_thin,
         bug_reports_driven,
     ),
-    *(spin, tables, driven, contact, engines),
+    *(spin, tables, driven, contact_damping, contact, engines),
 )
 
 

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from carom.model.energy import kinetic_energy
 from carom.model.scene import Need, Scene, Wall
-from carom.model.trace import Trace, Vector, kinetic_energy
+from carom.model.trace import Trace, Vector
 from carom.model.walls import moved_by
 from carom.support.dataclass import dataclass
 

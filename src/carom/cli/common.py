@@ -241,7 +241,7 @@ def seconds(text: str) -> float:
 def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
     """Load scene files, and find catalogue scenes by name (default: the whole catalogue)."""
     from carom.catalogue import catalogue, find_scenes
-    from carom.model.scene import load_scene
+    from carom.model.scene_file import load_scene
 
     if not names:
         return list(catalogue().values())

@@ -21,8 +21,9 @@ from carom.comparator.stepwise.law import Law
 from carom.comparator.stepwise.rest import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
+from carom.model.flights import free_flights
 from carom.model.step_windows import LocalTruth
-from carom.model.trace import Outcome, Trace, free_flights, wall_index
+from carom.model.trace import Outcome, Trace, wall_index
 from carom.support.dataclass import dataclass
 
 

@@ -8,8 +8,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.model.energy import kinetic_energy, work_of_driven
 from carom.model.scene import Scene
-from carom.model.trace import Trace, kinetic_energy, rim_speeds, velocities, work_of_driven
+from carom.model.trace import Trace, rim_speeds, velocities
 from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]

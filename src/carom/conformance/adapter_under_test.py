@@ -14,8 +14,8 @@ from carom.catalogue import all_scenes
 from carom.comparator import Score, compare
 from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance.contact_margin import thickened_trace
+from carom.conformance.known_answers import known_trace
 from carom.conformance.probes import Make, Raised, Watch, Watched
-from carom.conformance.suite_scenes import known_trace
 from carom.conformance.violation import Setup, Violation
 from carom.engines.api import Adapter, Capabilities, Observation, unsupported_reason
 from carom.engines.registry import load_adapter

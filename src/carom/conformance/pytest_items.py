@@ -17,7 +17,7 @@ from carom.conformance.suite import EnginePlan, Suite
 from carom.conformance.violation import NotApplicable, Setup, Violation, step_text
 from carom.engines.registry import engine_argument
 from carom.errors import CaromError
-from carom.model.scene import save_scene
+from carom.model.scene_file import save_scene
 
 if TYPE_CHECKING:
     from _pytest._code.code import TerminalRepr

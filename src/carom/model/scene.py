@@ -1,4 +1,4 @@
-"""Scenes of discs and walls: validated, immutable, loaded from and saved to TOML or JSON."""
+"""Scenes of discs and walls: validated and immutable."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from collections.abc import Generator
 from enum import StrEnum
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -14,12 +13,11 @@ from pydantic import AfterValidator, Field, Strict
 
 from carom.errors import InputError, Problem, SceneError
 from carom.model.disc_arrays import DiscArrays, Material
-from carom.model.file_shorthand import with_shorthand, written_out
 from carom.model.prescribed_motion import Drive
 from carom.model.scene_names import find_scene
 from carom.model.sizes import span_problems
-from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, edge_count, kind_of_wall, leg_problems
-from carom.support.checks import instance, shown
+from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, leg_problems
+from carom.support.checks import shown
 from carom.support.display import Drawn
 from carom.support.fields import (
     Coefficient,
@@ -34,27 +32,12 @@ from carom.support.fields import (
     Vector,
 )
 from carom.support.formatting import number
-from carom.support.limits import MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS
+from carom.support.limits import MOST_STEPS
 
-__all__ = [
-    "Chain",
-    "Disc",
-    "Need",
-    "Ring",
-    "Scene",
-    "Wall",
-    "as_scene",
-    "load_scene",
-    "save_scene",
-    "scene_schema",
-    "steps_to_cover",
-]
+__all__ = ["Chain", "Disc", "Need", "Ring", "Scene", "Wall", "as_scene", "steps_to_cover"]
 
 #: Coefficients of friction that have the same name in a scene and its arrays.
 _OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
-
-#: Most bodies in a scene file. A scene made in Python may have more.
-MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
 def _at_least_one(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
@@ -411,120 +394,3 @@ def steps_to_cover(duration_s: float, dt_s: float) -> int:
     if nearest > 0 and abs(whole - nearest * part) * 2**52 <= whole:
         return nearest
     return -(-whole // part)
-
-
-def scene_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a scene file, published as ``carom/scene.schema.json``."""
-    schema = Scene.model_json_schema()
-    for name, most in MOST_BODIES.items():
-        schema["properties"][name]["maxItems"] = most
-    for part in (schema, *schema["$defs"].values()):  # the examples of docstrings are Python
-        if "description" in part:
-            part["description"] = part["description"].partition("\n\nExamples:")[0]
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **with_shorthand(schema)}
-
-
-def load_scene(path: str | Path) -> Scene:
-    """Load and validate the scene in a ``.toml`` or ``.json`` file.
-
-    A file may give lengths in pixels, and a disc's moment of inertia by its shape: see `carom.model.file_shorthand`.
-
-    Raises:
-        SceneError: The file can't be read, is neither TOML nor JSON, is too large, or contains no valid scene. The
-            message names the file, the field with its index, and the value.
-
-    Examples:
-        >>> carom.save_scene(carom.scene("paper/late"), "late.toml")
-        >>> carom.load_scene("late.toml").name
-        'paper/late'
-    """
-    path = Path(path)
-    try:
-        return Scene(**_few_problems(written_out(_parse(path))))
-    except SceneError as error:
-        more = error.more or len(error.problems) > SceneError.SHOWN  # the search stops early
-        raise SceneError(error.problems, source=str(path), more=more) from None
-
-
-def _parse(path: Path) -> dict[str, Any]:
-    if path.suffix not in MOST_BYTES:
-        raise SceneError(
-            [
-                Problem(
-                    (),
-                    f"a scene file must end in .toml or .json, got {repr(path.suffix) if path.suffix else 'no suffix'}",
-                )
-            ]
-        )
-    try:
-        from carom.support.data_files import read_data  # imported here, since only files need the parsers
-
-        content = read_data(path, path.suffix)
-    except InputError as error:
-        raise SceneError([Problem((), str(error))]) from None
-    for name, most in MOST_BODIES.items():
-        bodies = content.get(name)
-        if not isinstance(bodies, list):
-            continue
-        edges = f" with {total} edges" if (total := sum(map(edge_count, bodies))) > len(bodies) else ""
-        if total > most:
-            found = f"got {len(bodies)}{edges}"
-            raise SceneError([Problem((name,), f"a scene file can have at most {most}, {found}")])
-    return content
-
-
-def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file with only as many invalid entries as a message shows.
-
-    Each problem takes a kilobyte, and a file can have millions of problems.
-    """
-    content = _few_unknown(content, Scene)
-    if isinstance(walls := content.get("walls"), list):
-        content["walls"] = [
-            _few_unknown(wall, kind_of_wall(wall)) if isinstance(wall, dict) else wall for wall in walls
-        ]
-    if isinstance(discs := content.get("discs"), list):
-        good: list[Any] = []
-        for k, disc in enumerate(discs):
-            try:
-                good.append(Disc(**_few_unknown(disc, Disc)))
-            except (SceneError, TypeError):
-                good += [_few_unknown(one, Disc) for one in discs[k : k + SceneError.SHOWN]]
-                break
-        content["discs"] = good
-    return content
-
-
-def _few_unknown(fields: Any, model: type[Model]) -> Any:
-    if not isinstance(fields, dict) or len(fields) <= len(model.model_fields):
-        return fields
-    unknown = [name for name in fields if name not in model.model_fields]
-    return {name: fields[name] for name in (*model.model_fields, *unknown[: SceneError.SHOWN]) if name in fields}
-
-
-def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene as TOML or JSON, by the path's ending. A file that is loaded again gives an equal scene.
-
-    Raises:
-        SceneError: The ending is neither ``.toml`` nor ``.json``.
-        InputError: `scene` is not a scene.
-        OSError: The file can't be written.
-
-    Examples:
-        >>> scene = carom.scene("paper/late")
-        >>> carom.save_scene(scene, "late.json")
-        >>> carom.load_scene("late.json") == scene
-        True
-    """
-    instance("scene", scene, Scene)
-    path = Path(path)
-    if path.suffix == ".toml":
-        import tomli_w
-
-        text = tomli_w.dumps(scene.model_dump(mode="python"))
-    elif path.suffix == ".json":
-        text = scene.model_dump_json(indent=2) + "\n"
-    else:
-        message = f"a scene file must end in .toml or .json, got {repr(path.suffix) if path.suffix else 'no suffix'}"
-        raise SceneError([Problem((), message)], source=str(path))
-    path.write_text(text, encoding="utf-8")

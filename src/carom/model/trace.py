@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import field
 from enum import Enum, IntEnum
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.model.damping import Damping
 from carom.support.dataclass import dataclass
 from carom.support.display import Tabular
 from carom.support.equality import ByValue
@@ -375,135 +374,3 @@ class Trace(ByValue, Tabular):
         if self.modes is not None and len(self.modes):
             return _OF_MODE[Mode(int(self.modes["after"][0]))]
         return self.outcome.of_disc
-
-
-@dataclass(frozen=True, eq=False)
-class Flight(ByValue):
-    """A disc's path between two of its impacts or modes, with the trace's velocities. Start and end count as impacts.
-
-    Attributes:
-        disc: The disc.
-        impact: Index of the impact at the path's end; the number of impacts if a mode or the run ends the path.
-        begin_s: Start of the path, seconds.
-        end_s: End of the path, seconds.
-        position_m: Position at the start, shape ``(2,)``.
-        velocity_m_s: Velocity at the start, shape ``(2,)``.
-        pull_m_s2: Acceleration, shape ``(2,)``: gravity, or the acceleration in the disc's mode.
-        damping: Damping of the disc's motion.
-    """
-
-    disc: int
-    impact: int
-    begin_s: float
-    end_s: float
-    position_m: NDArray[np.float64]
-    velocity_m_s: NDArray[np.float64]
-    pull_m_s2: NDArray[np.float64]
-    damping: Damping
-
-    def at(self, time_s: float) -> NDArray[np.float64]:
-        """Return the disc's position at a time."""
-        flown = self.damping.undamped(time_s - self.begin_s)
-        place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
-        return place
-
-    def velocity_at(self, time_s: float) -> NDArray[np.float64]:
-        """Return the disc's velocity at a time."""
-        lasted = time_s - self.begin_s
-        velocity: NDArray[np.float64] = self.velocity_m_s * self.damping.kept(lasted) + self.pull_m_s2 * lasted
-        return velocity
-
-
-def free_flights(trace: Trace) -> Iterator[Flight]:
-    """Yield every flight of every disc between a trace's impacts and modes, in the order in which they end."""
-    count, discs = len(trace.impacts), trace.scene.discs
-    place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
-    velocity = list(trace.scene.arrays.velocity_m_s)
-    drives = {i: disc.drive for i, disc in enumerate(discs) if disc.legs}
-    pull = [np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2) for disc in discs]
-    since, damping = [0.0] * len(discs), Damping(trace.scene.damping_per_s)
-    table = trace.scene.table_deceleration_m_s2
-
-    def flight_of(disc: int, impact: int, end_s: float) -> Flight:
-        return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
-
-    def flights_to(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
-        """Yield a disc's flights up to a time: a flight for each leg of a driven disc, or up to the stop on a table."""
-        for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
-            if leg.begin_s >= end_s:
-                break
-            yield flight_of(disc, impact, leg.begin_s)
-            place[disc], velocity[disc] = np.array(discs[disc].position_m) + leg.moved, np.array(leg.velocity)
-            since[disc] = leg.begin_s
-        if table and (speed := math.hypot(*velocity[disc])):
-            pull[disc] = -table * (velocity[disc] / speed)
-            if (stops_s := since[disc] + speed / table) < end_s:
-                yield flight_of(disc, impact, stops_s)
-                place[disc] = place[disc] + 0.5 * speed / table * velocity[disc]
-                velocity[disc], pull[disc], since[disc] = np.zeros(2), np.zeros(2), stops_s
-        yield flight_of(disc, impact, end_s)
-
-    def modes_before(impacts: int) -> Iterator[Flight]:
-        """Yield the flights that end with a mode, for all modes before the impact with this index."""
-        while modes and modes[-1]["impacts"] <= impacts:
-            mode = modes.pop()
-            disc = int(mode["disc"])
-            yield flight_of(disc, count, float(mode["time_s"]))
-            place[disc], velocity[disc], pull[disc] = mode["position"], mode["velocity"], mode["acceleration"]
-            since[disc] = float(mode["time_s"])
-
-    modes = [] if trace.modes is None else list(trace.modes[::-1])
-    for k, impact in enumerate(trace.impacts):
-        yield from modes_before(k)
-        for side in ("first", "second"):
-            disc = int(impact[side])
-            if disc >= 0:
-                for flight in flights_to(disc, k, float(impact["time_s"])):
-                    yield flight
-                place[disc], since[disc] = flight.at(flight.end_s), flight.end_s
-                velocity[disc] = impact[f"velocity_{side}_after"]
-    yield from modes_before(count)
-    for disc in range(len(discs)):
-        yield from flights_to(disc, count, trace.end_time_s)
-
-
-def kinetic_energy(
-    scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
-) -> float:
-    """Return the kinetic energy of the movable discs, joules. Rotation is included if spins are given.
-
-    `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has no rotational energy.
-    """
-    arrays = scene.arrays
-    mass = np.where(arrays.movable, arrays.mass_kg, 0.0)
-    energy = float(0.5 * np.sum(mass * np.sum(velocity_m_s**2, axis=1)))
-    if spin_rad_s is None:
-        return energy
-    inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
-    return energy + float(0.5 * np.sum(mass * inertia * (arrays.radius_m * spin_rad_s) ** 2))
-
-
-def work_of_driven(trace: Trace) -> NDArray[np.float64]:
-    """Return the work of the driven body on the disc in each impact, joules, shape ``(m,)``; 0 if no body is driven.
-
-    The work is the impulse on the disc times the velocity of the driven surface. A belt's speed or a driven disc's spin
-    is part of this velocity. The change of the kinetic energy is the work minus the loss in the impacts.
-    """
-    start, impacts = trace.scene.arrays, trace.impacts
-    work = np.zeros(len(impacts))
-    if not start.driven:
-        return work
-    for side, (disc, other) in enumerate((("first", "second"), ("second", "first"))):
-        bodies, normal = impacts[disc], impacts["normal"] * (1.0, -1.0)[1 - side]
-        fixed = (impacts[other] < 0) | ~start.movable[np.maximum(impacts[other], 0)]
-        at = (bodies >= 0) & start.movable[np.maximum(bodies, 0)] & fixed
-        mass = np.where(at, start.mass_kg[np.maximum(bodies, 0)], 0.0)
-        runs = rim_speeds(trace, "before")[1 - side]
-        if start.belts_m_s is not None:
-            belts = np.array(start.belts_m_s)[np.maximum(-1 - impacts[other], 0) % len(start.belts_m_s)]
-            runs = np.where(impacts[other] < 0, belts, runs)
-        # The surface moves to the left of the normal from the driven body to the disc.
-        surface = impacts[f"velocity_{other}_before"] + runs[:, None] * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-        change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
-        work += mass * np.sum(np.where(at[:, None], change * surface, 0.0), axis=1)
-    return work

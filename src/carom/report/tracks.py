@@ -11,7 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.model.trace import Flight, Trace, free_flights
+from carom.model.flights import Flight, free_flights
+from carom.model.trace import Trace
 from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]

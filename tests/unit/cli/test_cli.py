@@ -40,7 +40,7 @@ from carom.cli.common import resumable
 from carom.engines.api import Profile
 from carom.errors import InputError
 from carom.execution import describe_engines
-from carom.model.scene import scene_schema
+from carom.model.scene_file import scene_schema
 from carom.report.results_file.lines_as_json import records_schema
 from carom.studies.tune.search import KnobSearch
 from carom.support.options import declared

@@ -22,7 +22,7 @@ from carom.conformance import adapter_under_test, probes
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.cases import cases
 from carom.conformance.contact_margin import thickened, thickened_trace
-from carom.conformance.suite_scenes import CATALOGUE_SCENES
+from carom.conformance.known_answers import CATALOGUE_SCENES
 from carom.conformance.violation import NotApplicable, Setup, Violation
 from carom.engines.api import Accuracy, Adapter, Capabilities, Setting, World
 from carom.engines.api.checks import MANTISSA_BITS

@@ -13,8 +13,8 @@ from tests.lengths import each, release_after
 from carom import compare, solve_pic
 from carom.catalogue import all_scenes
 from carom.comparator import Grade
+from carom.conformance.known_answers import CATALOGUE_SCENES, known_trace
 from carom.conformance.suite import make_suite
-from carom.conformance.suite_scenes import CATALOGUE_SCENES, known_trace
 from carom.conformance.violation import NotApplicable
 from carom.errors import InputError
 from carom.execution.options import LimitOptions

@@ -12,7 +12,7 @@ from tests.lengths import each
 
 from carom.errors import SceneError
 from carom.model.file_shorthand import SHAPES, written_out
-from carom.model.scene import load_scene, save_scene, scene_schema
+from carom.model.scene_file import load_scene, save_scene, scene_schema
 
 PIXELS: dict[str, Any] = {
     "name": "px",

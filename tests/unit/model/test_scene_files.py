@@ -20,7 +20,8 @@ from hypothesis import strategies as st
 from tests.lengths import each
 
 from carom.errors import SceneError
-from carom.model.scene import Disc, Scene, Wall, load_scene, save_scene, scene_schema
+from carom.model.scene import Disc, Scene, Wall
+from carom.model.scene_file import load_scene, save_scene, scene_schema
 from carom.support.limits import MOST_BYTES
 
 SAMPLE = Scene(

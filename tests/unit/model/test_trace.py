@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from tests.stage import disc_at, staged
 
-from carom.model.trace import IMPACT_DTYPE, ImpactRecord, Outcome, impact_array, kinetic_energy, wall_body, wall_index
+from carom.model.energy import kinetic_energy
+from carom.model.trace import IMPACT_DTYPE, ImpactRecord, Outcome, impact_array, wall_body, wall_index
 from carom.solvers.pic import solve_pic
 
 RECORD = ImpactRecord(1.5, 0, 3, (0.6, 0.8), (1.0, 2.0), (3.0, 4.0), (5.0, 6.0), (7.0, 8.0))

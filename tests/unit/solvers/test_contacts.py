@@ -15,7 +15,8 @@ from tests.stage import disc_at, staged, sure, wall_at
 from tests.unit.solvers.kinds import assert_same
 
 from carom import Chain, Disc, Mode, Outcome, Scene, solve_pic
-from carom.model.trace import Trace, free_flights, spin_array
+from carom.model.flights import free_flights
+from carom.model.trace import Trace, spin_array
 from carom.report.tracks import reference_tracks, turnings
 
 FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)

@@ -18,7 +18,7 @@ from tests.stage import disc_at, staged, sure, wall_at
 from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
 from carom.engines.api import Capabilities, Need, unsupported_reason
 from carom.errors import InputError
-from carom.model.trace import free_flights
+from carom.model.flights import free_flights
 from carom.solvers.pic import pic_run
 
 RATES = st.sampled_from([0.01, 0.4, 1.0])

@@ -13,7 +13,8 @@ from tests.stage import disc_at, sure, with_discs
 
 from carom import Disc, Scene, Wall, solve_pic
 from carom.engines.api import Capabilities, unsupported_reason
-from carom.model.trace import Outcome, kinetic_energy
+from carom.model.energy import kinetic_energy
+from carom.model.trace import Outcome
 from carom.solvers.pit.solve import solve_pit
 
 

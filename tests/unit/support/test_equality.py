@@ -11,7 +11,8 @@ from tests.lengths import each
 from tests.stage import disc_at, staged, sure
 
 from carom import certify, solve_pic, solve_pit
-from carom.model.trace import Flight, Samples, Trace, free_flights
+from carom.model.flights import Flight, free_flights
+from carom.model.trace import Samples, Trace
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=4)
 

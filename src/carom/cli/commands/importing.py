@@ -32,7 +32,7 @@ def import_file(
     """Convert a pymunk space, an MJCF model or a Planck dump to a scene, and list dropped parts."""
     from carom.errors import InputError
     from carom.execution.scene_import import import_scene
-    from carom.model.scene import save_scene
+    from carom.model.scene_file import save_scene
 
     if to is not None and (to.exists() or to.is_symlink()):
         raise InputError(f"{to} already exists: name another file")

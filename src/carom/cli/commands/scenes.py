@@ -30,13 +30,13 @@ def scenes(
     if schema:
         import json
 
-        from carom.model.scene import scene_schema
+        from carom.model.scene_file import scene_schema
 
         typer.echo(json.dumps(scene_schema(), indent=2))
         return
     from carom.catalogue import all_scenes, find_scenes
     from carom.errors import InputError
-    from carom.model.scene import save_scene
+    from carom.model.scene_file import save_scene
     from carom.report.certified import scene_text
     from carom.report.engine_and_scene_lists import group_lines, scene_lines
     from carom.support.folders import file_name

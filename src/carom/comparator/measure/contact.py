@@ -29,9 +29,10 @@ from carom.comparator.measure.contact_intervals import (
 )
 from carom.comparator.stepwise.rest import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
+from carom.model.flights import free_flights
 from carom.model.scene import Scene
 from carom.model.step_windows import States
-from carom.model.trace import Outcome, Trace, free_flights, wall_index
+from carom.model.trace import Outcome, Trace, wall_index
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
 from carom.support.dataclass import dataclass

@@ -26,7 +26,8 @@ from carom.core.features import Mover
 from carom.core.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.core.time_of_impact import time_of_impact
 from carom.model.disc_arrays import HalfPlane
-from carom.model.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
+from carom.model.flights import free_flights
+from carom.model.trace import STATE_DTYPE, Trace, rim_speeds, velocities, wall_index
 from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]

@@ -21,8 +21,9 @@ from carom.comparator.impact_matching import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
 from carom.core import primitives
 from carom.core.rough_impact import ContactFriction
+from carom.model.flights import free_flights
 from carom.model.scene import Scene, Wall
-from carom.model.trace import Trace, Vector, body_name, free_flights, rim_speeds, wall_body, wall_index
+from carom.model.trace import Trace, Vector, body_name, rim_speeds, wall_body, wall_index
 from carom.support.dataclass import dataclass
 
 #: Contacts count as simultaneous up to this difference: of times over the duration, of positions over the scene's

@@ -9,7 +9,7 @@ from carom.conformance.checks.common import numbers
 from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, require
 from carom.engines.api import Observation
-from carom.model.trace import kinetic_energy
+from carom.model.energy import kinetic_energy
 from carom.support.formatting import number
 
 #: Largest allowed relative energy error, as in the comparator. Rounding causes errors of 1e-7 in float32 engines.

@@ -7,6 +7,7 @@ joins the steps of one contact into one impact, derives effective times, and ski
 """
 
 from carom.engines.api.checks import require_sound, require_supported, unsupported_reason
+from carom.engines.api.declarations import Accuracy, Capabilities, ContactTimes, Engine, Knob, Profile, Stamp
 from carom.engines.api.helpers import (
     StepClock,
     factored_frictions,
@@ -18,21 +19,14 @@ from carom.engines.api.helpers import (
     reach,
 )
 from carom.engines.api.protocol import (
-    Accuracy,
     Adapter,
-    Capabilities,
     CodedAdapter,
     Contact,
-    ContactTimes,
     CuttableWorld,
-    Engine,
     Imported,
-    Knob,
     Observation,
-    Profile,
     QuietWorld,
     ReadingAdapter,
-    Stamp,
     TimedWorld,
     World,
 )

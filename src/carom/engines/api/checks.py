@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from heapq import nlargest
 
-from carom.engines.api.protocol import Capabilities
+from carom.engines.api.declarations import Capabilities
 from carom.errors import AdapterError
 from carom.model.scene import Chain, Disc, Need, Ring, Scene, Wall
 from carom.model.trace import Setting

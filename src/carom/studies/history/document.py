@@ -19,7 +19,8 @@ from carom.report.render.markdown import markdown
 from carom.report.svg import alone, drawing, finish, framed, line_style, render
 from carom.studies.history.compare_cells import CellChange, Moved
 from carom.studies.history.release_engines import Origin
-from carom.studies.history.run import PURPOSE, Bisection, History, Release, RunCell, Transition
+from carom.studies.history.result import Bisection, History, Release, RunCell, Transition
+from carom.studies.history.run import PURPOSE
 from carom.support.escaping import is_older, release_numbers
 from carom.support.folders import write_files
 

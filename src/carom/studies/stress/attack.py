@@ -10,8 +10,9 @@ import numpy as np
 
 from carom.catalogue.entry import deepest_overlap
 from carom.execution.job import Status
+from carom.model.energy import kinetic_energy
 from carom.model.scene import Scene
-from carom.model.trace import Outcome, Trace, Vector, kinetic_energy
+from carom.model.trace import Outcome, Trace, Vector
 from carom.studies.stress.true_motion import TrueMotion
 from carom.support.dataclass import dataclass
 from carom.support.formatting import number

@@ -13,8 +13,9 @@ from carom.catalogue.entry import deepest_overlap
 from carom.execution.job import Job, Method, Status
 from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
+from carom.model.energy import kinetic_energy
 from carom.model.scene import Chain, Ring, Scene, Wall
-from carom.model.trace import Outcome, Trace, kinetic_energy
+from carom.model.trace import Outcome, Trace
 from carom.studies.stress.result import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 

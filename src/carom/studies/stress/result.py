@@ -11,7 +11,8 @@ from pathlib import Path
 from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
 from carom.execution.job import Method, Status
-from carom.model.scene import Scene, save_scene
+from carom.model.scene import Scene
+from carom.model.scene_file import save_scene
 from carom.support.dataclass import dataclass
 from carom.support.folders import file_name
 

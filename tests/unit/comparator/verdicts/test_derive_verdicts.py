@@ -16,7 +16,8 @@ from tests.stage import disc_at, staged, wall_at
 from carom import Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
 from carom.comparator.verdicts.stepwise_verdicts import report_polygons
-from carom.model.trace import Outcome, kinetic_energy
+from carom.model.energy import kinetic_energy
+from carom.model.trace import Outcome
 from carom.report.outcome_marks import Mark, mark_of_grade
 
 ROOT = Path(__file__).resolve().parents[4]

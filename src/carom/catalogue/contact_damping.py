@@ -1,0 +1,134 @@
+"""Damped scenes of the group `contact`, with answers in closed form.
+
+With damping, ``v' = -c v``, a disc has the velocity ``v exp(-c t)`` after the distance ``v s``, where s is
+``(1 - exp(-c t)) / c``. So each answer is computed with constant velocities in s, and ``t = -ln(1 - c s) / c``; see
+`docs/theory/damping.md`. The group runs only when it is named.
+"""
+
+from __future__ import annotations
+
+import math
+
+from carom.catalogue.classics_walled import FLOOR
+from carom.catalogue.closed_forms import answered, disc, impact, scene_of
+from carom.catalogue.entry import Staged, listed
+from carom.model.scene import Disc, Wall
+from carom.model.trace import wall_body
+
+#: Part of the motion along one axis: start time, position at that time, and velocity.
+_Leg = tuple[float, float, float]
+
+
+_LAW = "Linear damping: a velocity falls as exp(-c t), and the distance is v (1 - exp(-c t))/c"
+
+
+def _clock_s(undamped_s: float, damping_per_s: float) -> float:
+    return -math.log(1.0 - damping_per_s * undamped_s) / damping_per_s
+
+
+def _undamped_s(clock_s: float, damping_per_s: float) -> float:
+    return (1.0 - math.exp(-damping_per_s * clock_s)) / damping_per_s
+
+
+@listed("contact")
+def _damped_box() -> Staged:
+    """A damped disc bounces around in a box whose walls remove a fifth of its speed."""
+    radius, side, restitution, damping, duration = 0.5, 5.0, 0.8, 0.4, 3.0
+    place, velocity = (1.0, 2.0), (6.0, -4.0)
+    faces = (((0.0, 0.0), (1.0, 0.0)), ((side, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, side), (0.0, -1.0)))
+    end = _undamped_s(duration, damping)
+    # The two axes are independent. These are the legs without damping:
+    legs: tuple[list[_Leg], list[_Leg]] = ([(0.0, place[0], velocity[0])], [(0.0, place[1], velocity[1])])
+    hits = []
+    for axis, own in enumerate(legs):
+        since, start, speed = own[0]
+        while True:
+            wall, target = (1, side - radius) if speed > 0.0 else (0, radius)
+            since, start, speed = since + (target - start) / speed, target, -restitution * speed
+            if since > end:
+                break
+            own.append((since, start, speed))
+            hits.append((since, wall_body(2 * axis + wall)))
+
+    def moving(when: float) -> tuple[complex, complex]:
+        """Return position and velocity of the damped disc just after an undamped time."""
+        now = [max(leg for leg in own if leg[0] <= when) for own in legs]
+        kept = 1.0 - damping * when
+        (x, u), (y, v) = ((start + speed * (when - since), speed * kept) for since, start, speed in now)
+        return complex(x, y), complex(u, v)
+
+    impacts = [impact(_clock_s(when, damping), 0, wall, moving(when)[1]) for when, wall in sorted(hits)]
+    scene = scene_of(
+        [Disc(position_m=place, velocity_m_s=velocity, radius_m=radius)],
+        walls=[Wall(point_m=point, normal=normal) for point, normal in faces],
+        wall_restitution=restitution,
+        damping_per_s=damping,
+        duration_s=duration,
+    )
+    return answered(scene, impacts, _LAW, final=[moving(end)])
+
+
+@listed("contact")
+def _damped_stop() -> Staged:
+    """A damped disc never meets a wall that is exactly as far away as the disc gets in infinite time."""
+    speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
+    scene = scene_of(
+        [disc(0j, complex(speed), radius)],
+        walls=[Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))],
+        damping_per_s=damping,
+        duration_s=duration,
+    )
+    way, kept = speed * _undamped_s(duration, damping), math.exp(-damping * duration)
+    return answered(scene, [], f"{_LAW}: v/c in all", final=[(complex(way), complex(speed * kept))])
+
+
+@listed("contact")
+def _damped_pair() -> Staged:
+    """A damped disc catches up with a heavier one, and the impact pushes the heavier one on."""
+    fast, slow, mass, restitution, damping, duration = 4.0, 1.0, 3.0, 0.5, 0.8, 1.5
+    gap, radius = 1.5, 0.5
+    when, end = gap / (fast - slow), _undamped_s(duration, damping)
+    centre = (fast + mass * slow) / (1.0 + mass)
+    after = [
+        centre - restitution * (fast - slow) * mass / (1.0 + mass),
+        centre + restitution * (fast - slow) / (1.0 + mass),
+    ]
+    starts = (0.0, 2.0 * radius + gap)
+    kept, left = 1.0 - damping * when, math.exp(-damping * duration)
+    final = [
+        (complex(start + before * when + speed * (end - when)), complex(speed * left))
+        for start, before, speed in zip(starts, (fast, slow), after, strict=True)
+    ]
+    scene = scene_of(
+        [disc(complex(starts[0]), complex(fast), radius), disc(complex(starts[1]), complex(slow), radius, mass)],
+        restitution=restitution,
+        damping_per_s=damping,
+        duration_s=duration,
+    )
+    hit = impact(_clock_s(when, damping), 0, 1, complex(after[0] * kept), complex(after[1] * kept))
+    return answered(scene, [hit], f"{_LAW}; Newton's law of restitution", final=final)
+
+
+@listed("contact")
+def _damped_slide() -> Staged:
+    """A damped disc that spins slides through its impact on a floor; its spin decays like its velocity."""
+    (u, v), spin, friction, restitution, damping, duration = (3.0, -2.0), 4.0, 0.1, 0.5, 0.5, 1.2
+    height = 1.6  # height of a disc of radius 1 and inertia factor 1/2
+    when, end = (height - 1.0) / -v, _undamped_s(duration, damping)
+    pushed = (1.0 + restitution) * -v
+    # The rim moves to the right, so the floor's friction acts to the left on the centre, and against the spin.
+    u_after, v_after, spin_after = u - friction * pushed, -restitution * v, spin - 2.0 * friction * pushed
+    kept, left = 1.0 - damping * when, math.exp(-damping * duration)
+    scene = scene_of(
+        [disc(complex(0.0, height), complex(u, v), 1.0, spin_rad_s=spin)],
+        walls=[FLOOR],
+        wall_restitution=restitution,
+        wall_friction=friction,
+        damping_per_s=damping,
+        duration_s=duration,
+    )
+    hit = impact(_clock_s(when, damping), 0, -1, complex(u_after * kept, v_after * kept), None, spin_after * kept)
+    source = f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding takes f (1 + e) w_n of v"
+    place = complex(u * when + u_after * (end - when), 1.0 + v_after * (end - when))
+    final = [(place, complex(u_after * left, v_after * left))]
+    return answered(scene, [hit], source, final=final, spins=(spin_after * left,))

@@ -1,0 +1,221 @@
+"""Declarations of an adapter: its engine, capabilities, profiles and settings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from enum import Enum
+
+from carom.errors import InputError
+from carom.model.trace import Setting
+from carom.support.dataclass import dataclass
+
+
+class ContactTimes(Enum):
+    """Meaning of the time of a contact. The value is the phrase shown."""
+
+    SOLVED = "solved for within the step"
+    STEP = "reported to the step"
+    INFERRED = "inferred by the adapter"
+    NONE = "not reported"
+
+
+class Stamp(Enum):
+    """Instant of the step to which the time of a contact refers. The value is the phrase shown."""
+
+    START = "the start of the step in which the engine resolved the contact"
+    END = "the end of the step in which the engine resolved the contact"
+    INSTANT = "the instant of the contact itself"
+
+
+@dataclass(frozen=True)
+class Engine:
+    """The engine that an adapter drives, described without importing it.
+
+    Attributes:
+        name: Common name of the engine.
+        module: Module to import; empty for a method that needs no installation of its own.
+        distribution: Distribution whose version is reported.
+        install: Command that installs the engine, shown if it is missing.
+        no_wheel_from: First CPython version for which the engine publishes no wheel, if any.
+        oldest: Oldest release that the adapter supports, such as "5.7". An older one is unavailable. Empty if no
+            release is known to fail.
+        newest_tried: Newest release that the adapter was run on. A newer release is run and reported as untried. Empty
+            if unknown.
+    """
+
+    name: str
+    module: str = ""
+    distribution: str = ""
+    install: str = ""
+    no_wheel_from: tuple[int, int] | None = None
+    oldest: str = ""
+    newest_tried: str = ""
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """Declared capabilities of an engine. The harness skips a scene only because of these declarations.
+
+    Attributes:
+        walls: Half-plane walls.
+        segments: Walls of straight edges, from both sides.
+        arcs: Walls of arcs and circles, from both sides.
+        posts: Circles, from outside only; implied by `arcs`.
+        wall_materials: Whether walls can have a restitution and friction of their own.
+        immovable_discs: Discs of infinite mass.
+        driven_walls: Walls that move at a velocity of their own.
+        driven_discs: Discs of infinite mass that move and spin.
+        legs: Whether the velocity of a driven body can change at given instants.
+        belts: Whether walls can be conveyors.
+        edge_belts: Whether edges and circles can be conveyors too, running to the left of the normal on either side.
+        gravity: Uniform gravity.
+        damping: Linear damping of velocities and spins, by the scene's law.
+        rolling_resistance: Rolling resistance between discs and walls, by the scene's law: `docs/theory/contact.md`.
+        table_friction: Table deceleration: discs slow down at a constant rate until they stop.
+        restitution: Smallest and largest coefficient of restitution that is simulated exactly.
+        restitution_combine: How the coefficients of discs and walls in one scene depend on each other: a rule of
+            `carom.engines.api.checks.COMBINE_RULES`; "pair" if they are independent.
+        restitution_threshold_m_s: Contacts with at most this closing speed are inelastic.
+        spin: Whether discs turn, with the scene's initial spins and moments of inertia.
+        min_inertia_factor: Smallest inertia factor of a disc that can turn.
+        friction: Smallest and largest coefficient of Coulomb friction that is simulated exactly; 0 always is.
+        friction_combine: Like `restitution_combine`, for friction.
+        tangential_restitution: Whether the scene's tangential restitution is supported.
+        max_turn_rad: Largest angle by which a disc turns in one step, whatever its spin.
+        max_spin_rad_s: Largest spin that is simulated exactly.
+        contact_times: Meaning of a reported contact time.
+        stamp: Instant of the step to which a reported contact time refers.
+        continuous_detection: Whether a body can be kept from tunnelling through another within one step.
+        max_speed_m_s: Largest speed that is simulated exactly.
+        max_coordinate_m: Largest distance from the origin that is simulated.
+        max_move_m: Largest distance that a body moves in one step, whatever its velocity.
+        min_radius_m: Smallest radius of a disc.
+        max_radius_m: Largest radius of a disc.
+        min_mass_kg: Smallest mass of a disc.
+        max_mass_kg: Largest mass of a movable disc.
+        float_bits: Width of the engine's floating-point numbers, 32 or 64. Declare 32 for narrower ones.
+        dimensions: 2, or 3 if discs are bodies in space, whether or not they are kept in a plane.
+        deterministic: Whether two runs in one process are identical to the bit.
+    """
+
+    walls: bool = True
+    immovable_discs: bool = True
+    gravity: bool = False
+    restitution: tuple[float, float] = (1.0, 1.0)
+    restitution_combine: str = "pair"
+    restitution_threshold_m_s: float = 0.0
+    contact_times: ContactTimes = ContactTimes.STEP
+    stamp: Stamp = Stamp.START
+    continuous_detection: bool = False
+    max_speed_m_s: float = math.inf
+    max_coordinate_m: float = math.inf
+    max_move_m: float = math.inf
+    min_radius_m: float = 0.0
+    max_radius_m: float = math.inf
+    min_mass_kg: float = 0.0
+    max_mass_kg: float = math.inf
+    float_bits: int = 64
+    dimensions: int = 2
+    deterministic: bool = True
+    spin: bool = False
+    min_inertia_factor: float = 0.0
+    friction: tuple[float, float] = (0.0, 0.0)
+    friction_combine: str = "pair"
+    tangential_restitution: bool = False
+    max_turn_rad: float = math.inf
+    max_spin_rad_s: float = math.inf
+    segments: bool = False
+    arcs: bool = False
+    wall_materials: bool = False
+    damping: bool = False
+    rolling_resistance: bool = False
+    table_friction: bool = False
+    driven_walls: bool = False
+    driven_discs: bool = False
+    posts: bool = False
+    legs: bool = False
+    belts: bool = False
+    edge_belts: bool = False
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Declared errors of a profile in addition to PIT's errors. The conformance suite tests them.
+
+    The defaults describe a method that has only PIT's errors.
+
+    Attributes:
+        late_steps: Largest number of steps by which an impact may be later than with PIT at the same step.
+        velocity: Largest error of a velocity after an impact in addition to PIT's, as a fraction of the scene's largest
+            speed.
+        energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. Less than a millionth is
+            ignored.
+        margin_m: Largest distance at which bodies already collide, metres, as with speculative contacts. Results for
+            bodies that are thicker by this distance are then accepted: see `carom.conformance.contact_margin`.
+    """
+
+    late_steps: float = 0.0
+    velocity: float = 0.0
+    energy: float = 0.0
+    margin_m: float = 0.0
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A named set of engine settings, as a function of the step.
+
+    Attributes:
+        description: One sentence: the purpose of this profile and the source of its settings.
+        settings: Function that returns all settings by name, including ``dt_s``, for a step in seconds.
+        accuracy: Declared accuracy with these settings.
+        located: Whether the harness cuts the steps so that they end when bodies begin to touch. `prepare` must then
+            return a `CuttableWorld`.
+        capabilities: Capabilities with these settings, if they differ from the adapter's.
+        changed: For a profile of the engine's default settings: every setting that differs from the engine's default,
+            by the engine's own name, with the reason.
+    """
+
+    description: str
+    settings: Callable[[float], Mapping[str, Setting]]
+    accuracy: Accuracy = Accuracy()
+    located: bool = False
+    capabilities: Capabilities | None = None
+    changed: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A setting that ``carom tune`` may change: a range or a list of choices.
+
+    Attributes:
+        low: Smallest value; a whole number if the setting is one.
+        high: Largest value, of the same type.
+        log: Whether values are sampled on a logarithmic scale; `low` must then be above 0.
+        choices: The possible values, instead of a range.
+
+    Raises:
+        InputError: Neither a range nor choices are given, or both are. The range is empty or not finite.
+    """
+
+    low: int | float | None = None
+    high: int | float | None = None
+    log: bool = False
+    choices: tuple[Setting, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.choices:
+            if self.low is not None or self.high is not None:
+                raise InputError(f"a knob must have either choices or low and high, this one has both: {self}")
+            return
+        low, high = self.low, self.high
+        if low is None or high is None or type(low) is not type(high) or not -math.inf < low < high < math.inf:
+            raise InputError(f"a knob needs choices, or low below high, both whole or neither, got {low} and {high}")
+        if self.log and not low > 0:
+            raise InputError(f"low of a knob with a logarithmic scale must be above 0, got {low}")
+
+    @property
+    def example(self) -> Setting:
+        """One possible value, of the setting's type."""
+        return self.choices[0] if self.low is None else self.low

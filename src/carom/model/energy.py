@@ -1,0 +1,51 @@
+"""Kinetic energy of discs, and the work that driven bodies do on them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.scene import Scene
+from carom.model.trace import Trace, rim_speeds
+
+
+def kinetic_energy(
+    scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
+) -> float:
+    """Return the kinetic energy of the movable discs, joules. Rotation is included if spins are given.
+
+    `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has no rotational energy.
+    """
+    arrays = scene.arrays
+    mass = np.where(arrays.movable, arrays.mass_kg, 0.0)
+    energy = float(0.5 * np.sum(mass * np.sum(velocity_m_s**2, axis=1)))
+    if spin_rad_s is None:
+        return energy
+    inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
+    return energy + float(0.5 * np.sum(mass * inertia * (arrays.radius_m * spin_rad_s) ** 2))
+
+
+def work_of_driven(trace: Trace) -> NDArray[np.float64]:
+    """Return the work of the driven body on the disc in each impact, joules, shape ``(m,)``; 0 if no body is driven.
+
+    The work is the impulse on the disc times the velocity of the driven surface. A belt's speed or a driven disc's spin
+    is part of this velocity. The change of the kinetic energy is the work minus the loss in the impacts.
+    """
+    start, impacts = trace.scene.arrays, trace.impacts
+    work = np.zeros(len(impacts))
+    if not start.driven:
+        return work
+    for side, (disc, other) in enumerate((("first", "second"), ("second", "first"))):
+        bodies, normal = impacts[disc], impacts["normal"] * (1.0, -1.0)[1 - side]
+        fixed = (impacts[other] < 0) | ~start.movable[np.maximum(impacts[other], 0)]
+        at = (bodies >= 0) & start.movable[np.maximum(bodies, 0)] & fixed
+        mass = np.where(at, start.mass_kg[np.maximum(bodies, 0)], 0.0)
+        runs = rim_speeds(trace, "before")[1 - side]
+        if start.belts_m_s is not None:
+            belts = np.array(start.belts_m_s)[np.maximum(-1 - impacts[other], 0) % len(start.belts_m_s)]
+            runs = np.where(impacts[other] < 0, belts, runs)
+        # The surface moves to the left of the normal from the driven body to the disc.
+        surface = impacts[f"velocity_{other}_before"] + runs[:, None] * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
+        work += mass * np.sum(np.where(at[:, None], change * surface, 0.0), axis=1)
+    return work

@@ -1,0 +1,104 @@
+"""Flights: the paths of discs between the impacts and modes of a trace."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.damping import Damping
+from carom.model.trace import Trace
+from carom.support.dataclass import dataclass
+from carom.support.equality import ByValue
+
+
+@dataclass(frozen=True, eq=False)
+class Flight(ByValue):
+    """A disc's path between two of its impacts or modes, with the trace's velocities. Start and end count as impacts.
+
+    Attributes:
+        disc: The disc.
+        impact: Index of the impact at the path's end; the number of impacts if a mode or the run ends the path.
+        begin_s: Start of the path, seconds.
+        end_s: End of the path, seconds.
+        position_m: Position at the start, shape ``(2,)``.
+        velocity_m_s: Velocity at the start, shape ``(2,)``.
+        pull_m_s2: Acceleration, shape ``(2,)``: gravity, or the acceleration in the disc's mode.
+        damping: Damping of the disc's motion.
+    """
+
+    disc: int
+    impact: int
+    begin_s: float
+    end_s: float
+    position_m: NDArray[np.float64]
+    velocity_m_s: NDArray[np.float64]
+    pull_m_s2: NDArray[np.float64]
+    damping: Damping
+
+    def at(self, time_s: float) -> NDArray[np.float64]:
+        """Return the disc's position at a time."""
+        flown = self.damping.undamped(time_s - self.begin_s)
+        place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
+        return place
+
+    def velocity_at(self, time_s: float) -> NDArray[np.float64]:
+        """Return the disc's velocity at a time."""
+        lasted = time_s - self.begin_s
+        velocity: NDArray[np.float64] = self.velocity_m_s * self.damping.kept(lasted) + self.pull_m_s2 * lasted
+        return velocity
+
+
+def free_flights(trace: Trace) -> Iterator[Flight]:
+    """Yield every flight of every disc between a trace's impacts and modes, in the order in which they end."""
+    count, discs = len(trace.impacts), trace.scene.discs
+    place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
+    velocity = list(trace.scene.arrays.velocity_m_s)
+    drives = {i: disc.drive for i, disc in enumerate(discs) if disc.legs}
+    pull = [np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2) for disc in discs]
+    since, damping = [0.0] * len(discs), Damping(trace.scene.damping_per_s)
+    table = trace.scene.table_deceleration_m_s2
+
+    def flight_of(disc: int, impact: int, end_s: float) -> Flight:
+        return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
+
+    def flights_to(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
+        """Yield a disc's flights up to a time: a flight for each leg of a driven disc, or up to the stop on a table."""
+        for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
+            if leg.begin_s >= end_s:
+                break
+            yield flight_of(disc, impact, leg.begin_s)
+            place[disc], velocity[disc] = np.array(discs[disc].position_m) + leg.moved, np.array(leg.velocity)
+            since[disc] = leg.begin_s
+        if table and (speed := math.hypot(*velocity[disc])):
+            pull[disc] = -table * (velocity[disc] / speed)
+            if (stops_s := since[disc] + speed / table) < end_s:
+                yield flight_of(disc, impact, stops_s)
+                place[disc] = place[disc] + 0.5 * speed / table * velocity[disc]
+                velocity[disc], pull[disc], since[disc] = np.zeros(2), np.zeros(2), stops_s
+        yield flight_of(disc, impact, end_s)
+
+    def modes_before(impacts: int) -> Iterator[Flight]:
+        """Yield the flights that end with a mode, for all modes before the impact with this index."""
+        while modes and modes[-1]["impacts"] <= impacts:
+            mode = modes.pop()
+            disc = int(mode["disc"])
+            yield flight_of(disc, count, float(mode["time_s"]))
+            place[disc], velocity[disc], pull[disc] = mode["position"], mode["velocity"], mode["acceleration"]
+            since[disc] = float(mode["time_s"])
+
+    modes = [] if trace.modes is None else list(trace.modes[::-1])
+    for k, impact in enumerate(trace.impacts):
+        yield from modes_before(k)
+        for side in ("first", "second"):
+            disc = int(impact[side])
+            if disc >= 0:
+                for flight in flights_to(disc, k, float(impact["time_s"])):
+                    yield flight
+                place[disc], since[disc] = flight.at(flight.end_s), flight.end_s
+                velocity[disc] = impact[f"velocity_{side}_after"]
+    yield from modes_before(count)
+    for disc in range(len(discs)):
+        yield from flights_to(disc, count, trace.end_time_s)

@@ -1,0 +1,146 @@
+"""Result of a history: releases, the changes between consecutive ones, and a bisected change."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from functools import cached_property
+from itertools import pairwise
+
+from carom.execution.environment import Environment
+from carom.studies.history.compare_cells import CellChange, Moved, SeenCell, change_of
+from carom.studies.history.options import HistoryOptions
+from carom.studies.history.release_engines import Origin
+from carom.support.dataclass import dataclass
+
+
+@dataclass(frozen=True, order=True)
+class RunCell:
+    """A scene by name, a profile and a step."""
+
+    scene: str
+    profile: str
+    dt_s: float
+
+
+@dataclass(frozen=True)
+class Release:
+    """A release and its results.
+
+    Attributes:
+        version: Version of the release.
+        name: Name of the release in the list of engines; empty if it is not in the list.
+        reason: Reason why it was not run; empty if it was.
+        seen: Results by cell.
+    """
+
+    version: str
+    name: str = ""
+    reason: str = ""
+    seen: Mapping[RunCell, SeenCell] = field(default_factory=dict)
+
+    @property
+    def unseen(self) -> bool:
+        """Whether the release reported no contact in any cell with an impact, so that its results are meaningless."""
+        ran = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
+        return bool(ran) and all(one.unseen for one in ran)
+
+    @property
+    def not_run(self) -> str:
+        """Most frequent reason why the release ran in no cell; empty if it ran in a cell."""
+        if self.reason or any(one.ran for one in self.seen.values()):
+            return self.reason
+        said = [one.own.said for one in self.seen.values()]
+        return max(dict.fromkeys(said), key=said.count, default="there is no cell")
+
+
+@dataclass(frozen=True)
+class Transition:
+    """Changes from a release to the next release that ran.
+
+    Attributes:
+        old: The previous release.
+        new: The release.
+        changes: Change of each cell.
+    """
+
+    old: Release
+    new: Release
+    changes: Mapping[RunCell, CellChange]
+
+    @property
+    def real(self) -> dict[RunCell, CellChange]:
+        """Changes attributed to the engine."""
+        return {cell: change for cell, change in self.changes.items() if change.moved.real}
+
+    @property
+    def compared(self) -> int:
+        """Number of cells that both releases ran."""
+        return len(self.changes) - self.count(Moved.NOT_RUN)
+
+    def count(self, moved: Moved) -> int:
+        """Return the number of cells with this change."""
+        return sum(change.moved is moved for change in self.changes.values())
+
+
+@dataclass(frozen=True)
+class History:
+    """Result of a history.
+
+    Attributes:
+        engine: Name of the adapter.
+        origin: Origin of the engine's releases.
+        options: Options of the history.
+        releases: Releases from the oldest to the newest.
+        environment: Machine and versions.
+        command: The command that repeats the history; empty if it was called from Python.
+        elapsed_s: Elapsed seconds.
+    """
+
+    engine: str
+    origin: Origin
+    options: HistoryOptions
+    releases: tuple[Release, ...]
+    environment: Environment
+    command: str
+    elapsed_s: float
+
+    @property
+    def ran(self) -> tuple[Release, ...]:
+        """Releases that ran in at least one cell."""
+        return tuple(one for one in self.releases if any(seen.ran for seen in one.seen.values()))
+
+    @cached_property
+    def transitions(self) -> tuple[Transition, ...]:
+        """Changes between consecutive releases that ran."""
+        return tuple(_transition(old, new) for old, new in pairwise(self.ran))
+
+    @property
+    def worse_now(self) -> bool:
+        """Whether the newest release is worse than the previous one in a cell, beyond the effect of the phase."""
+        last = self.transitions[-1:] if self.ran and self.ran[-1] is self.releases[-1] else ()
+        return any(change.moved is Moved.WORSE for one in last for change in one.changes.values())
+
+
+@dataclass(frozen=True)
+class Bisection:
+    """The release at which a cell changed.
+
+    Attributes:
+        cell: The cell.
+        last: The last release that agrees with the oldest.
+        first: The next release, which differs from the oldest.
+        change: Kind of the change.
+        asked: The releases that were run, in order.
+    """
+
+    cell: RunCell
+    last: str
+    first: str
+    change: CellChange
+    asked: tuple[str, ...]
+
+
+def _transition(old: Release, new: Release) -> Transition:
+    cells = [cell for cell in old.seen if cell in new.seen]
+    return Transition(old, new, {cell: change_of(old.seen[cell], new.seen[cell]) for cell in cells})
