@@ -125,7 +125,7 @@ class _Reading:
     def _read_movable(self, geom: int, what: str, place: tuple[float, float], radius: float, turns: bool) -> None:
         model, body = self.model, int(self.model.geom_bodyid[geom])
         if math.dist(self.data.xipos[body], self.data.geom_xpos[geom]) > ROUNDING * radius:
-            self.dropped.append(f"{what}: it is off the centre of gravity of its body")
+            self.dropped.append(f"{what}: its centre is not the centre of gravity of its body")
             return
         motion = np.zeros(6)
         self.mujoco.mj_objectVelocity(model, self.data, self.mujoco.mjtObj.mjOBJ_BODY, body, motion, 0)

@@ -129,7 +129,7 @@ class _Reading:
             self.discs.append((shape, Disc(position_m=place, radius_m=shape.radius, mass_kg=math.inf)))
             return
         if shape.offset != body.center_of_gravity:
-            self.dropped.append(f"shape {k}, a Circle: it is off the centre of gravity of its body")
+            self.dropped.append(f"shape {k}, a Circle: its centre is not the centre of gravity of its body")
             return
         factor = body.moment / (body.mass * shape.radius**2)
         if 1.0 < factor < math.inf:

@@ -166,7 +166,7 @@ def cells_section(grid: Grid) -> Section:
     )
     cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
     table = Table(columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=PAGE, packed=True)
-    more = f"The {MOST_CELLS:,} runs with the worst grades of {len(grid.runs):,}: results.jsonl has all."
+    more = f"Only the {MOST_CELLS:,} runs with the worst grades of {len(grid.runs):,} are shown; results.jsonl has all."
     return Section("All cells at all steps", (table, *((Text(more, PAGE),) if len(cells) < len(grid.runs) else ())))
 
 

@@ -64,7 +64,9 @@ def scenes_section(grid: Grid) -> Section:
     columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), IN_FULL - PAGE)
     rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
-    more = f"The {MOST_SCENES:,} scenes with the worst grades of {len(grid.rows):,}: results.jsonl has all."
+    more = (
+        f"Only the {MOST_SCENES:,} scenes with the worst grades of {len(grid.rows):,} are shown; results.jsonl has all."
+    )
     return Section(
         f"Every scene on every engine, against PIC at {grid.step_phrase}",
         (

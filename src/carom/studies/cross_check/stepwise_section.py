@@ -80,7 +80,7 @@ def steps_section(grid: Grid) -> Section:
         column("until", lambda local: formatting.seconds(local.until_s)),
     )
     listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
-    more = f"The {MOST_RUNS:,} runs with the worst grades of {len(found):,}: results.jsonl has all."
+    more = f"Only the {MOST_RUNS:,} runs with the worst grades of {len(found):,} are shown; results.jsonl has all."
     folded = "" if alone else formatting.count(len(listed), "run")
     return Section(
         "Accuracy of single steps",

@@ -72,5 +72,5 @@ def test_a_large_report_lists_the_worst_and_says_so(results: Results, monkeypatc
     assert {(row[0], row[1]) for row in listed} <= set(worst)
     assert [len(rows) for rows in few["Every scene on every engine"]] == [1]
     said = " ".join(block.text for section in document.sections for block in section.blocks if isinstance(block, Text))
-    assert f"The 2 runs with the worst grades of {len(whole.runs)}: results.jsonl has all." in said
-    assert f"The 1 scenes with the worst grades of {len(whole.rows)}: results.jsonl has all." in said
+    assert f"Only the 2 runs with the worst grades of {len(whole.runs)} are shown; results.jsonl has all." in said
+    assert f"Only the 1 scenes with the worst grades of {len(whole.rows)} are shown; results.jsonl has all." in said
