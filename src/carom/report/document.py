@@ -29,7 +29,7 @@ TERMINAL: Media = frozenset({Medium.TERMINAL})
 DETAIL: Media = frozenset({Medium.DETAIL})
 #: Media that are files.
 ON_PAPER: Media = frozenset({Medium.PAGE, Medium.MARKDOWN})
-#: Media that show the evidence: all except the short summary.
+#: Media that show the evidence for a result: all except the short summary on a terminal.
 IN_FULL: Media = ON_PAPER | DETAIL
 
 
@@ -53,7 +53,7 @@ class Cell:
         short: Shorter text for a terminal, instead of text and note.
         title: The full explanation, which a page shows as a tooltip.
         css: CSS class for colours on a page.
-        symbol: A sign before the text, so that colour is never the only distinction.
+        symbol: A sign before the text, so that cells do not differ in colour only.
         style: Colours on a terminal.
         link: Link target of the text on a page; empty for none.
         shares: Parts of a bar below the text. A terminal shows the bar instead of the text.

@@ -14,7 +14,7 @@ __all__ = ["ABSENT", "instant", "metres", "number", "seconds", "steps"]
 K = TypeVar("K")
 V = TypeVar("V")
 
-#: Largest relative error of a step that is written as 1/n.
+#: Largest relative difference between a step and 1/n if the step is written as 1/n.
 WHOLE = 1e-9
 
 
@@ -48,7 +48,7 @@ def percent(share: float) -> str:
 
 
 def share(part: float) -> str:
-    """Format a fraction in per cent; as an empty text if it is NaN."""
+    """Format a fraction in per cent; NaN as an empty text."""
     return "" if math.isnan(part) else percent(part)
 
 

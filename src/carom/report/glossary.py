@@ -47,7 +47,7 @@ def glossary() -> Iterator[Meaning]:
 
 
 def explained(word: str) -> list[Meaning]:
-    """Return the meanings of a word: of each verdict, grade or mark with this name or sentence.
+    """Return the meaning of each verdict, grade or mark with this name or sentence.
 
     Raises:
         UnknownNameError: No report uses the word. The message names similar words.

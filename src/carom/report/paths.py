@@ -57,7 +57,9 @@ class Paths:
 
 
 def exact_paths(trace: Trace) -> Paths:
-    """Return free flights from impact to impact by the trace's own velocities: exact for a trace without steps.
+    """Return the paths from impact to impact that follow from the trace's velocities.
+
+    They are exact for a trace without steps.
 
     A free flight is straight without gravity. With gravity it is a parabola, drawn as a chain of short lines.
     """
@@ -81,7 +83,7 @@ def _turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int, flo
 
 
 def observed_paths(trace: Trace) -> Paths:
-    """Return lines through the sampled states, with impacts where the paths turned; without samples, exact paths."""
+    """Return lines through the sampled states, with impacts where they turn; without samples, return exact paths."""
     samples = trace.samples
     if samples is None or not len(samples.time_s):
         return exact_paths(trace)

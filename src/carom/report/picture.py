@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 _WIDTH_IN = 3.3
-#: Smallest and largest height of a picture, as a fraction of its width. Empty room fills the rest.
+#: Smallest and largest height of a picture, as a fraction of its width. Empty space fills the rest.
 _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
 #: Largest size of a picture, over the extent of the reference. An engine may throw discs far away, and the picture must
@@ -168,7 +168,7 @@ def _in_the_plane(
         figure = new_figure(_WIDTH_IN, _WIDTH_IN * aspect)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
-        # With one scale on both axes, the longer side of the picture shows more of the plane.
+        # Both axes have the same scale, so the longer side of the picture shows more of the plane.
         spare = np.array([max(height / aspect - width, 0.0), max(width * aspect - height, 0.0)]) / 2.0
         low, high = low - spare, high + spare
         draw_walls(axes, scene, (low, high))

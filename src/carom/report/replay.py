@@ -53,7 +53,8 @@ _MODES = {
 #: Largest number of discs on the page of `carom play`.
 _MOST_THROWN = 10
 
-#: A pair has missed an impact if the bodies pass through each other within this many steps of it.
+#: A pair has missed an impact if the bodies pass through each other at most this number of steps before or after the
+#: impact.
 _NEAR_STEPS = 2.0
 
 

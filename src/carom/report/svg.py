@@ -37,7 +37,8 @@ _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
 #: Space above the axes, with and without a title.
 _HEAD_IN, _BARE_IN = 0.5, 0.15
-#: Fraction of an axis for errors within rounding, with room for two labels; and the largest number of ticks on a phone.
+#: Fraction of an axis for errors within rounding, with space for two labels; and the largest number of ticks on a
+#: phone.
 _STRIP, _MOST_TICKS = 0.14, 4
 #: Space for the numbers and the label of the y axis, and height of a line below the diagram.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
@@ -174,7 +175,7 @@ def framed(
     narrow: bool = False,
     below: int = 0,
 ) -> tuple[Figure, Axes]:
-    """Return a figure with room for a legend on the right, a title above, and small text lines below.
+    """Return a figure with space for a legend on the right, a title above, and small text lines below.
 
     Args:
         width_in: Width of the figure.
@@ -263,7 +264,7 @@ class LineEnd(NamedTuple):
 
 
 def name_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
-    """Write each line's name to the right of the axes, as near to the height of its end as other names allow.
+    """Write each line's name to the right of the axes, near the end of the line, so that names do not overlap.
 
     A thin line leads from the end of a line to its name.
     """

@@ -156,7 +156,7 @@ def _knots(flight: Flight) -> list[float]:
     """Return the times of a flight's knots, up to its end. With damping, a flight needs several knots.
 
     Between two knots at a distance h in time, a disc has an error of up to c v h^2 / 8. The error must be at most
-    `SHARPNESS` of the flight's length. When less than that is left of the flight, the disc is drawn at rest.
+    `SHARPNESS` of the flight's length. When a smaller part of the flight remains, the disc is drawn at rest.
     """
     lasted, rate = flight.end_s - flight.begin_s, flight.damping.per_s
     way, begun = flight.damping.undamped(lasted), flight.begin_s
@@ -168,7 +168,9 @@ def _knots(flight: Flight) -> list[float]:
 
 
 def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
-    """Return tracks through the kept states; or from the impacts, if no states were kept or the impacts explain them.
+    """Return tracks through the recorded states.
+
+    If there are none, or if the impacts explain them, return tracks from the impacts.
 
     If a method advances to the instants of impacts, discs turn between two states. The impacts of such a method show
     more than its states.

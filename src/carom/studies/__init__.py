@@ -1,1 +1,1 @@
-"""Studies: each runs tasks by the scheduler, and makes a result and a document; one folder each."""
+"""Studies, one folder each. A study runs tasks on worker processes, and makes a result and a document."""

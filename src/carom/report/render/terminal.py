@@ -81,7 +81,7 @@ def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
 
 
 class _Fitted(NamedTuple):
-    """A printed column, with the least width that cuts no word, and the least width that breaks no line."""
+    """A printed column, with the smallest width that cuts no word, and the smallest width that breaks no line."""
 
     head: RichText
     cells: list[RichText]

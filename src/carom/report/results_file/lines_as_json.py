@@ -1,7 +1,7 @@
 """Lines of results.jsonl as JSON: writing, reading, and their JSON Schema.
 
-JSON has null for a number that is NaN or infinite. Null is read as NaN if the field must be a number. An enum is its
-name in lower case.
+A number that is NaN or infinite is written as null. Null is read as NaN if the field is a number. An enum is written as
+its name in lower case.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def read_row(text: bytes, path: Path, number: int) -> RowLine:
 
 def _refusal(error: ValidationError, path: Path, number: int) -> InputError:
     first = error.errors()[0]
-    # Names of union members are not fields of the file.
+    # Pydantic's location also contains names of union members, which are not fields of the file.
     where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
     said = (
         f"{shortened(where) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got {shown(first['input'])}"
@@ -141,7 +141,7 @@ class _Described(GenerateJsonSchema):
         return field["name"] not in OF_SPINS | _LATER
 
 
-#: Properties of a class that are written with its fields, but not read.
+#: Properties that are written together with a class's fields. They are ignored when a file is read.
 _DERIVED: Mapping[type[Any], Mapping[str, Any]] = {LocalScore: {"grade": Grade}}
 
 

@@ -39,7 +39,7 @@ from carom.support.folders import write_files
 #: Name of the study in its output folders.
 PURPOSE = "advise"
 
-#: If there are at least this many steps, only the first and the last are named.
+#: From this number of steps on, only the first and the last step are named.
 _MANY = 4
 
 
@@ -143,7 +143,8 @@ def _angle(advice: Advice) -> str:
 def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     """Describe the largest step that passes, and its method.
 
-    Methods whose steps Carom cuts count only if there are no others, because no setting of an engine cuts steps.
+    A method whose steps Carom cuts is named only if no other method passes, because an engine has no setting that cuts
+    steps.
     """
     able = [one for one in advice.answers if not _cut(advice, one)] or list(advice.answers)
     passing = [(found, answer) for answer in able if (found := question(answer)).passes]
@@ -164,7 +165,7 @@ def _any(answer: Advised, found: StepRange) -> bool:
 
 
 def _substeps(advice: Advice, found: StepRange) -> str:
-    """Describe the steps per frame: of this step, or of the next smaller tested step that divides a frame."""
+    """Describe the number of steps per frame, for this or the next smaller tested step that divides a frame."""
     if (times := _times(advice, found)) is None:
         return ""
     told = f"{formatting.count(times, 'step')} per frame at {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
@@ -243,7 +244,7 @@ def _yardstick(advice: Advice) -> str:
 
 
 def _limits(advice: Advice) -> Iterator[str]:
-    """Yield notes: methods for which a smaller step fails, searches that stopped early, and limits of the result."""
+    """Yield notes on methods for which a smaller step fails, on searches that stopped early, and on limits."""
     for answer in advice.answers:
         told = answer.never_misses
         for found, what in ((told, "misses none"), (answer.demand, "meets the target")):
@@ -325,7 +326,7 @@ def _fails(answer: Advised, found: StepRange) -> str:
 
 
 def _endings(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield the reasons why searches tried no finer step."""
+    """Yield the reasons why searches ended."""
     for ending, names in formatting.together((one.ending, _name(one.method)) for one in rows).items():
         yield f"No finer step was tested because {ending.value}: {formatting.listed(names)}."
 

@@ -1,4 +1,4 @@
-"""Accuracy target, and the step that each impact of a reference allows a method that checks once per step."""
+"""Accuracy target, and the largest step for each impact of a reference if a method checks once per step."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carom.model.trace import Trace, wall_index
 from carom.studies.advise.sampling_limit import ContactWindow, PairLimit, pair_limit
 from carom.support.dataclass import dataclass
 
-#: Smallest impact parameter of a graze, over the contact distance: cos 30°. With a larger parameter, the overlap lasts
+#: Smallest impact parameter of a graze, as a fraction of the contact distance: cos 30°. In a graze the overlap lasts
 #: less than half as long as in a head-on impact.
 GRAZE = math.cos(math.pi / 6)
 
@@ -40,15 +40,15 @@ class Demand:
 
 @dataclass(frozen=True)
 class HardImpact:
-    """The step that one impact of the reference allows a method that checks for overlap once per step.
+    """The largest step at which a method that checks for overlap once per step finds an impact of the reference.
 
     Attributes:
         time_s: Time of the impact.
         first: The disc.
         second: The other disc, or a wall.
-        limit: The allowed steps. For discs with friction, the limits are computed without friction, which suffices to
-            choose starts.
-        cause: Reason why the impact allows no larger step.
+        limit: The largest steps. Friction is ignored, because the limits only serve to choose start positions if discs
+            have friction.
+        cause: Reason why the impact needs a small step.
     """
 
     time_s: float
@@ -59,7 +59,7 @@ class HardImpact:
 
 
 def hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
-    """Return the steps that each impact of a reference allows by itself, beginning with the hardest impact."""
+    """Return the largest steps for each impact of a reference, beginning with the hardest impact."""
     found = [_hard(reference, k, demand) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
 

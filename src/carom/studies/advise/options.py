@@ -34,8 +34,8 @@ class AdviceOptions(LimitOptions):
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
         miss_probability: Fraction of start positions at which an impact may be missed or invented.
         phases: Number of start positions, evenly spread over a step, at which each step is tested.
-        budget_steps: Largest number of engine steps for the search of one method. The search then returns what it has
-            found.
+        budget_steps: Largest number of engine steps for the search of one method, after which the search ends with its
+            present result.
 
     Raises:
         InputError: A value is invalid.

@@ -1,8 +1,8 @@
 """Search for the largest steps at which each engine misses no impact and meets an accuracy target.
 
 For two smooth discs, the largest step of checking once per step (PIT) has a closed form; see
-`carom.studies.advise.sampling_limit`. All other steps are found by trial on a grid of steps. Each step is tested at
-start positions that are spread over it, and at start positions with a check just before the hardest impacts.
+`carom.studies.advise.sampling_limit`. All other steps are found by trials on a grid of steps. The trials of a step have
+start positions that are evenly spread over one step, and start positions with a check just before the hardest impacts.
 """
 
 from __future__ import annotations
@@ -227,7 +227,7 @@ def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
         return reference, None
     if reliable == 0:
         raise InputError(f"no step can be recommended for {scene.name!r}, because from its first impact on {cut.value}")
-    # End half-way to the next impact, so that rounding of a start moves no impact across the end.
+    # End half-way to the next impact, so that a rounded start can't move an impact across the end.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
         raise InputError(f"there is no reference to compare with: {ended}")
@@ -253,7 +253,7 @@ def _carry_out(
     pool: Pool,
     progress: Progress,
 ) -> None:
-    """Test the requested steps of all searches, one step of each at a time, until no search requests another."""
+    """Run the steps that the searches request, one step of each search at a time, until all searches have ended."""
     tried = 0
     while wanted := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
         starts = {method: starts_of(one.dt_s, one.even, aimed_s) for method, one in wanted.items()}

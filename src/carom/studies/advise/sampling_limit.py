@@ -64,7 +64,7 @@ def largest_step(window_s: float, miss_probability: float) -> float:
 def direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
-    """Return the largest delay of an impact at which a disc's direction after it is wrong by at most an angle.
+    """Return the largest delay of an impact that changes a disc's direction after the impact by at most an angle.
 
     Args:
         window: The two discs at contact.
@@ -90,8 +90,8 @@ def direction_limit(
         return (centre[0] + sign * radius * math.cos(place), centre[1] + sign * radius * math.sin(place))
 
     reference = after(0.0)
-    # A disc that an impact leaves at rest has no direction. In this case, the velocity before the impact and its change
-    # cancel, except for rounding.
+    # A disc at rest after the impact has no direction. Its velocity and the change of velocity cancel, except for
+    # rounding.
     if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
         return math.inf
     heading = math.atan2(reference[1], reference[0])
@@ -134,7 +134,7 @@ def _circle_meets_ray(centre: Vector, radius: float, heading: float) -> list[Vec
 
 @dataclass(frozen=True)
 class PairLimit:
-    """The steps that one impact allows a method that checks for overlap once per step.
+    """The largest steps of a method that checks for overlap once per step, for one impact.
 
     Attributes:
         window: The two discs at contact; None for a wall.
@@ -160,7 +160,7 @@ def pair_limit(
     angle_rad: float,
     miss_probability: float,
 ) -> PairLimit:
-    """Return the steps that an impact of two discs allows."""
+    """Return the largest steps for an impact of two discs."""
     total = sum(inverse_masses)
     pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
     direction = min(

@@ -1,4 +1,4 @@
-"""Search for the largest step of one method: tests the steps of a grid, from the whole run in one step down."""
+"""Search for the largest step of one method, on a grid of steps from the whole run in one step to small ones."""
 
 from __future__ import annotations
 
@@ -19,20 +19,19 @@ CONFIRM = 64
 #: numbers.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: A result must also pass at all smaller steps of the grid, down to this many octaves below it. If the error is
-#: proportional to the step there, this suffices, because the error keeps falling. Otherwise one more octave is
-#: required.
+#: A step is a result only if all smaller steps of the grid also pass, down to this number of octaves below. If the
+#: error is not proportional to the step there, one more octave is required.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
-#: A result requires tests down to one step per frame, which is the usual step. If checking once per step needs smaller
-#: steps, these are also tested, down to this many octaves below a frame. Engines that sweep only fast discs sweep none
-#: at small steps, and may miss impacts that they find at larger steps.
+#: All steps down to one step per frame are tested, because this is the usual step. If checking once per step needs
+#: smaller steps, tests continue down to this number of octaves below a frame. An engine that sweeps only fast discs
+#: does not sweep at small steps, so it may miss impacts that it finds at larger steps.
 OCTAVES_COVERED = 3
 
-#: Largest variation of a constant. An error is proportional to the step if error over step varies by at most a quarter
-#: over these octaves, and does not depend on the step if the error varies by at most a quarter. In the first case, its
-#: order is within 0.16 of 1 (over two octaves), in the second within 0.11 of 0 (over three).
+#: Numbers within this factor count as equal. An error is proportional to the step if the ratios of error and step are
+#: equal over the octaves above; the order of convergence is then within 0.16 of 1. An error does not depend on the step
+#: if the errors are equal; the order is then within 0.11 of 0.
 SAME = 1.25
 
 #: The finest tested step, as a fraction of a frame or of the step that the hardest impact allows.
@@ -55,9 +54,9 @@ class StepRange:
 
     Attributes:
         passes: The largest passing step, confirmed at `CONFIRM` starts; None if there is none.
-        in_frame: The largest passing step that divides a frame, also confirmed; None if there is none.
+        in_frame: The largest passing step that divides a frame, confirmed like `passes`; None if there is none.
         down_to_s: The finest tested step, seconds; NaN if none was tested.
-        fails: The finest failing step, which is the next larger tested step; None if no step fails.
+        fails: The finest failing step, which is the tested step just above the passing ones; None if no step fails.
         coarser_passes: Steps that pass although a finer step fails, the largest first.
         finer_failures: Steps that fail although a larger step passes, the largest first.
     """
@@ -85,8 +84,8 @@ class Advised:
         never_misses: Steps at which no start misses or invents an impact.
         demand: Steps that meet the whole accuracy target.
         ending: Reason why no further step was tested.
-        refused_s: The finest step that the method refuses, seconds; None if it refuses no step. Larger steps were not
-            run.
+        refused_s: The finest step that the method refuses, seconds; None if the method refuses no step. Larger steps
+            were not run.
         refusal: Reason of the refusal; empty if no step is refused.
     """
 
@@ -105,9 +104,9 @@ class Advised:
 
     @property
     def flat_from_s(self) -> float | None:
-        """The largest step below which the direction error does not depend on the step, seconds, or None.
+        """The largest step below which the direction error does not depend on the step, seconds; None for none.
 
-        Only the finest tested steps count, up to the first that loses an impact.
+        Steps above the finest step that loses an impact are ignored.
         """
         run: list[StepTrial] = []
         for trial in reversed(_finest_that(self.trials, lambda trial: trial.never_misses)):
@@ -144,13 +143,13 @@ def grid_of(scene: Scene, guess_s: float) -> Iterator[float]:
 def in_a_frame(dt_s: float, frame_rate_hz: float) -> int | None:
     """Return the number of steps per frame; None if it is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
-    # Two operations compute each of the two numbers, with one rounding each.
+    # `times` and `dt_s` were each computed by two operations, so both have two rounding errors.
     whole = round(times)
     return whole if whole and abs(times - whole) <= 8 * 2.0**-53 * whole else None
 
 
 class StepSearch:
-    """Search for the largest step of one method. The search requests the next step to test and takes the result.
+    """Search for the largest step of one method. The caller runs the steps that the search requests.
 
     Args:
         scene: The scene.
@@ -235,7 +234,7 @@ class StepSearch:
     def _try(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
         """Request a step, and return whether the search continues."""
         most = most_steps(self._duration_s, dt_s, even + self._aimed)
-        # Runs end early after their last impact, as at the previous step.
+        # Expect this step's runs to end after the last impact, like the runs of the previous step.
         if most * self._share > self._left:
             self._ending = SearchEnding.BUDGET
             return False
@@ -248,14 +247,14 @@ class StepSearch:
             self._confirmed.add(dt_s)
         self._left -= trial.steps
         self._share = trial.steps / most
-        # An engine that fails at a huge step may run at a smaller step.
+        # An engine that fails at a huge step may still run at smaller steps.
         if trial.reason and dt_s <= self._frame_s:
             self._ending = SearchEnding.BROKE
             return False
         return True
 
     def _unconfirmed(self) -> StepTrial | None:
-        """Return a step that would be a result if it had been run at enough starts."""
+        """Return a step that is a result except for too few starts; None if there is none."""
         for passes in self._questions:
             run = _finest_that(self._tried, passes)
             for trial in (*run[:1], *self._in_frame(run)) if self._long_enough(run) else ():
@@ -264,11 +263,11 @@ class StepSearch:
         return None
 
     def _in_frame(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
-        """Return the largest of some steps that divides a frame, in a sequence; an empty sequence if no step does."""
+        """Return a sequence with the largest step that divides a frame; an empty sequence if no step does."""
         return [trial for trial in run if in_a_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _long_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether enough steps were tested to make the first of them a result."""
+        """Whether the first step of `run` is a result: enough smaller steps were tested."""
         falling = _same([trial.direction_error_rad / trial.dt_s for trial in run])
         return _reaches(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._covers_s
 
@@ -277,9 +276,9 @@ class StepSearch:
         return self._long_enough(run) and run[0].dt_s in self._confirmed
 
     def _hopeless(self, dt_s: float) -> bool:
-        """Whether a finer step is hopeless: the error is too large, and constant over the last octaves.
+        """Whether finer steps can't help: the error is too large, and constant over the last octaves.
 
-        This applies only below a frame, and below the step that suffices for a check once per step.
+        The answer is False at steps above a frame, or above the step that suffices for a check once per step.
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False

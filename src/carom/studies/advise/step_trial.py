@@ -25,11 +25,12 @@ from carom.model.trace import Outcome
 from carom.studies.advise.hardest_impacts import Demand
 from carom.support.dataclass import dataclass
 
-#: A chosen start has a check this fraction of a step before an impact, so the impact is found late by the rest of a
-#: step.
+#: A chosen start has a check this fraction of a step before an impact. So checking once per step finds the impact
+#: almost a whole step late.
 JUST_BEFORE = 1e-3
 
-#: A run continues for this many steps after the scene's end, so that all impacts before it are reported.
+#: A run continues for this number of steps after the scene's end, so that the engine reports all impacts before the
+#: end.
 BEYOND_STEPS = LATEST_STAMP_STEPS + 1
 
 #: Number of references that a worker caches. The next method reuses the references of the starts of one step.
@@ -73,7 +74,7 @@ class StartTask(JobTask):
         aligned = match_impacts(reference, observed, comparison_range(reference, begun.duration_s))
         measured = measure(reference, observed, aligned, compute_scales(scene, reference))
         return Started(
-            # After the extra steps, an impact is undecided only if the run ended early. Then it was not found.
+            # After the extra steps, only a run that ended early has undecided impacts. They count as missed.
             lost=len(aligned.missed) + len(aligned.spurious) + len(aligned.undecided),
             completed=observed.outcome is Outcome.COMPLETED,
             direction_error_rad=measured.largest.direction_rad,
@@ -96,7 +97,7 @@ class StepTrial:
         lost: The same number for all starts.
         direction_error_rad: Largest direction error at any start; NaN if no impact was found.
         steps: Number of engine steps.
-        reason: Error of the engine or its adapter that makes the step fail; empty if there is none.
+        reason: Error of the engine or its adapter that makes the step fail; empty without an error.
     """
 
     dt_s: float
@@ -114,14 +115,14 @@ class StepTrial:
         return not self.reason and self.lost == 0
 
     def meets(self, demand: Demand) -> bool:
-        """Whether the accuracy target is met. The target is not met if the direction is unknown."""
+        """Return whether the accuracy target is met; False if the direction error is unknown."""
         allowed = demand.miss_probability
         few = self.never_misses if allowed == 0.0 else not self.reason and self.lost_even <= allowed * self.even
         return few and self.direction_error_rad <= demand.direction_error_rad
 
     @classmethod
     def of(cls, dt_s: float, even: Sequence[Answer[Started]], aimed: Sequence[Answer[Started]]) -> StepTrial | str:
-        """Return the combined result of the starts, or a reason if none could run."""
+        """Return the combined result of the starts; if no start could run, return the reason as text."""
         answers = [*even, *aimed]
         broken = [answer for answer in answers if answer.status.is_failure or answer.status is Status.UNAVAILABLE]
         ran = [answer.value for answer in answers if answer.value is not None]
@@ -150,7 +151,7 @@ def starts_of(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple[tuple[f
 
 def most_steps(duration_s: float, dt_s: float, starts: int) -> int:
     """Return the largest number of engine steps for a number of starts."""
-    # A start may be up to a step earlier.
+    # A start can be up to a step before the scene's start.
     return starts * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
 
 

@@ -1,7 +1,6 @@
 """Comparison of a bench with an earlier bench on the same machine: which points became faster or slower.
 
-Run times of different days are not comparable. So the comparison uses each point's run time divided by PIT's in the
-same round.
+Run times of different days are not comparable. So run times are divided by PIT's run time in the same round.
 """
 
 from __future__ import annotations
@@ -26,8 +25,9 @@ from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import error_text, point_name
 from carom.support.dataclass import dataclass
 
-#: A ratio counts as a change if its whole interval differs from 1 by more than this. The limit covers the differences
-#: between two sessions: the program's position in memory, and the machine's other work.
+#: A ratio of run times counts as a change if its whole confidence interval is farther from 1 than this. Smaller
+#: differences between two sessions have other causes, such as the program's position in memory and other work of the
+#: machine.
 LEAST_CHANGE = 0.05
 
 
@@ -76,7 +76,10 @@ class Compared:
 
     @property
     def accuracy(self) -> BaselineChange:
-        """Change of the point's error. Runs of one version repeat the error, so any change in two digits counts."""
+        """Change of the point's error in two digits.
+
+        Such a change is never noise, because runs of one version repeat the error.
+        """
         now, then = (self.point.lost, _digits(self.point.error)), (self.before.lost, _digits(self.before.error))
         if now == then:
             return BaselineChange.SAME
@@ -134,7 +137,7 @@ def _lost(point: dict[str, Any]) -> int:
 
 
 def compared(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
-    """Return each scored point that is also in the baseline, except for PIT's points, to which ratios refer."""
+    """Return each scored point that is also in the baseline. PIT's points are omitted, because ratios refer to them."""
     both = [
         (scene.scene.name, point, found)
         for scene in bench.scenes

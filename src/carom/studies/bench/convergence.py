@@ -13,8 +13,8 @@ from carom.support.dataclass import dataclass
 
 CONFIDENCE = 0.95
 
-#: Smallest order that counts as converging. Sampling alone has order 1. With an order below half of this, an error is
-#: halved only by more than four times as many steps, so smaller steps do not help.
+#: Smallest order that counts as convergence. Checking once per step has order 1. With an order below 1/2, halving the
+#: error takes more than four times as many steps.
 LEAST_ORDER = 0.5
 
 

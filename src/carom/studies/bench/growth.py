@@ -32,14 +32,14 @@ OWN_SIZES = (*SIZES, 30_000, 100_000)
 #: Packing of the gas. Every disc has room to move, and most discs meet another disc within a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: Number of steps of a run: a simulated second, because few of a hundred discs meet in less time.
+#: Number of steps of a run. They are a simulated second; in less time, few of a hundred discs meet.
 STEPS = 240
 
 #: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.
 FIT_FROM = 100
 
-#: A run is repeated until it has taken this many seconds in total, or up to a largest number of times. The median
-#: counts.
+#: A run is repeated until its repeats have taken this many seconds, or a largest number of times. The result is the
+#: median.
 SHORT_S = 0.5
 REPEATS = 15
 
@@ -300,7 +300,7 @@ def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
 
 
 def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the last points, beginning with the last point that costs less than the point before it.
+    """Return the points from the last one that costs less than the point before it.
 
     If the cost decreases with more discs, the method has changed: PIC solves two discs by a closed form. A single power
     law would fit neither of the two methods.

@@ -104,8 +104,8 @@ class SceneBench:
     Attributes:
         scene: The scene.
         curves: One entry per engine and profile.
-        front: The points that no other point beats in both error and run time, except for PIC's points; from fast to
-            exact.
+        front: The points that no other point beats in both error and run time, from fast to exact. PIC's points are not
+            included.
         cheapest: The point of smallest run time that meets the target; None if there is none.
         noise: Spread of fixed work while this scene was timed; None if it was not timed.
         rounds: Number of rounds of the timing pass.
@@ -167,7 +167,7 @@ def pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
     """Return the sound, timed points that no other point beats in both run time and error, from fast to exact."""
     front: list[Point] = []
     for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (run_s(p), p.error)):
-        # Differences by rounding do not count as accuracy.
+        # Differences within rounding are no gain in accuracy.
         if not front or point.error < front[-1].error - THRESHOLDS.rounding:
             front.append(point)
     return tuple(front)

@@ -44,7 +44,7 @@ class ScoringPass:
     def run(self) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
         """Return the results, and the reasons for missing results by method and step.
 
-        All methods run a step while all fit into the rest of the budget. After that, the best profile of each engine
+        A step is run by all methods if the remaining budget suffices. At finer steps, the best profile of each engine
         runs first, so that every engine gets the finest step that the budget permits.
         """
         results: dict[JobKey, Answer[Measures]] = {}

@@ -10,8 +10,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Finest step of the default series, as a fraction of the scene's frame. The default number of steps gives a fitted
-#: order a useful confidence interval.
+#: Finest step of the default series, as a fraction of the scene's frame.
 FINEST = 60 / 10_000
 STEPS = 6
 

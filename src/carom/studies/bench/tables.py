@@ -55,7 +55,7 @@ def error_text(error: float, kind: ErrorKind) -> str:
 def reached(bench: Bench) -> list[float]:
     """Return the targets that engines reach on a scene, from coarse to fine.
 
-    The last target is rounding, for exact results.
+    The last target is the error of rounding, for exact results.
     """
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     every = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]

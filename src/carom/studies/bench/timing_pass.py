@@ -1,8 +1,8 @@
 """Timing pass: unobserved runs, one at a time, in several rounds of random order. Ratios are of times in one round.
 
-The first time covers all steps, in as few calls as the adapter allows. The second time includes the preparation of the
-world. Two more times show the cost without collisions: Python's call into the world, and the same number of steps of an
-empty world.
+The first time is that of all steps, in as few calls as the adapter allows. The second time includes the preparation of
+the world. Two more times show costs that do not depend on the scene: Python's call into the world, and the same number
+of steps of an empty world.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from carom.support.formatting import seconds
 VISIT_S = 5e-3
 MOST_REPEATS = 50
 
-#: Number of steps for which an empty world is timed. Further steps do not change the cost per step.
+#: Number of steps for which an empty world is timed. More steps do not change the cost per step.
 EMPTY_STEPS = 1000
 
 #: A method and a step, seconds.
@@ -177,7 +177,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether something was not timed, so that a repetition may time it."""
+        """Whether some methods or steps were not timed. A repetition may time them."""
         return bool(self.untimed)
 
 
@@ -281,7 +281,7 @@ def _warm_up(
         if method in last:
             coarser_s, cost = last[method]
             expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
-            # A single method must not use most of the budget.
+            # Omit a method that would use most of the budget alone.
             if expected_s > budget_s / 4:
                 untimed[at] = (
                     f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of a budget of "

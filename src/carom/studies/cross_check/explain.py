@@ -91,7 +91,7 @@ def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
 
 
 def _needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
-    """Return the number of steps after which an engine's state shows only free flight, if PIC is right."""
+    """Return the number of steps until, according to PIC, only free flight remains."""
     steps = scene.step_count(dt_s)
     forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
     if forces or not len(reference.impacts) or not _nothing_follows(scene, reference):

@@ -14,7 +14,7 @@ from carom.report.picture import draw_pair
 from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: Group of the source paper's four cases. These cases are always shown with the paper's method, PIT.
+#: Group of the source paper's four cases, which are always shown with the paper's method, PIT.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 

@@ -33,7 +33,7 @@ _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Erro
 _NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
 _NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored
-#: Verdicts that show that bodies passed through each other. A diverged trajectory has no such verdict for its impacts.
+#: Verdicts of bodies that passed through each other. Impacts of a diverged trajectory get none of these verdicts.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
 #: Rank of a run without a result: one more than the rank of the worst grade.
 _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
@@ -92,9 +92,9 @@ class GridCell:
 
     @property
     def rank(self) -> int | None:
-        """Rank of the grade: the better the grade, the smaller the rank.
+        """Rank of the grade. Better grades have smaller ranks.
 
-        A run without a result ranks last. None for any other mark.
+        A run without a result ranks last. Other marks without a grade have None.
         """
         return _BROKEN_RANK if self.mark in BROKEN else self.mark.rank
 
@@ -225,7 +225,7 @@ class GridRow(NamedTuple):
 
 
 class NotRun(NamedTuple):
-    """Cells at any step that were not run or not scored for the same reason."""
+    """Cells that were not run or not scored for the same reason, at any steps."""
 
     mark: Mark
     reason: str
@@ -292,7 +292,7 @@ def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
 
 def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
     methods = list(dict.fromkeys(map(_method, lines)))
-    # Sort profiles within an engine, because the first step may lack a profile.
+    # Sort the profiles of each engine, because the first step may not have all profiles.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
     columns = {method: GridColumn(method, method.engine in _OWN) for method in methods}

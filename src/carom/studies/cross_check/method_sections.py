@@ -257,7 +257,7 @@ def impacts_section(grid: Grid) -> Section:
     if len(grid.rows) != 1 or not methods:
         return Section("", ())
     impacts = _find_impacts(grid, methods)
-    # A page already shows few impacts in the table of methods. A terminal has room for few methods.
+    # A page shows a few impacts already in the table of methods. A terminal has space for a few methods only.
     media = (DETAIL if len(impacts) <= MOST_BESIDE else IN_FULL) | (TERMINAL if len(methods) <= MOST_ACROSS else DETAIL)
     columns = [
         Column("bodies", lambda impact: impact.bodies),
@@ -279,7 +279,7 @@ def impacts_section(grid: Grid) -> Section:
 def _verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
     """Return one line per run that is not exact, best first, with its verdicts; if `full`, also their numbers.
 
-    Short lines only cover the coarsest step.
+    Without `full`, only the runs at the coarsest step have lines.
     """
     runs = _scored_runs(grid)
     coarsest = max((cell.line.dt_s for cell in runs), default=0.0)

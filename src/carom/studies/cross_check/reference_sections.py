@@ -31,7 +31,7 @@ KNOWN_NOTE = (
 
 
 def reference_section(grid: Grid) -> Section:
-    """Describe the reliable part of references, if it is not the whole run or was requested."""
+    """Describe the reliable part of references, if requested or if a reference is not reliable to its end."""
     results, lines = grid.results, []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         said = [str(results.certified[name])] if name in results.certified else []

@@ -1,4 +1,4 @@
-"""Execution of a cross-check: references, runs, scores, spread over phases and run times."""
+"""Execution of a cross-check: references, runs, scores, repetition at other phases, and run times."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class EngineCost:
 
     @property
     def scenes_unlike_pit(self) -> list[str]:
-        """Names of the scenes in which its impacts or errors differ from PIT's by more than rounding."""
+        """Names of the scenes in which impacts or errors differ from PIT's by more than rounding."""
         return [cell.scene for cell in self.cells if not cell.line.equals_pit]
 
     @property
@@ -73,7 +73,7 @@ class EngineCost:
 
     @property
     def local_own_errors(self) -> list[float]:
-        """The own errors of single impacts, from the engine's own states, in scenes with a horizon."""
+        """Errors of single impacts that sampling does not explain, from own states, in scenes with a horizon."""
         scores = [cell.row.score for cell in self.cells if cell.row and cell.row.score]
         return [
             min(error, solver_error)

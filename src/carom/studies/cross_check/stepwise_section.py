@@ -1,4 +1,4 @@
-"""Section on stepwise accuracy: methods ranked by their steps, for runs whose steps show more than the trajectory."""
+"""Section on stepwise accuracy: methods ranked by their steps, for runs whose trajectory shows too little."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Cells of a results.jsonl, as a diff needs them: read row by row, so that a large file need not be in memory."""
+"""Cells of a results.jsonl for a comparison.
+
+The file is read row by row, so that a large file need not fit into memory.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ _ERRORS = ("time_s", "velocity", "spin", "direction_rad", "energy", "final_posit
 
 
 class Measure(NamedTuple):
-    """Name, rounding and unit of a number, which the number before and the number after have in common."""
+    """Name, rounding and unit of a number that is compared."""
 
     name: str
     rounding: float
@@ -40,7 +43,7 @@ class Measure(NamedTuple):
 
 @dataclass(frozen=True)
 class DiffCell:
-    """A row of the records, with the data of its scene from the header. Equal values are shared between cells."""
+    """A row of the records with the data of its scene from the header. Cells share equal values to save memory."""
 
     method: Method
     scene: str
@@ -98,7 +101,9 @@ def _cell(
         measures=_measures(_width(line), line.dt_s, summary.scenes[line.scene].scales) if mark.ran else (),
         numbers=tuple(_numbers(line, found)) if mark.ran else (),
         verdicts=said or (line.reason,) * bool(line.reason),
-        settings=shared.setdefault(repr(settings), settings),  # 1, 1.0 and True are equal, and not the same setting
+        settings=shared.setdefault(
+            repr(settings), settings
+        ),  # as keys, because 1, 1.0 and True are equal but different settings
         reference=references[line.scene] if mark.ran else {},
     )
 
@@ -133,7 +138,9 @@ def _width(line: RowLine) -> int:
 def _numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
     """Yield the numbers that rate a cell, in the order of `_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
-    if line.parted_s is not None and line.local_truth:  # after a divergence, impacts match by chance, so steps count
+    if (
+        line.parted_s is not None and line.local_truth
+    ):  # after a divergence, impacts match only by chance, so use the steps
         missed, invented = line.local_truth.missed, line.local_truth.invented
     yield float(missed)
     yield float(invented)

@@ -24,8 +24,8 @@ from carom.studies.diff.run import Change, Diff, Kind
 
 #: Largest number of rows. A comment on a pull request has a limited length.
 MOST_ROWS = 50
-#: Numbers of groups that a terminal shows in 25 lines: worse or mixed, other changes, and not graded. A group takes two
-#: lines with one method, and three with several.
+#: Numbers of groups that fit into 25 lines of a terminal: worse or mixed, other changes, and not graded. A group takes
+#: two lines if all cells have one method, otherwise three lines.
 MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
 #: Largest number of settings on a terminal, and of characters of a value.
 MOST_SETTINGS, MOST_LETTERS = 4, 40
@@ -95,7 +95,7 @@ def _groups(changes: Sequence[Change]) -> list[_Group]:
     """
 
     def shared(change: Change) -> tuple[object, ...]:
-        # Changed numbers of impacts have other causes than larger errors.
+        # Changed numbers of impacts and changed errors form different groups, because their causes differ.
         counts = any(measure.counts for measure in change.measures)
         return (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
 

@@ -72,7 +72,7 @@ class BeforeAfter:
     def __str__(self) -> str:
         if isinstance(self.old, bool):
             return f"{self.name}: {'gone' if self.old else 'new'}"
-        # The smallest number of digits at which the two differ. 17 digits distinguish any two floats.
+        # Use as few digits as show the difference. 17 digits distinguish any two floats.
         texts = ([_number(value, digits) for value in (self.old, self.new)] for digits in range(3, 18))
         old, new = next((pair for pair in texts if pair[0] != pair[1]), ["", ""])
         return f"{self.name} {old} → {new}{self.unit}"
@@ -124,7 +124,7 @@ class Change:
     def badness(self) -> tuple[float, ...]:
         """Sort key, largest for the worst change: graded, kind, grade, missed or spurious impacts, largest growth."""
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
-        # Only errors over the scene's own scales are comparable, not seconds and degrees.
+        # Compare only errors relative to the scene's scales, because seconds and degrees are not comparable.
         growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
         return (
             float(self.graded),
@@ -139,9 +139,9 @@ class Change:
     def telling(self) -> BeforeAfter | None:
         """The most important changed number; None if none changed.
 
-        The number moved in the direction of the change. Missed or spurious impacts come first, then errors over the
-        scene's scales, errors with a unit, and verdicts. Among equal numbers, the first is taken, because errors of
-        impacts cause errors of the final state.
+        The number changed in the same direction as the cell (better or worse). Missed or spurious impacts come first,
+        then errors relative to the scene's scales, errors with a unit, and verdicts. If several numbers are equal in
+        this order, the first one is returned, because errors of impacts cause the later ones.
         """
         way = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -197,7 +197,7 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     def key(cell: DiffCell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
-        # Runs with other settings are compared with the profile's run.
+        # A run with changed settings is compared with the run of its profile.
         return (cell.scene, cell.dt_s, cell.method.profile, cell.pair or cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
@@ -284,7 +284,7 @@ def _change(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, s
 def _measured(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
     """Yield the numbers that changed.
 
-    If the runs declare floats of different widths, the rounding of the wider floats counts.
+    If the runs declare different float widths, the smaller rounding error is used.
     """
     for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
         if before != after:
@@ -334,7 +334,7 @@ def _changed(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, 
         if old.settings and new.settings:
             for name, values in _differing(old.settings, new.settings).items():
                 yield f"settings: {name}", values
-        # The header has versions by engine name, which in lower case is usually the adapter's name.
+        # The header has versions by engine name. In lower case, this is usually the adapter's name.
         for name in versions:
             if name.casefold() in (new.method.engine.casefold(), "carom"):
                 yield f"version: {name}", versions[name]

@@ -28,8 +28,8 @@ from carom.support.formatting import number
 
 #: Number of references, and of runs of PIT, that a worker caches.
 _KEPT = 64
-#: Number of instants at which positions are compared, up to the end. Runs with different bounces may agree again at the
-#: end, but differ for longer than an eighth of the run.
+#: Number of evenly spread instants at which positions are compared. Runs with different bounces may agree again at the
+#: end, but differ for at least an eighth of the run.
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -84,12 +84,12 @@ class Ran:
 
     @property
     def unseen(self) -> bool:
-        """Whether velocities changed but no impact was reported, so the adapter observes no contacts."""
+        """Whether velocities changed but no impact at all was reported, so that the adapter observes no contacts."""
         return self.expected > 0 and self.found == 0 and self.half_seen
 
     @property
     def half_seen(self) -> bool:
-        """Whether velocities changed without a reported impact, so the adapter does not observe every contact."""
+        """Whether velocities changed without a reported impact, so that the adapter does not observe all contacts."""
         return Verdict.TURNS.name in self.verdicts
 
 
@@ -252,7 +252,7 @@ _TOLD = (
 
 
 def differs(old: Ran, new: Ran) -> bool:
-    """Whether two runs differ in grade, verdicts, numbers or motion by more than rounding, so that phases matter."""
+    """Return whether two runs differ in grade, verdicts, numbers or motion by more than rounding."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _move_alike(old, new):
         return True
     return any(_apart(one.of(old), one.of(new), _allowed(one, [old, new])) for one in _TOLD)
@@ -277,12 +277,12 @@ def _move_alike(old: Ran, new: Ran) -> bool:
 def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     """Return the change of a cell between two releases.
 
-    A change is attributed to the engine if the settings read back are equal and the motion differs. The motion differs
-    if, for one number, its ranges over at least `FEWEST_PHASES` phases do not overlap. The numbers are the errors of
-    final velocities and of positions, and coordinates. The gap between the ranges must exceed rounding and what phases
-    in between may add. Such a change does not depend on contact listeners, and can't be explained by the phase.
-    Otherwise the reported contacts changed, or the phase explains the change. If velocities change without a reported
-    impact, the adapter does not observe every contact, and the change is not judged.
+    A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is
+    described by coordinates and by the errors of positions and final velocities. It differs if the ranges of one of
+    these numbers over at least `FEWEST_PHASES` phases do not overlap. The gap between the ranges must exceed rounding
+    and the effect of phases in between. So contact listeners and the phase can't explain the change. Otherwise the
+    reported contacts changed, or the phase explains the change. If velocities change without a reported impact, the
+    adapter does not observe every contact, and the change is not judged.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:
@@ -323,7 +323,7 @@ def _parted(measures: Sequence[_Measure], old: Sequence[Ran], new: Sequence[Ran]
 def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the gaps above and below between the ranges of two sets of runs, along the first axis.
 
-    Other phases may extend a range, so each end is extended by the difference of its two outermost numbers.
+    Untested phases may extend a range. So each end is moved outwards by the difference of the two outermost numbers.
     """
 
     def reach(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

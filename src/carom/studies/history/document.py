@@ -102,7 +102,7 @@ def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
         notes = []
         if origin.oldest and is_older(version, origin.oldest):
             notes.append(f"older than {origin.oldest}, the oldest supported release")
-        # A tested "7.3" includes 7.3.1.
+        # A test with release "7.3" also covers 7.3.1.
         tried = release_numbers(origin.newest_tried)
         if tried and release_numbers(version)[: len(tried)] > tried:
             notes.append(f"newer than {origin.newest_tried}, the newest tested release")
@@ -213,7 +213,8 @@ _CHANGED = (
 def error_chart(found: History) -> str:
     """Return a chart of the median and the largest velocity error by release for each profile, as SVG.
 
-    Only cells with an error in every release count. Each release in which a bit changed has a mark.
+    Only cells with a known error in every release are included. A mark shows each release in which a bit of a result
+    changed.
     """
     with drawing():
         figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")

@@ -14,7 +14,8 @@ from carom.support.options import flag, megabytes, name, option, whole
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Smallest number of phases that can show a change. With fewer, the phase alone can make a step look good or bad.
+#: Smallest number of phases that can show a change. With fewer phases, the phase alone can make a release look good or
+#: bad.
 FEWEST_PHASES = 8
 
 

@@ -1,7 +1,7 @@
 """Cache of installed releases, each in its own folder, with a limited size.
 
-A folder is built under another name and renamed when it is complete, so an interrupted installation is never used. A
-running history holds a shared lock, and removal needs the exclusive lock. So folders in use are never removed.
+A folder is filled under a temporary name and renamed when it is complete, so an interrupted installation is never used.
+Each running history holds a shared lock, and removal needs the exclusive lock, so folders in use are never removed.
 """
 
 from __future__ import annotations

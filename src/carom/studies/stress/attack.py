@@ -1,4 +1,4 @@
-"""Attacks: an axis from harmless to absurd values, the scenes along it, and a judge of their traces."""
+"""Attacks: a quantity varied from harmless to absurd values, scenes for its values, and a judge of their traces."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from carom.studies.stress.true_motion import TrueMotion
 from carom.support.dataclass import dataclass
 from carom.support.formatting import number
 
-#: Error at which a method fails: a tenth of the change by impacts is too much for any purpose. At a sensible step, the
-#: usual error of every engine is smaller. So an attack finds where a method fails, not its accuracy. The error before
-#: the failure is shown separately.
+#: Error at which a method fails: a tenth of the change of velocity by impacts. This is too much for any purpose, and
+#: above the usual error of every engine at a sensible step. So an attack finds where a method fails and not how
+#: accurate it is. The error before the failure is shown separately.
 TOLERANCE = 0.1
 
 
@@ -67,10 +67,10 @@ class Attack:
         gives_way: Criterion of failure, with its reason.
         quick_absurd: Value at the absurd end in the quick form, which is nearer.
         whole: Whether the axis has whole numbers only.
-        rungs: Number of values per decade that are tried up to the first failure. This number is larger if a method can
-            fail at a value and pass at the next by luck.
+        rungs: Number of values per decade that are tried up to the first failure. It is larger if a method can pass at
+            single values by luck.
         full_only: Whether the attack's runs are too long for the quick form.
-        last: A value beyond the absurd end without a logarithm, such as a gap of 0. This value is tried, but is not
+        last: An additional value at the absurd end that has no logarithm, such as a gap of 0. It is tried, but is not
             part of a bisection.
     """
 
@@ -101,7 +101,7 @@ class Attack:
         return values if self.last is None else [*values, self.last]
 
     def between(self, stands: float, breaks: float, resolution: float) -> float | None:
-        """Return the value half-way between two on a logarithmic scale; None if they are near enough."""
+        """Return the value half-way between two on a logarithmic scale; None if their ratio is at most `resolution`."""
         if min(stands, breaks) <= 0 or max(stands, breaks) / min(stands, breaks) <= resolution:
             return None
         middle = float(f"{math.sqrt(stands * breaks):.4g}")
@@ -139,8 +139,8 @@ def attack(
 def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
     """Return a judge by final velocities: the error of each disc over its greatest change by one impact.
 
-    The error of a disc that is never hit is divided by the greatest change of any disc. So the measure has no unit, and
-    the error of a graze is relative to its small change.
+    The error of a disc that is never hit is divided by the greatest change of any disc. So errors have no unit, and the
+    error of a graze is relative to the graze's small change of velocity.
     """
     change = truth.greatest_change_m_s
     note = "by convention" if truth.convention else ""

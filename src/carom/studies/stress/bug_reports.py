@@ -19,8 +19,8 @@ from carom.model.trace import Outcome, Trace
 from carom.studies.stress.result import FoundSpot, Spot, SpotEnding
 from carom.support.formatting import number
 
-#: Smallest deviation that is mentioned: a per cent of the scene's speed or energy. People notice it, and it is above
-#: float32's rounding.
+#: Smallest deviation that is mentioned: a per cent of the scene's speed or energy. Users notice such a deviation, and
+#: float32 rounding is smaller.
 NOTICED = 0.01
 
 

@@ -1,7 +1,8 @@
 """Attacks with a disc on a wall under gravity: restitution, friction, rolling resistance, and slopes at thresholds.
 
-Each scene is a disc of unit mass on the wall y = 0. The direction of gravity makes a slope, so that no rotation rounds
-positions. The motion depends continuously on the slope, so it has the same limit on both sides of a threshold.
+Each scene is a disc of unit mass on the wall y = 0. A slope is made by tilting gravity, because a rotated scene would
+have rounded positions. The motion depends continuously on the slope, so its limit at a threshold is the same from both
+sides.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from carom.support.formatting import number
 
 _RADIUS_M, _G, _K = 0.25, 10.0, 0.5
 _DT_S = 1.0 / RATE_HZ
-#: Duration of a contact. Gravity and friction change the motion in this time by far more than an integrator's error.
+#: Duration of a contact. In this time, gravity and friction change the motion by far more than an integrator's error.
 _LASTS_S = 0.5
 _SPEED_M_S = 1.2
 
@@ -124,7 +125,7 @@ def _slope(kind: str, value: float, side: float) -> Trial:
         else:
             # Bounces that start at this speed last until the end of the scene. Each hop adds 2 tan w to the slip. A
             # bounce reduces the slip by f (1 + e)(1 + 1/k) w, which is 2 tan w at the threshold. In total, bounces
-            # reduce the slip as much as contact would.
+            # change the slip as much as lasting contact would.
             hits = 0.5 * _LASTS_S * pressed * (1.0 - e) / e
             scene = made(velocity=complex(0.0, -hits), wall_restitution=e)
         along = (pull * _LASTS_S + k * slip) / (1.0 + k)

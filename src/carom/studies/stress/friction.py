@@ -1,7 +1,7 @@
 """Attacks with friction and spin, which vary a coefficient, a spin, an inertia, or the number of sticking impacts.
 
-All impacts are head-on, or on a wall, so that checking once per step turns no normal and only friction can fail. Only
-the chain of sticking impacts is so long that late detection can lose an impact.
+All impacts are head-on or on a wall. So late detection does not turn the normal, and only friction can fail. An
+exception is the chain of sticking impacts, which is so long that late detection can lose an impact.
 """
 
 from __future__ import annotations

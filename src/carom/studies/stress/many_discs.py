@@ -77,7 +77,7 @@ def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after
 )
 def _cradle_gap(gap: float) -> list[Trial]:
     shows = f"Newton's cradle of five discs with gaps of {metres(gap)}: only the last disc must leave."
-    # Twice the time needed, for late methods.
+    # The scene is twice as long as needed, for methods that are late.
     steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
     return [_row("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
 
@@ -241,7 +241,7 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     # impacts, the angle of the velocities is pi - count angle; after an odd number, it is mirrored.
     out = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(out) * speed, 0.0), (math.cos(out) * speed, 0.0)]
-    # The light disc has all the energy at its greatest speed. The heavy one is reversed.
+    # At its greatest speed the light disc has all the energy. The heavy disc reverses its velocity.
     change = [root * speed, 2 * speed]
     return [
         _trial(
@@ -256,8 +256,8 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     _DIGITS,
     f"{_VELOCITY}; an error across the axis grows 5.8 times at each bounce, so 53 bits suffice for about twenty",
     whole=True,
-    # All methods let a disc off the axis leave in nearly the same direction. Only the few bounces before this show the
-    # error, so every number of bounces is tried.
+    # In every method, the disc finally leaves the axis in nearly the same direction. The error is visible only in a few
+    # bounces before, so every number of bounces is tried.
     rungs=40,
 )
 def _unstable_orbit(bounces: float) -> list[Trial]:

@@ -17,8 +17,8 @@ RATE_HZ = 240.0
 #: Phases of the impact. A method can be lucky at one phase, so each value is tried at several phases.
 PHASES = (0.13, 0.52, 0.89)
 
-#: Numbers of steps before and after the impact. A contact by a spring takes time: 24 steps at MuJoCo's usual stiffness
-#: of 1000 /s².
+#: Numbers of steps before and after the impact. A contact modelled by a spring lasts several steps: 24 steps at
+#: MuJoCo's usual stiffness of 1000 /s².
 STEPS_BEFORE, STEPS_AFTER = 4, 40
 MEETING_S = (STEPS_BEFORE + STEPS_AFTER) * (1.0 / RATE_HZ)
 
@@ -70,7 +70,10 @@ def _attack(
     gives_way: str = _VELOCITY,
     **of: Callable[[float], float],
 ) -> Attack:
-    """Return an attack on a meeting at every phase. Keywords are those of `_meeting`, as functions of the value."""
+    """Return an attack on a meeting at every phase.
+
+    The keywords are functions from the attack's value to the arguments of `_meeting`.
+    """
 
     def trials(value: float) -> Sequence[Trial]:
         sizes = {key: function(value) for key, function in of.items()}

@@ -1,7 +1,7 @@
 """Relations between runs, which need no known answers. If a scene is rotated, mirrored or scaled, so is its result.
 
-An engine that violates a relation is wrong in at least one of the two scenes. Absolute lengths, speeds and times in an
-engine (slops, thresholds, margins) fail under a change of units.
+An engine that violates a relation is wrong in at least one of the two scenes. An engine with absolute lengths, speeds
+or times (slops, thresholds, margins) fails when the units are changed.
 """
 
 from __future__ import annotations
@@ -51,8 +51,9 @@ class Relation:
     Attributes:
         name: Short name, as on the command line.
         states: The relation in one sentence.
-        deviation: Runs a base scene and a second scene with a method, and returns the larger of the deviations over the
-            scene's length and speed. Raises SceneError if the final state of the first run is not a valid start.
+        deviation: Function that runs a base scene and a second scene with a method, and returns the larger of the
+            deviations relative to the scene's length and speed. Raises SceneError if the final state of the first run
+            is not a valid start.
         base: Makes the base scene.
         of_runs: Whether the second scene is made from the method's own first run.
     """

@@ -80,7 +80,7 @@ class Spot:
 
     @property
     def cut_off(self) -> bool:
-        """Whether the engine or its adapter failed in the run that decided."""
+        """Whether the cell was decided by a failure of the engine or its adapter."""
         return self.status.is_failure
 
 
@@ -134,7 +134,7 @@ class Line:
     def depth(self, spot: Spot) -> float | None:
         """Return the fraction of the ladder's decades that a method passed; None if nothing was tested.
 
-        A last value without a logarithm, such as a gap of 0, counts as an additional decade.
+        A last value that has no logarithm, such as a gap of 0, is counted as an additional decade.
         """
         if not self.ladder or spot.ending is SpotEnding.NOT_RUN:
             return None

@@ -1,9 +1,9 @@
-"""True motion of a stored scene, by brute force with hundreds of decimal digits.
+"""True motion of a scene with the stored float values, computed by brute force with hundreds of decimal digits.
 
 Every float of a scene is exactly a decimal number, so the conversion loses nothing. After each impact, the textbook
 quadratic is solved for all pairs; with hundreds of digits its cancellation does not matter. The motion is computed
-twice, the second time with twice as many digits. Both computations must give the same result. If they differ in the
-order of impacts, no result is returned. The module does not use Carom's solvers and physics.
+twice, the second time with twice as many digits. An error is raised if the two results differ. The module does not use
+Carom's solvers and physics.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _exactly(numbers: Sequence[float] | Sequence[Vector]) -> NDArray[np.object_]
 
 
 class _Motion:
-    """Brute-force motion with a given number of digits."""
+    """Motion computed by brute force with a given number of digits."""
 
     def __init__(self, scene: Scene, digits: int) -> None:
         self.context = Context(prec=digits)

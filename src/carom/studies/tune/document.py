@@ -111,7 +111,10 @@ def _lead(found: Tuning) -> Iterator[str]:
 
 
 def _ties(found: Tuning) -> Iterator[str]:
-    """Yield the profiles without cut steps that are equally good on these scenes, and those that are better."""
+    """Yield the profiles that are equally good on these scenes, then the better ones.
+
+    Profiles whose steps Carom cuts are omitted.
+    """
     own = FOUND if found.best is not found.first else found.options.profile
     others = {name: one.merit for name, one in found.others.items() if name not in found.located}
     alike = [name for name, merit in others.items() if merit.respects == found.best.merit.respects]

@@ -3,7 +3,7 @@
 These criteria are compared in order. A criterion decides only between settings that are equal by all criteria before
 it:
 
-1. **wrong scenes**: a missed or invented impact changes the motion, and small errors elsewhere can't compensate that;
+1. **wrong scenes**: a missed or invented impact changes the motion, which small errors elsewhere can't compensate;
 2. **scenes that are neither exact nor close**: a method that finds the instant is better than a method that is late by
    up to a step;
 3. **the error over PIT's**, for each scene on a logarithmic scale. Errors differ by decades, so on a linear scale only
@@ -80,7 +80,7 @@ class Merit:
         return self.wrong, self.behind, self.error
 
     def beaten_by(self, other: Merit) -> bool:
-        """Whether another rank is at least as good in every criterion except run time, and better in one of them."""
+        """Return whether another rank is better in a criterion and worse in none, apart from run time."""
         own, its = self.respects, other.respects
         return own != its and all(b <= a for a, b in zip(own, its, strict=True))
 

@@ -5,9 +5,8 @@
    each knob is at its default or turned.
 3. Starting from the best trial, one knob at a time is set back to its default or turned to another value, until nothing
    improves. So every found setting has an effect.
-4. The third step is repeated from all other trials that no trial beats in every criterion. So it also finds two
-   settings that help only together, because each alone reduces wrong scenes at the cost of more sampled scenes, or vice
-   versa.
+4. The third step is repeated from other trials that no trial beats in every criterion. This finds pairs of settings
+  that help only together: each setting alone improves one criterion and worsens another.
 """
 
 from __future__ import annotations
@@ -28,11 +27,11 @@ from carom.support.dataclass import dataclass
 if TYPE_CHECKING:
     from optuna import Study
 
-#: Number of parts of a trial, beginning with the scenes that were worst with the first profile. After each part, a
-#: trial that can no longer equal the best is abandoned.
+#: Number of parts into which a trial's scenes are divided, beginning with the scenes that were worst with the first
+#: profile. After each part, a trial that can no longer equal the best one is abandoned.
 PARTS = 3
 
-#: Limit on refining trials other than the best: this multiple of the requested number of trials.
+#: Limit of trials, as a multiple of the requested number, up to which trials other than the best are refined.
 MOST_TRIALS = 4
 
 
@@ -142,7 +141,7 @@ class KnobSearch:
         for point in ({}, *ends):
             study.enqueue_trial(_parameters(point, self.space))
         asked = 0
-        # A repeated request costs nothing. If the optimiser only repeats requests, the search is finished.
+        # A repeated request is not run again. If the optimiser only repeats requests, the search ends.
         while self.trials < trials and asked < 10 * trials:
             asked += 1
             self._tell(study)
@@ -194,7 +193,7 @@ class KnobSearch:
         return min(self._whole, key=lambda one: one.rank)
 
     def tried(self, point: Point) -> tuple[Merit, bool]:
-        """Evaluate a point, and return its merit and whether it was abandoned, which makes it an upper bound."""
+        """Evaluate a point. Return its merit, and whether it was abandoned, in which case the merit is only a bound."""
         tried = self.space.tried(point)
         if tried not in self._seen:
             self.trials += 1
@@ -211,7 +210,7 @@ class KnobSearch:
         found: dict[int, Judged] = {}
         for part in _parts(self._order):
             found |= zip(part, self.jury.judge(method, [self.scenes[k] for k in part]), strict=True)
-            # The best case is that all remaining scenes are exact.
+            # Assume the best case, in which all remaining scenes are exact.
             left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
             at_best = replace(merit_of([*found.values(), *left]), cost=0.0)
             if left and any(at_best.beaten_by(whole.merit) for whole in self._whole):

@@ -13,8 +13,8 @@ from carom.support.dataclass import dataclass
 #: because an end often disables a feature.
 BETWEEN = 15
 
-#: During refinement, each knob is tested at the ends of `STOPS` equal parts of its range, which finds distant
-#: improvements, and at `NEAR` values on either side of its own, which finds near improvements.
+#: During refinement, each knob is tested at the ends of `STOPS` equal parts of its range, and at the `NEAR` nearest
+#: values on either side of its present value.
 STOPS, NEAR = 4, 2
 
 #: Index of each turned knob's value, by the knob's name. Other knobs keep their default.
