@@ -70,11 +70,20 @@ class Obstacles:
 
     def edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
         """Convert contacts (`CONTACT_DTYPE`) to the edges of impacts (`carom.model.trace.EDGE_DTYPE`)."""
-        return np.array([self._edge(*contact) for contact in contacts.tolist()], dtype=EDGE_DTYPE)
+        lowest, is_joined = self._lowest_edges
+        edges: NDArray[np.void] = lowest[contacts["feature"]]
+        for row in np.flatnonzero(is_joined[contacts["feature"]]):
+            x, y, obstacle = contacts[row].item()
+            wall, part = self._finite[obstacle]
+            edges["edge"][row] = wall.edge_at(x, y, part.edges)
+        return edges
 
-    def _edge(self, x: float, y: float, obstacle: int) -> tuple[int, int]:
-        if obstacle not in self._finite:
-            return NO_EDGE
-        wall, part = self._finite[obstacle]
-        edge = part.edges[0] if len(part.edges) == 1 else wall.edge_at(x, y, part.edges)
-        return edge, part.kind
+    @cached_property
+    def _lowest_edges(self) -> tuple[NDArray[np.void], NDArray[np.bool_]]:
+        """The lowest edge of each obstacle, and whether the obstacle has several. The last row is for no obstacle."""
+        lowest = np.full(len(self.rows) + 1, np.array(NO_EDGE, EDGE_DTYPE))
+        is_joined = np.zeros(len(lowest), bool)
+        for obstacle, (_, part) in self._finite.items():
+            lowest[obstacle] = part.edges[0], part.kind
+            is_joined[obstacle] = len(part.edges) > 1
+        return lowest, is_joined
