@@ -32,7 +32,11 @@ cdef extern from "carom/core/double_double.h" nogil:
 cdef extern from "carom/core/exponentials.h" nogil:
     double nearest_exp(double x)
     double nearest_expm1(double x)
-    double nearest_log1p(double x)
+    struct LogAnchor:
+        pass
+
+    LogAnchor first_anchor()
+    double nearest_log1p_from(LogAnchor *anchor, double x)
 
 cdef extern from "carom/core/pair.h" nogil:
     struct Encounter:
@@ -239,8 +243,10 @@ def expm1(double x):
     return nearest_expm1(x)
 
 
-def log1p(double x):
-    return nearest_log1p(x)
+def logs1p(numbers):
+    """Return the logarithm of 1 + x for each number x, computed one from another."""
+    cdef LogAnchor anchor = first_anchor()
+    return [nearest_log1p_from(&anchor, x) for x in numbers]
 
 
 def sum_of_products(factors):

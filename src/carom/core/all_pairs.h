@@ -62,12 +62,12 @@ static inline Instant wall_meeting(const State *s, Index i, Index k) {
 
 /* Return when disc `i` hits feature k of a wall that does not move, ignoring all other bodies. */
 static inline Instant feature_meeting(const State *s, Index i, Index k, double *wait) {
-    *wait = CAROM_INF;
-    if (s->accelerated.paths != NULL)
-        return is_never_met(s, i, k) ? NEVER : parabola_feature_meeting(s, i, k, CAROM_INF);
     const Disc *a = &s->discs[i];
     bool has_just_left = a->last == -1 - k;
     Mover mover = mover_of(a);
+    *wait = CAROM_INF;
+    if (s->accelerated.paths != NULL)
+        return is_never_met(s, i, k) ? NEVER : parabola_feature_meeting(s, i, k, &mover, CAROM_INF);
     if ((has_just_left && s->features[k].kind != INNER_ARC) || (s->touched != NULL && is_touched(&s->touched[i], -1 - k)))
         return NEVER;
     *wait = feature_time(&mover, &s->features[k], has_just_left).time;

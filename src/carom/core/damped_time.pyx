@@ -2,11 +2,20 @@
 
 import numpy as np
 
+from carom.core.carom_core cimport Impact, Index, Spins
+
 cdef extern from "carom/core/damping.h" nogil:
     double remaining_velocity(double rate, double time)
     double undamped_time(double rate, double time)
+    struct LogAnchor:
+        pass
+
+    LogAnchor first_anchor()
     double damped_time(double rate, double undamped)
+    double damped_time_from(LogAnchor *anchor, double rate, double undamped)
     double latest_undamped_time(double rate, double time)
+    void c_slow_impacts "slow_impacts"(double rate, Impact *impacts, Index count)
+    void c_slow_spins "slow_spins"(double rate, const Impact *undamped, Spins *spins, Index count)
 
 
 def kept(double rate, double seconds):
@@ -34,8 +43,23 @@ def all_damped(double rate, undamped_s):
     cdef const double[::1] times = np.ascontiguousarray(undamped_s, np.float64)
     found = np.empty(times.shape[0])
     cdef double[::1] rows = found
-    cdef Py_ssize_t k
+    cdef Index k
+    cdef LogAnchor anchor = first_anchor()
     with nogil:
         for k in range(times.shape[0]):
-            rows[k] = damped_time(rate, times[k])
+            rows[k] = damped_time_from(&anchor, rate, times[k])
     return found
+
+
+def slow_impacts(double rate, unsigned char[::1] impacts):
+    """Convert impacts of an undamped run, as bytes, to those of the damped run, in place."""
+    if impacts.shape[0] > 0:
+        with nogil:
+            c_slow_impacts(rate, <Impact *>&impacts[0], impacts.shape[0] // sizeof(Impact))
+
+
+def slow_spins(double rate, const unsigned char[::1] undamped, unsigned char[::1] spins):
+    """Convert the spins around impacts, as bytes, in place, given the impacts of the undamped run."""
+    if spins.shape[0] > 0:
+        with nogil:
+            c_slow_spins(rate, <const Impact *>&undamped[0], <Spins *>&spins[0], spins.shape[0] // sizeof(Spins))

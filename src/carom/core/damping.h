@@ -1,14 +1,14 @@
 /* Linear damping v' = -c v by a substitution of the time: docs/theory/damping.md.
 
    A damped disc moves like an undamped one in the undamped time s = (1 - e^(-c t)) / c. Its velocity is 1 - c s times
-   the undamped one. Rates c are per second, 0 or more; times are in seconds. `carom/model/damping.py` has the same
-   formulas for arrays. */
+   the undamped one. Rates c are per second, 0 or more; times are in seconds. */
 
 #pragma once
 
 #include <float.h>
 #include <string.h>
 
+#include "carom/core/carom_core.h"
 #include "carom/core/exponentials.h"
 
 /* Return the factor by which a velocity has decreased after a time. For a negative time it is more than 1, up to
@@ -26,13 +26,19 @@ static inline double undamped_time(double rate, double time) {
     return change == CAROM_INF ? -CAROM_INF : -change / rate;
 }
 
-/* Return the time in which a damped disc moves as far as an undamped one does in `undamped`; infinity for never. */
-static inline double damped_time(double rate, double undamped) {
+/* Return the time in which a damped disc moves as far as an undamped one does in `undamped`; infinity for never. The
+   anchor makes successive times fast. */
+static inline double damped_time_from(LogAnchor *anchor, double rate, double undamped) {
     double way = rate * undamped;
     if (!(fabs(way) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */
         return undamped;
     }
-    return way >= 1.0 ? CAROM_INF : -nearest_log1p(-way) / rate;
+    return way >= 1.0 ? CAROM_INF : -nearest_log1p_from(anchor, -way) / rate;
+}
+
+static inline double damped_time(double rate, double undamped) {
+    LogAnchor anchor = first_anchor();
+    return damped_time_from(&anchor, rate, undamped);
 }
 
 /* Return the next float after a time of 0 or more (`step` 1), or before it (-1). The result is at most infinity and at
@@ -73,4 +79,33 @@ static inline double latest_undamped_time(double rate, double time) {
         found = neighbouring_time(found, -1);
     }
     return found;
+}
+
+/* ---- recorded impacts ---- */
+
+/* Convert impacts of an undamped run to those of the damped run. */
+static inline void slow_impacts(double rate, Impact *impacts, Index count) {
+    LogAnchor anchor = first_anchor();
+    for (Index k = 0; k < count; k++) {
+        Impact *row = &impacts[k];
+        double kept = 1.0 - rate * row->time;
+        for (int axis = 0; axis < 2; axis++) {
+            row->first_before[axis] *= kept;
+            row->second_before[axis] *= kept;
+            row->first_after[axis] *= kept;
+            row->second_after[axis] *= kept;
+        }
+        row->time = damped_time_from(&anchor, rate, row->time);
+    }
+}
+
+/* Convert the spins around impacts, given the impacts of the undamped run. */
+static inline void slow_spins(double rate, const Impact *undamped, Spins *spins, Index count) {
+    for (Index k = 0; k < count; k++) {
+        double kept = 1.0 - rate * undamped[k].time;
+        spins[k].first_before *= kept;
+        spins[k].second_before *= kept;
+        spins[k].first_after *= kept;
+        spins[k].second_after *= kept;
+    }
 }

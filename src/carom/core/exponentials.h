@@ -268,20 +268,14 @@ static inline double approximate_log1p(double x) {
     return exponent * CAROM_LN2 + 2.0 * z * series;
 }
 
-/* Return the natural logarithm of 1 + x: minus infinity at -1, and NaN below. */
-static inline double nearest_log1p(double x) {
-    if (!(x > -1.0 && x < CAROM_INF)) {
-        return x == -1.0 ? -CAROM_INF : x < -1.0 ? NAN : x; /* NaN stays NaN */
-    }
-    if (fabs(x) < CAROM_EXP_LINEAR) {
-        return x;
-    }
+/* Return the natural logarithm of 1 + x as a pair, for x above -1. `error` is set to an upper bound of its error. */
+static inline DoubleDouble expand_log1p(double x, double *error) {
     /* One step of Newton's method from a first value. `rest` is (1 + x) / e^first - 1, at most 2^-48 of the first
        value. The logarithm of 1 + rest is rest - rest^2 / 2, up to 2^-120 of the result. */
     double first = approximate_log1p(x);
     Exponential inverse = expand_exponential(-first);
     DoubleDouble rest;
-    double error = CAROM_EXP_ERROR * fabs(first);
+    *error = CAROM_EXP_ERROR * fabs(first);
     if (inverse.is_small) { /* x + growth + x growth, where x and growth nearly cancel */
         DoubleDouble product = pair_product((DoubleDouble){x, 0.0}, inverse.growth);
         DoubleDouble sum = two_sum(x, inverse.growth.high);
@@ -291,10 +285,64 @@ static inline double nearest_log1p(double x) {
         DoubleDouble sum = two_sum(x, 1.0);
         DoubleDouble scaled = {ldexp(sum.high, inverse.exponent), ldexp(sum.low, inverse.exponent)};
         rest = pair_sum((DoubleDouble){-1.0, 0.0}, pair_product(scaled, combine_exponential(inverse)));
-        error += CAROM_EXP_ERROR;
+        *error += CAROM_EXP_ERROR;
     }
     DoubleDouble value = two_sum(first, rest.high);
-    value = two_sum(value.high, value.low + (rest.low - 0.5 * rest.high * rest.high));
+    return two_sum(value.high, value.low + (rest.low - 0.5 * rest.high * rest.high));
+}
+
+/* A number whose logarithm is known, for the logarithms of numbers near it. */
+typedef struct LogAnchor {
+    double x;
+    DoubleDouble log; /* of 1 + x */
+    double error;     /* upper bound of the error of `log` */
+} LogAnchor;
+
+/* Return the anchor of a series whose first number is unknown: 1, whose logarithm is 0. */
+static inline LogAnchor first_anchor(void) {
+    return (LogAnchor){0.0, {0.0, 0.0}, 0.0};
+}
+
+/* Write the nearest float to the logarithm of 1 + x. Return whether it is certain.
+
+   The logarithm of the anchor is increased by that of 1 + r, where 1 + x is 1 + r times the anchor's number. For r of at
+   most 2^-8 in size, the series ends with r^7. Terms after it are at most 2^-51 r^2, and so are the roundings of terms
+   from r^2 on. */
+static inline bool log1p_near(const LogAnchor *anchor, double x, double *nearest) {
+    DoubleDouble step = two_diff(x, anchor->x), number = two_sum(1.0, anchor->x);
+    double r = step.high / number.high;
+    if (!(fabs(r) <= 0x1p-8)) {
+        return false;
+    }
+    DoubleDouble product = two_prod(r, number.high);
+    double rest = (((step.high - product.high) - product.low) + (step.low - r * number.low)) / number.high;
+    double series = r * r * (-0.5 + r * (1.0 / 3 + r * (-0.25 + r * (0.2 + r * (-1.0 / 6 + r * (1.0 / 7))))));
+    DoubleDouble sum = two_sum(anchor->log.high, r);
+    double error = anchor->error + 0x1p-49 * (r * r) + CAROM_EXP_ERROR * (fabs(r) + fabs(anchor->log.high));
+    return round_pair((DoubleDouble){sum.high, sum.low + (anchor->log.low + (rest + series))}, error, nearest);
+}
+
+/* Return the natural logarithm of 1 + x: minus infinity at -1, and NaN below. If the anchor's logarithm does not decide
+   how it is rounded, x is the next anchor. */
+static inline double nearest_log1p_from(LogAnchor *anchor, double x) {
     double nearest;
-    return CAROM_LIKELY(round_pair(value, error, &nearest)) ? nearest : decide_log1p(x, value.high);
+    if (!(x > -1.0 && x < CAROM_INF)) {
+        return x == -1.0 ? -CAROM_INF : x < -1.0 ? NAN : x; /* NaN stays NaN */
+    }
+    if (fabs(x) < CAROM_EXP_LINEAR) {
+        return x;
+    }
+    if (CAROM_LIKELY(log1p_near(anchor, x, &nearest))) {
+        return nearest;
+    }
+    anchor->x = x;
+    anchor->log = expand_log1p(x, &anchor->error);
+    bool is_certain = round_pair(anchor->log, anchor->error, &nearest);
+    return CAROM_LIKELY(is_certain) ? nearest : decide_log1p(x, anchor->log.high);
+}
+
+/* Return the natural logarithm of 1 + x, as `nearest_log1p_from` does. */
+static inline double nearest_log1p(double x) {
+    LogAnchor anchor = first_anchor();
+    return nearest_log1p_from(&anchor, x);
 }

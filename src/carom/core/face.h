@@ -65,8 +65,32 @@ static inline bool is_before_face(const Mover *disc, const Feature *face) {
     return inner_product(face->ex, face->ey, x_from_end, y_from_end).high <= 0.0;
 }
 
+/* Return how far the foot of a disc that touches a face's line is beyond a point of the line, times the length of the
+   face and the speed of approach. This is the plain form. */
+static inline Bounded foot_beyond(const Mover *disc, const Feature *face, double x, double y) {
+    double size = face->size.high, reach = disc->radius + face->half_width;
+    double ux = disc->ux.high, uy = disc->uy.high;
+    double across_x = ((disc->x.high - x) + disc->x.low) * uy, across_y = ((disc->y.high - y) + disc->y.low) * ux;
+    double along_x = face->ex.high * ux, along_y = face->ey.high * uy;
+    double terms = size * (fabs(across_x) + fabs(across_y)) + reach * (fabs(along_x) + fabs(along_y));
+    return (Bounded){-(size * (across_x - across_y) + reach * (along_x + along_y)),
+                     2.0 * CAROM_ERROR * terms + CAROM_NEGLIGIBLE};
+}
+
+/* Return whether a disc that approaches a face's line certainly has its foot outside of the edge when it touches the
+   line. */
+static inline bool is_certainly_beside(const Mover *disc, const Feature *face) {
+    Bounded from_start = foot_beyond(disc, face, face->x.high, face->y.high);
+    Bounded from_end = foot_beyond(disc, face, face->fx.high, face->fy.high);
+    return from_start.value < -from_start.error || from_end.value > from_end.error;
+}
+
 /* Return whether a disc that approaches a face's line has its foot on the edge when it touches the line. */
 static inline bool is_between_ends(const Mover *disc, const Feature *face) {
+    Bounded near_start = foot_beyond(disc, face, face->x.high, face->y.high);
+    Bounded near_end = foot_beyond(disc, face, face->fx.high, face->fy.high);
+    if (fabs(near_start.value) > near_start.error && fabs(near_end.value) > near_end.error)
+        return near_start.value > 0.0 && 0.0 > near_end.value;
     DoubleDouble reach = two_sum(disc->radius, face->half_width);
     DoubleDouble along = inner_product(face->ex, face->ey, disc->ux, disc->uy);
     DoubleDouble from_start =

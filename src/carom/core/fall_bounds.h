@@ -115,6 +115,37 @@ static inline bool misses_line(double gap, double gap_size, double speed, double
            is_bound_after(closing_lower_bound(-gap - gap_error, -speed - speed_error, -pull - pull_error), within);
 }
 
+/* Return whether a disc certainly does not touch a face within a time. (x, y) is the disc's position relative to the
+   start of the face, and `way` an upper bound of its displacement.
+
+   Let w, s and p be the gap to the face's line, its rate of change and its acceleration, times the face's length, and f,
+   g and h the same for the foot along the face. First, the gap changes by at most s t + p t^2/2. Second, if it closes at
+   a time t, then w + s t + p t^2/2 = 0, so the foot times -s is f (-s) + g w, up to terms with p and h. */
+static inline bool fall_misses_face(double x, double y, double ux, double uy, const Feature *f, double ax, double ay,
+                                    double place_size, double thick, double way, double within) {
+    const double ex = f->ex.high, ey = f->ey.high, length = f->size.high;
+    const double cross = ex * y - ey * x, gap = cross - length * thick;
+    const double speed = ex * uy - ey * ux, pull = ex * ay - ey * ax, half = 0.5 * within;
+    const double sides = fabs(ex) + fabs(ey), gap_size = sides * place_size + length * thick;
+    const double size = gap_size + sides * way, error = CAROM_BOUND_ERROR * size + CAROM_BOUND_UNDERFLOW;
+    if (gap + within * (lesser(speed, 0.0) + half * lesser(pull, 0.0)) > error)
+        return true;
+    const bool is_behind = cross < -CAROM_BOUND_ERROR * gap_size - CAROM_BOUND_UNDERFLOW;
+    if (is_behind && gap + within * (greater(speed, 0.0) + half * greater(pull, 0.0)) < -error)
+        return true;
+    const double speed_size = fabs(ex * uy) + fabs(ey * ux), closing = -speed;
+    if (gap > error && closing > CAROM_BOUND_ERROR * speed_size) {
+        const double foot = ex * x + ey * y, foot_speed = ex * ux + ey * uy, foot_pull = ex * ax + ey * ay;
+        const double bend = half * within * (fabs(foot_speed * pull) + closing * fabs(foot_pull));
+        const double sizes = size * (speed_size + fabs(ex * ux) + fabs(ey * uy)) + bend;
+        const double room = bend + 8.0 * CAROM_BOUND_ERROR * sizes + CAROM_BOUND_UNDERFLOW;
+        const double at = foot * closing + foot_speed * gap, end = (ex * ex + ey * ey) * closing;
+        if (at < -room || at - end > room + CAROM_BOUND_ERROR * end)
+            return true;
+    }
+    return misses_line(gap, gap_size, speed, speed_size, pull, fabs(ex * ay) + fabs(ey * ax), is_behind, within);
+}
+
 /* Return whether a disc certainly does not touch a feature within a time. The disc has not just left the feature. */
 static inline bool fall_misses_feature(const Mover *disc, const Feature *f, double ax, double ay, double within) {
     const double ux = disc->ux.high, uy = disc->uy.high;
@@ -126,9 +157,19 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
         return misses_line(x * f->nx + y * f->ny - disc->radius, size, ux * f->nx + uy * f->ny, fabs(ux) + fabs(uy),
                            ax * f->nx + ay * f->ny, fabs(ax) + fabs(ay), false, within);
     }
+    const double fallen = within * (fabs(ax) + fabs(ay)), way = within * (fabs(ux) + fabs(uy) + fallen);
+    if (f->kind == FACE && fall_misses_face(x, y, ux, uy, f, ax, ay, place_size, thick, way, within))
+        return true;
+    const double error = CAROM_BOUND_ERROR * place_size;
+    if (f->kind == VERTEX || f->kind == OUTER_ARC) {
+        /* The path differs from a straight one by at most half of `fallen` times the time. */
+        double touch = f->size.high + thick + (0.5 + CAROM_BOUND_ERROR) * fallen * within + error;
+        Bounded apart = separation(x, y, touch);
+        if (apart.value > apart.error && is_passed(x, y, ux, uy, touch, within))
+            return true;
+    }
     /* When a disc touches a feature, its centre is within `thick` of the feature, except for the rounding of its
        displacement. That rounding decides at the ends of the feature. */
-    const double way = within * ((fabs(ux) + fabs(uy)) + within * (fabs(ax) + fabs(ay)));
     const double room_error = CAROM_BOUND_ERROR * (place_size + thick + f->size.high + way);
     const double room = thick + (room_error + CAROM_BOUND_LENGTH_UNDERFLOW);
     Range path_x = parabola_range(x, ux, ax, within), path_y = parabola_range(y, uy, ay, within), at_x, at_y;
@@ -136,14 +177,6 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
     if (path_x.least > at_x.most + room || path_x.most < at_x.least - room || path_y.least > at_y.most + room ||
         path_y.most < at_y.least - room)
         return true;
-    if (f->kind == FACE) {
-        double ex = f->ex.high, ey = f->ey.high, length = f->size.high;
-        double cross = ex * y - ey * x, size = (fabs(ex) + fabs(ey)) * place_size;
-        return misses_line(cross - length * thick, size + length * thick, ex * uy - ey * ux,
-                           fabs(ex * uy) + fabs(ey * ux), ex * ay - ey * ax, fabs(ex * ay) + fabs(ey * ax),
-                           cross < -CAROM_BOUND_ERROR * size - CAROM_BOUND_UNDERFLOW, within);
-    }
-    const double error = CAROM_BOUND_ERROR * place_size;
     if (f->kind != INNER_ARC)
         return is_bound_after(circle_lower_bound(x, y, ux, uy, ax, ay, f->size.high + thick, error), within);
     double most_x = greater(path_x.most, -path_x.least), most_y = greater(path_y.most, -path_y.least);

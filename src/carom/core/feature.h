@@ -77,5 +77,5 @@ static inline Feature feature_from(const double *row) {
 
 /* Return a disc relative to a wall that does not move. */
 static inline Mover mover_at(double x, double y, double vx, double vy, double radius) {
-    return (Mover){{x, 0.0}, {y, 0.0}, two_diff(vx, 0.0), two_diff(vy, 0.0), radius};
+    return (Mover){{x, 0.0}, {y, 0.0}, {vx, 0.0}, {vy, 0.0}, radius};
 }

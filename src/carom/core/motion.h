@@ -88,22 +88,11 @@ static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait)
     return wall_time(a->x, a->y, a->vx, a->vy, a->radius, w->x, w->y, w->nx, w->ny);
 }
 
-/* Return whether a disc's path certainly misses the circle around the middle of a face that contains all its contact
-   points. */
-static inline bool misses_face_circle(const Disc *a, const Feature *face, double reach) {
-    double dx = (face->x.high - a->x) + 0.5 * face->ex.high;
-    double dy = (face->y.high - a->y) + 0.5 * face->ey.high;
-    /* The circle is enlarged by more than the roundings of the middle's relative position, and of the sum. */
-    double circle = (reach + 0.5 * face->size.high) * (1.0 + 4.0 * CAROM_ERROR) + 4.0 * CAROM_ERROR * (fabs(dx) + fabs(dy));
-    Bounded d = discriminant(dx, dy, a->vx, a->vy, circle);
-    return d.value < -d.error;
-}
-
 /* Return whether a disc certainly does not reach a feature within a wait, in the worst case of all roundings.
 
    The result is also true if the centre is behind the line of a face, since the disc can then hit only the other side.
    Error bounds cover eight roundings of a term, or sixteen of a distance. */
-static inline bool is_out_of_reach(const Disc *a, const Feature *f, double wait) {
+static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feature *f, double wait) {
     double reach = a->radius + f->half_width;
     if (f->kind <= FACE) {
         Bounded toward = approach(a->vx, a->vy, f->nx, f->ny);
@@ -113,16 +102,18 @@ static inline bool is_out_of_reach(const Disc *a, const Feature *f, double wait)
         double gap = rim.value - reach - (rim.error + CAROM_ERROR * reach);
         if (toward.value > toward.error || gap > (toward.error - toward.value) * wait)
             return true;
-        return f->kind == FACE && misses_face_circle(a, f, reach);
+        return f->kind == FACE && gap > 0.0 && is_certainly_beside(mover, f);
     }
     double dx = (a->x - f->x.high) - f->x.low;
     double dy = (a->y - f->y.high) - f->y.low;
-    double away = sqrt(dx * dx + dy * dy);
-    double touch = f->kind == INNER_ARC ? f->size.high - reach : f->size.high + reach;
-    if (f->kind == INNER_ARC && touch < 0.0)
+    if (f->kind != INNER_ARC)
+        return is_passed(dx, dy, a->vx, a->vy, f->size.high + reach, wait);
+    double touch = f->size.high - reach;
+    if (touch < 0.0)
         return false; /* the disc may not fit inside; this is rare and not decided here */
-    double gap = f->kind == INNER_ARC ? fabs(away - touch) : away - touch;
-    return gap - 2.0 * CAROM_ERROR * (away + f->size.high + reach) > (fabs(a->vx) + fabs(a->vy)) * wait;
+    double away = sqrt(dx * dx + dy * dy);
+    double gap = fabs(away - touch) - 2.0 * CAROM_ERROR * (away + f->size.high + reach);
+    return gap > (fabs(a->vx) + fabs(a->vy)) * wait;
 }
 
 /* Return how long a disc takes to reach a feature. The result is infinity for never, or if the time is certainly longer
@@ -132,7 +123,7 @@ static inline bool is_out_of_reach(const Disc *a, const Feature *f, double wait)
    disc hit on this path. The disc can then hit it again only if it is the inside of an arc. */
 static inline double feature_impact_wait(const Disc *a, const Mover *mover, const Feature *f, bool has_just_left,
                                          double wait) {
-    if (has_just_left ? f->kind != INNER_ARC : is_out_of_reach(a, f, wait))
+    if (has_just_left ? f->kind != INNER_ARC : is_out_of_reach(a, mover, f, wait))
         return CAROM_INF;
     return feature_time(mover, f, has_just_left).time;
 }

@@ -256,17 +256,18 @@ static inline double find_first_wall(const State *s, Index i, const Disc *a, con
 static inline double find_first_feature(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                         Index *obstacle) {
     Mover mover = mover_of(a);
+    double latest = wait + CAROM_TIME_ERROR * (a->time + wait);
     *obstacle = NO_OBSTACLE;
     for (; *numbers != NO_OBSTACLE; numbers++) {
         Index k = *numbers;
         const Feature *f = &s->features[k];
         if (s->touched != NULL && is_touched(&s->touched[i], -1 - k))
             continue;
-        double latest = wait + CAROM_TIME_ERROR * (a->time + wait);
         double found = feature_impact_wait(a, &mover, f, a->last == -1 - k, latest);
         if (found < wait || (*obstacle != NO_OBSTACLE && f->wall != s->features[*obstacle].wall &&
                              a->time + found == a->time + wait)) {
             wait = found;
+            latest = wait + CAROM_TIME_ERROR * (a->time + wait);
             *obstacle = k;
         }
     }

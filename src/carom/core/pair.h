@@ -24,6 +24,7 @@
 #pragma once
 
 #include <math.h>
+#include <stdbool.h>
 
 #include "carom/core/double_double.h"
 
@@ -70,6 +71,19 @@ static inline Bounded separation(double dx, double dy, double reach) {
     double distance2 = dx * dx + dy * dy;
     double reach2 = reach * reach;
     return (Bounded){distance2 - reach2, CAROM_ERROR * (distance2 + reach2) + CAROM_NEGLIGIBLE};
+}
+
+/* Return whether two discs certainly do not collide within a wait. The time of impact is at least c / (-2 b). */
+static inline bool is_passed(double dx, double dy, double ux, double uy, double reach, double wait) {
+    Bounded b = approach(dx, dy, ux, uy);
+    if (b.value > b.error)
+        return true;
+    Bounded c = separation(dx, dy, reach);
+    double least = (c.value - c.error) * (1.0 - CAROM_ERROR), closing = b.error - b.value;
+    if (least > 2.0 * closing * wait)
+        return true;
+    Bounded d = discriminant(dx, dy, ux, uy, reach);
+    return d.value < -d.error || least > (closing + sqrt(greater(d.value, 0.0) + d.error)) * wait;
 }
 
 /* ---- one refinement ---- */

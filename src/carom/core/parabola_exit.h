@@ -141,24 +141,30 @@ static inline bool keeps_touching(const State *s, Index i, Index k) {
     return s->accelerated.deceleration > 0.0 || wall_speed(p->ax, p->ay, f->nx, f->ny).high == 0.0;
 }
 
-/* Return how long a disc takes to reach feature k. `seen` is its state relative to the feature. The result is infinity
-   for never, or if the time is certainly longer than `within`. `has_just_left` says that the feature is the last thing
-   that the disc hit on this path. `touches` says that the disc touches it without normal speed. */
-static inline double parabola_feature_wait(const State *s, Index i, Index k, const Motion *seen, bool has_just_left,
-                                           bool touches, double within) {
+/* Return how long a disc takes to reach feature k; infinity for never. The other arguments are those of
+   `parabola_feature_wait`. */
+static CAROM_NOINLINE double solve_parabola_feature(const State *s, Index i, Index k, const Mover *disc,
+                                                    bool has_just_left, bool touches) {
     const Accelerated *run = &s->accelerated;
-    const Disc *a = &s->discs[i];
     const Parabola *p = &run->paths[i];
     const Feature *f = &s->features[k];
     /* On a table the path is straight and does not return to a flat feature. */
     if (f->kind <= FACE && (touches || (has_just_left && run->deceleration > 0.0))) {
         return CAROM_INF;
     }
-    Mover disc = mover_at(seen->x, seen->y, seen->vx, seen->vy, a->radius);
-    if (!has_just_left && fall_misses_feature(&disc, f, p->ax, p->ay, within)) {
+    return feature_fall_time(&run->exact, disc, f, p->ax, p->ay, has_just_left, p->leaving);
+}
+
+/* Return how long disc `i`, given relative to feature k, takes to reach it. The result is infinity for never, or if the
+   time is certainly longer than `within`. `has_just_left` says that the feature is the last thing that the disc hit on
+   this path. `touches` says that the disc touches it without normal speed. */
+static inline double parabola_feature_wait(const State *s, Index i, Index k, const Mover *disc, bool has_just_left,
+                                           bool touches, double within) {
+    const Parabola *p = &s->accelerated.paths[i];
+    if (!has_just_left && fall_misses_feature(disc, &s->features[k], p->ax, p->ay, within)) {
         return CAROM_INF;
     }
-    return feature_fall_time(&run->exact, &disc, f, p->ax, p->ay, has_just_left, p->leaving);
+    return solve_parabola_feature(s, i, k, disc, has_just_left, touches);
 }
 
 /* Return when a disc between two walls returns to the wall that it has left: see `Parabola.left_ground`. */
@@ -176,17 +182,16 @@ static inline Instant return_to_left_ground(const State *s, Index i) {
     return f->kind == PLANE || foot_is_on_face(&disc, f, wait, p->ax, p->ay) ? met : NEVER;
 }
 
-/* Return when a disc hits feature k of a wall that does not move. The result is NEVER if that is certainly later than
+/* Return when disc `i` hits feature k of a wall that does not move. The result is NEVER if that is certainly later than
    `within` seconds. */
-static inline Instant parabola_feature_meeting(const State *s, Index i, Index k, double within) {
+static inline Instant parabola_feature_meeting(const State *s, Index i, Index k, const Mover *disc, double within) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
     if (CAROM_UNLIKELY(p->left_ground == k)) {
         return return_to_left_ground(s, i);
     }
-    Motion seen = {a->x, a->y, a->vx, a->vy};
-    double wait = parabola_feature_wait(s, i, k, &seen, a->last == -1 - k, keeps_touching(s, i, k), within);
-    return instant_after(own_instant(a, p), wait);
+    double wait = parabola_feature_wait(s, i, k, disc, a->last == -1 - k, keeps_touching(s, i, k), within);
+    return wait < CAROM_INF ? instant_after(own_instant(a, p), wait) : NEVER;
 }
 
 typedef struct NextObstacle {
@@ -199,6 +204,7 @@ typedef struct NextObstacle {
    If two features of one wall have the same instant, the first in the list is first. If they belong to two walls, the
    last is first, since wall k is body -1 - k. */
 static inline NextObstacle first_of_features(const State *s, Index i, const int *numbers, NextObstacle next) {
+    const Mover disc = mover_of(&s->discs[i]);
     for (; *numbers != NO_OBSTACLE; numbers++) {
         Index k = *numbers;
         if (is_never_met(s, i, k)) {
@@ -206,7 +212,7 @@ static inline NextObstacle first_of_features(const State *s, Index i, const int 
         }
         /* This includes later instants that round to the same time. */
         double within = next.time.high - s->discs[i].time + CAROM_TIME_ERROR * next.time.high;
-        Instant met = parabola_feature_meeting(s, i, k, within);
+        Instant met = parabola_feature_meeting(s, i, k, &disc, within);
         bool is_tie = next.feature != NO_OBSTACLE && s->features[next.feature].wall != s->features[k].wall &&
                       is_same_instant(met, next.time);
         if (is_before(met, next.time) || is_tie) {
@@ -228,7 +234,7 @@ static inline NextObstacle first_of_driven_wall(const State *s, Index i, const D
         }
         Motion seen = motion_at(s, i, begin);
         Point moved = displacement_on(leg, begin.high);
-        seen = (Motion){seen.x - moved.x, seen.y - moved.y, seen.vx - leg->vx, seen.vy - leg->vy};
+        Mover disc = mover_at(seen.x - moved.x, seen.y - moved.y, seen.vx - leg->vx, seen.vy - leg->vy, a->radius);
         if (n == first) {
             begin = own_instant(a, &s->accelerated.paths[i]);
         }
@@ -242,7 +248,7 @@ static inline NextObstacle first_of_driven_wall(const State *s, Index i, const D
             bool is_table_plane = s->accelerated.deceleration > 0.0 && s->features[k].kind == PLANE;
             bool has_just_left = (n == first || is_table_plane) && a->last == -1 - k;
             bool touches = n == first && keeps_touching(s, i, k);
-            double found = parabola_feature_wait(s, i, k, &seen, has_just_left, touches, within);
+            double found = parabola_feature_wait(s, i, k, &disc, has_just_left, touches, within);
             if (found < wait) {
                 wait = found;
                 met_feature = k;

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.model.trace import Outcome
+from carom.core import damped_time
+from carom.model.trace import SPIN_DTYPE, Outcome
 from carom.solvers.options import ALWAYS, require_goal
 from carom.solvers.run import SeenRun
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from carom.model.damping import Damping
@@ -46,10 +45,7 @@ class DampedRun(SeenRun):
     """
 
     def __init__(self, run: Run, damping: Damping) -> None:
-        def times_s() -> Array:
-            return damping.all_damped(run.log.array()["time_s"])
-
-        super().__init__(run, lambda rows: _slow_rows(rows, run.log, times_s, damping))
+        super().__init__(run, lambda rows: _slow_rows(rows, run.log, damping))
         self.time_s = 0.0
         self._damping = damping
 
@@ -77,21 +73,11 @@ class DampedRun(SeenRun):
         return None if spins is None else spins * self._damping.kept(self.time_s)
 
 
-def _slow_rows(
-    rows: NDArray[np.void], log: RunImpacts, times_s: Callable[[], Array], damping: Damping
-) -> NDArray[np.void]:
-    """Convert impacts or their spins from the undamped to the damped run.
-
-    `times_s` returns the damped times of all impacts. Velocities and spins are scaled by ``1 - c s`` with the undamped
-    time s, which equals ``exp(-c t)`` with the damped time t.
-    """
-    kept = 1.0 - damping.per_s * log.array()["time_s"]
+def _slow_rows(rows: NDArray[np.void], log: RunImpacts, damping: Damping) -> NDArray[np.void]:
+    """Convert impacts without damping, or the spins around them, to those with damping."""
     slowed = rows.copy()
-    for name in rows.dtype.names or ():
-        if name == "time_s":
-            slowed[name] = times_s()
-        elif name.startswith("velocity"):
-            slowed[name] = rows[name] * kept[:, None]
-        elif name.startswith(("first_", "second_")):
-            slowed[name] = rows[name] * kept
+    if rows.dtype == SPIN_DTYPE:
+        damped_time.slow_spins(damping.per_s, log.array().view(np.uint8), slowed.view(np.uint8))
+    else:
+        damped_time.slow_impacts(damping.per_s, slowed.view(np.uint8))
     return slowed

@@ -10,10 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 probe = pytest.importorskip("tests.probe")
-exp, expm1, log1p = probe.exp, probe.expm1, probe.log1p
+exp, expm1, logs1p = probe.exp, probe.expm1, probe.logs1p
 
 #: From the smallest for which damping asks, 2**-54, on.
 DECAYS = st.floats(-708.0, -(2.0**-54))
+ABOVE = st.floats(-1.0, -(2.0**-54), exclude_min=True) | st.floats(-1.0 + 2.0**-53, -1.0 + 2.0**-40)
 
 
 def _float(name: str, x: float) -> float:
@@ -28,10 +29,20 @@ def test_a_power_is_the_nearest_float(x: float) -> None:
     assert expm1(x) == _float("expm1", x)
 
 
-@given(st.floats(-1.0, -(2.0**-54), exclude_min=True) | st.floats(-1.0 + 2.0**-53, -1.0 + 2.0**-40))
+@given(ABOVE)
 def test_a_logarithm_is_the_nearest_float(x: float) -> None:
     """Just above -1, too, and next to 0."""
-    assert log1p(x) == _float("log1p", x)
+    assert logs1p([x]) == [_float("log1p", x)]
+
+
+@given(ABOVE, st.lists(st.floats(0.0, 1.0).map(lambda part: part**16), max_size=20))
+def test_logarithms_of_numbers_near_each_other_are_the_nearest_floats(x: float, parts: list[float]) -> None:
+    """A logarithm that is computed from another one has the same bits."""
+    numbers = [x]
+    for part in parts:
+        numbers.append(numbers[-1] - part * (1.0 + numbers[-1]))
+    numbers = [number for number in numbers if -1.0 < number <= -(2.0**-54)]
+    assert logs1p(numbers) == [_float("log1p", number) for number in numbers]
 
 
 def test_far_powers_have_no_digits() -> None:
