@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import each, release_after
+from tests.lengths import each, long_until, release_after
 from tests.stage import crushed_rows, disc_at, on_legs, staged, wall_at
 from tests.validation.mpmath_runs import brute_force
 
@@ -340,7 +340,7 @@ def among_mallets(seed: int) -> Scene:
     )
 
 
-@each("seeds", release_after(1, [range(40), range(40, 1040)]))
+@each("seeds", long_until(1, [range(40), range(40, 1040)]))
 def test_a_puck_among_mallets_has_the_impacts_of_sixty_digits(seeds: range) -> None:
     """Six impacts each of rough pucks among spinning, driven discs and driven walls: order, times, velocities."""
     compared = 0

@@ -144,6 +144,7 @@ def test_a_collapse_and_a_start_in_which_all_discs_touch_come_to_an_end(scene: S
     assert outcome in {Outcome.COMPLETED, Outcome.STANDSTILL}
 
 
+@pytest.mark.long
 @each("k", range(6))
 def test_every_impact_of_galperins_billiard(k: int) -> None:
     """Up to 314159 impacts, each comes at its own instant with its own velocity, within what roundings explain."""

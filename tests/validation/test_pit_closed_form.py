@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.lengths import each, release_after
+from tests.lengths import each, long_until
 from tests.stage import disc_at, staged
 
 from carom import Scene, solve_pit
@@ -47,7 +47,7 @@ def test_pits_late_normal_follows_from_its_delay(offset: float, advance: float, 
     assert math.atan2(ny, nx) == pytest.approx(expected, abs=1e-9)
 
 
-@each("advance", release_after(2, [0.3, 1.7, 0.9, 1.0, 3.0]))
+@each("advance", long_until(2, [0.3, 1.7, 0.9, 1.0, 3.0]))
 @each("offset", [0.0, 0.5, 0.9])
 def test_the_share_of_phases_that_pit_misses(advance: float, offset: float) -> None:
     """Over all phases PIT misses a share of max(0, 1 - sqrt(1 - b^2) / a), b the offset and a the advance a frame.

@@ -115,7 +115,7 @@ def test_a_restitution_a_tenth_too_low(reference: Trace) -> None:
 
 
 @each("length, time", release_after(1, [(1e-6, 1e3), (1000.0, 1.0), (1.0, 1e-3)]))
-@each("name", ["paper/late", "paper/multiple", "classics/inelastic-oblique", "classics/deflection"])
+@each("name", ["paper/multiple", "classics/deflection"])
 def test_the_units_of_a_scene_do_not_matter(name: str, length: float, time: float) -> None:
     """The same scene in millimetres, or a thousand times faster, gets the same grade, verdicts and scaled errors.
 

@@ -158,6 +158,7 @@ def test_a_disc_flies_off_an_edge_where_its_weight_holds_it_to_no_circle(speed: 
         assert "end of a straight edge of wall 0" in trace.notes[0]
 
 
+@pytest.mark.long
 def test_a_floor_that_bends_up_or_down_smoothly_ends_where_the_arc_begins() -> None:
     """However it is rounded, the disc reaches the end of an edge there, and no two walls hold it."""
     for number in range(60):

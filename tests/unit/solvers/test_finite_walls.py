@@ -146,6 +146,7 @@ def slid(rnd: random.Random) -> tuple[Scene, float]:
     return table(disc, stadium), (length - 0.1) / vx
 
 
+@pytest.mark.long
 @each(
     "drawn, fields",
     [

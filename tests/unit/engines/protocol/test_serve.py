@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.distribution import lay
-from tests.lengths import each, release_after
+from tests.lengths import each, long_until
 from tests.processes import ran
 from tests.unit.engines.protocol.programs import crowd
 
@@ -52,7 +52,7 @@ def physics(trace: Trace) -> Trace:
     return replace(trace, method="", settings=own, counts=ours)
 
 
-@each("name", release_after(1, ["pymunk", "mujoco"]))
+@each("name", long_until(1, ["pymunk", "mujoco"]))
 def test_a_served_adapter_gives_the_digits_of_the_adapter(name: str, tmp_path: Path) -> None:
     """Impacts, states, settings read back and local truth are equal to the bit, also where steps are cut."""
     adapter, behind = available(name), served(tmp_path, name)

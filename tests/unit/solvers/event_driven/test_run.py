@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.drawn import jittered, scene_of
-from tests.lengths import each, release_after
+from tests.lengths import each, long_until, release_after
 from tests.stage import sure
 from tests.unit.solvers.kinds import all_pairs
 
@@ -41,7 +41,7 @@ STARTS = {
 }
 
 
-@each("name", release_after(2, STARTS))
+@each("name", long_until(2, STARTS))
 def test_no_result_depends_on_the_cells_or_on_a_stop_in_the_long_run(name: str) -> None:
     """Wider cells, one cell for all, or a run taken up from its state amid an epoch: the same outcome."""
     start, (impacts, wide) = STARTS[name], (100_000, 3.0) if name == "large" else (20_000, math.inf)

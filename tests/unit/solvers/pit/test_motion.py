@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tests.drawn import drawn, slowing, table, thrown
-from tests.lengths import each, release_after
+from tests.lengths import each, long_until, release_after
 from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished
 
 from carom import Chain, Disc, Scene, Wall
@@ -104,7 +104,7 @@ CROWDS: dict[str, Callable[[], Scene]] = {
 
 
 @each("kind", CROWDS)
-@each("rate_hz", release_after(1, [30.0, 7.0, 240.0]))
+@each("rate_hz", long_until(1, [30.0, 7.0, 240.0]))
 def test_crowds_are_plain_loopings_to_the_bit(kind: str, rate_hz: float) -> None:
     """Skipping, and sweeping where that costs less, find what a loop over all pairs finds."""
     scene, clock, forms = CROWDS[kind](), FrameClock(rate_hz=rate_hz), compiled_forms()
