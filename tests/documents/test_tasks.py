@@ -227,7 +227,6 @@ def test_the_page_of_the_whole_suite_is_small() -> None:
     assert readme.SAMPLE.with_name("index.html").stat().st_size <= 3_000_000
 
 
-@pytest.mark.long
 def test_the_blocks_are_those_of_committed_results() -> None:
     """Run time against error, stability, accuracy and the diagram are what the script makes of committed results."""
     made = {found[2]: found[3] for found in readme.BLOCK.finditer(README)}

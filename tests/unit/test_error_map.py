@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from docs.figures.error_map import build_error_map, error_map_figure
 
 SCENES = 2**17
@@ -33,7 +32,6 @@ def test_small_steps_cost_in_proportion_and_head_on_nothing() -> None:
     assert error[0, 5] < error[5, 5] < error[15, 5]
 
 
-@pytest.mark.long
 def test_both_halves_are_drawn() -> None:
     """Each half is an SVG element with its name and its axes' words."""
     found = build_error_map(SCENES)

@@ -246,7 +246,6 @@ def test_no_exact_run_begins_where_a_disc_has_no_room(
     assert not np.any(after["missed"])
 
 
-@pytest.mark.long
 def test_an_impact_that_is_missed_before_a_crush_still_is() -> None:
     """A run without the second of its impacts, many steps before the third, is wrong."""
     truth = solve_pic(crush())

@@ -380,7 +380,6 @@ def test_the_schema_rejects_what_loading_rejects(path: list[str | int], value: o
     assert refusal(written(tmp_path / "x.json", json.dumps(edited)))
 
 
-@pytest.mark.long
 def test_a_million_problems_are_not_listed(tmp_path: Path) -> None:
     """Of what is wrong in a file no more is looked for than a message shows; it says that there is more."""
     disc = ",".join(f'"k{k}":1' for k in range(100))

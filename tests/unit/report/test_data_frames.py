@@ -51,7 +51,6 @@ def test_a_trace_without_impacts_is_a_table_without_rows() -> None:
     assert "effective_time_s" in missed
 
 
-@pytest.mark.long
 def test_results_are_a_row_a_run() -> None:
     """Each run with its grade, counts and errors; what was not run or has no error is NaN, never 0."""
     pytest.importorskip("pandas")
