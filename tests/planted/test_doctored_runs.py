@@ -138,7 +138,7 @@ KINDS = [
 @each(
     "where, rung",
     [
-        pytest.param(where, rung, id=f"{where[1]}-{rung.size:g}", marks=[LONGER] * (k % 6 > 0 or rung is not last))
+        pytest.param(where, rung, id=f"{where[1]}-{rung.size:g}", marks=[LONGER] * (k % 3 > 0 or rung is not last))
         for k, (where, f) in enumerate(FAULTS.items())
         for *_, last in [f.rungs]
         for rung in f.rungs

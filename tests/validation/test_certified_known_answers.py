@@ -52,7 +52,7 @@ def assert_told(certified: CertifiedTrace, times: list[Any], rounding: float = 1
     assert found == pytest.approx([float(time) for time in times], rel=rounding, abs=rounding)
 
 
-@each("entries", by_group("issues", "tables", "driven", "contact", "spin", "classics"))
+@each("entries", by_group("issues", "tables", "driven", "classics"))
 def test_each_scene_is_certified_to_its_end_and_agrees_with_its_known_answer(entries: list[CatalogueScene]) -> None:
     """What is proven is the known answer to the closed form's rounding, and PIC's; of others it is said why not."""
     for entry in entries:

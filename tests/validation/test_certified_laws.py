@@ -219,7 +219,6 @@ def apart(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
     return found
 
 
-@pytest.mark.long
 def test_runs_of_15_and_50_digits_enclose_the_same_truth() -> None:
     """In small rough scenes, with gravity and without, no number contradicts the other run's."""
     impacts = 0

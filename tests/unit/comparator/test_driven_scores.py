@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_until, release_after
+from tests.lengths import each, release_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
@@ -173,7 +173,7 @@ def crush() -> Scene:
     )
 
 
-@each("steps_per_s, expected", long_until(1, [(7.0, 1), (60.0, 4), (55.5, 4)]))
+@each("steps_per_s, expected", release_after(1, [(7.0, 1), (60.0, 4), (55.5, 4)]))
 def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart(steps_per_s: float, expected: int) -> None:
     """PIC is exact and PIT sampled up to there, also at steps that end at the crush; beyond it nothing is compared."""
     results = cross_checked([crush()], ["pic", "pit"], dts=[1 / steps_per_s], profiles=["tuned"])
