@@ -52,7 +52,7 @@ def _mbsim_49() -> Staged:
     package="tailuge/billiards",
     thread="https://github.com/tailuge/billiards/pull/298",
     reported="The object ball of a cut shot was thrown too little, by an extra factor of .3. The limit up to which "
-    "balls hold each other was also wrong: it is a seventh of the slip.",
+    "balls hold each other was also wrong. The right limit is a seventh of the slip.",
     made="Balls have the moment of inertia of spheres, as in the thread. Offset, speed and friction are ours.",
 )
 def _tailuge_298() -> Staged:

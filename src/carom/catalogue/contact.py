@@ -240,8 +240,9 @@ def _pressed() -> Staged:
         "Newton's law of restitution, one impact after the other",
         (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0))),
         convention=(
-            "One after the other, each round leaves a quarter of 2 m/s, and both end at rest. All at once, as engines "
-            "solve them, the upper disc leaves at 1 m/s. Here impacts are applied one after the other"
+            "If the impacts are applied one after the other, each round leaves a quarter of 2 m/s, and both discs end "
+            "at rest. If all are applied at once, as in engines, the upper disc leaves at 1 m/s. Here impacts are "
+            "applied one after the other"
         ),
     )
     return Staged(scene, known)

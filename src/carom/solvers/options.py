@@ -67,7 +67,7 @@ def _window(window_s: Any) -> tuple[float, float]:
     except (TypeError, ValueError, OverflowError):
         begin = end = math.nan
     if math.isnan(begin) or math.isnan(end):
-        raise InputError(f"window_s must be two times, got {shown(window_s)}")
+        raise InputError(f"window_s must be a pair of times, got {shown(window_s)}")
     return begin, end
 
 

@@ -31,7 +31,7 @@ from carom.support.folders import write_files
 
 ABOUT = (
     "PIC computes the instant of each impact and is the reference. PIT checks for overlap once per step, so it "
-    "finds impacts late or misses them. Each engine is compared with both."
+    "finds impacts late or misses them. Each engine is compared with PIC and PIT."
 )
 FROM_RECORDS = (
     "This report was rebuilt from results.jsonl, which contains no states. Replays and pictures need a new run."
