@@ -40,7 +40,7 @@ class Subject(Closeable):
 
     Attributes:
         name: Name of the adapter.
-        adapter: The loaded adapter. Its engine is not imported in this process.
+        adapter: The loaded adapter. The engine is not imported in this process.
     """
 
     def __init__(self, name: str, limits: LimitOptions) -> None:
@@ -144,7 +144,7 @@ class Subject(Closeable):
     def margin(self, profile: str, name: str) -> Score | None:
         """Return the score of PIC with bodies thickened by the profile's promised margin; None without a margin.
 
-        Its errors are the errors that the margin allows.
+        The errors in this score are those that the margin allows.
         """
         margin_m = self.adapter.profiles[profile].accuracy.margin_m
         return _margin(name, margin_m) if margin_m else None
@@ -167,7 +167,7 @@ class Subject(Closeable):
 
 _FAILURES = {Status.CRASHED: "the engine ends its process", Status.TIMED_OUT: "the engine hangs"}
 
-#: Number of steps per frame of a catalogue scene. This is the middle one of the three steps in `carom run`.
+#: Number of steps per frame of a catalogue scene. The step is the middle one of the three steps in `carom run`.
 STEPS_A_FRAME = 4
 
 

@@ -30,7 +30,7 @@ class Case:
 
     Attributes:
         name: ``check[parameters]``. The full name in a file of known failures is ``engine::check[parameters]``.
-        run: The check. It raises an error if the adapter does not conform.
+        run: The check, which raises an error if the adapter does not conform.
         meaning: The requirement in one sentence, from the first line of the check's docstring.
         skip: Why the declared capabilities exclude the case; empty to run it.
         profile: The profile that the case checks; empty if the case checks the adapter as a whole.

@@ -6,8 +6,9 @@ its normal are between those of impacts at these two distances. Let w be the rel
 the bodies would pass each other. Then the impact is early by at most ``(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w``.
 Without friction, an impact changes a velocity by ``(1 + e) mu / m_i w cos(a)`` along a normal at the angle a, with
 ``sin(a) = b / R``. So the velocity error is at most ``(1 + e) mu / m_i w sin(a - a')``, where ``sin(a') = b / (R +
-m)``. Bodies that pass at a distance below m meet. Both errors grow with m. So the exact solution of the scene with
-thicker bodies has the greatest possible error at its first impact, and propagates this error to later impacts.
+m)``. Bodies that would pass each other at a distance below m collide. The errors of time and velocity grow with m. So
+the exact solution of the scene with thicker bodies has the greatest possible error at its first impact, and propagates
+this error to later impacts.
 """
 
 from __future__ import annotations

@@ -79,8 +79,8 @@ def make_suite(
         wanted: Values of ``--carom-engine``.
         profiles: Values of ``--carom-profile``: names, or ``all`` (default: `carom.execution.plan.DEFAULT_PROFILES`).
         known_file: The file of known failures; None for the first one in `folders`.
-        folders: pytest's root directory, and the working directory. They differ if the value of an option is also the
-            name of a folder, because pytest then uses this folder as its root.
+        folders: pytest's root directory, and the working directory. The two differ if the value of an option is also
+            the name of a folder, because pytest then uses this folder as its root.
         limits: Limits of the engines' processes.
 
     Raises:
@@ -95,7 +95,7 @@ def make_suite(
         else:
             subject = Subject(info.name, limits)
             of_engine = tuple(cases(subject))
-            # The file may also name cases of profiles that are not run. Their known failures are ignored.
+            # The file may also name cases of profiles that are not run. Known failures of such cases are ignored.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
             chosen = tuple(case for case in of_engine if not case.profile or _is_run(info, case.profile, profiles))
             planned.append(EnginePlan(info, subject, chosen))
@@ -119,7 +119,7 @@ def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
 
     Args:
         wanted: Names of adapters, distributions or packages with entry points; manifests; or ``all``.
-        pool: Worker pool for queries of adapters. It is not closed.
+        pool: Worker pool for queries of adapters. The pool is not closed.
 
     Raises:
         UnknownNameError: A word selects nothing.

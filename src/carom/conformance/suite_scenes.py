@@ -10,7 +10,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.api.declarations import Capabilities
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 
-#: Step of the suite's own scenes. It is a power of two, so that step boundaries are exact floats.
+#: Step of the suite's own scenes. The step is a power of two, so that step boundaries are exact floats.
 DT_S = 1 / 128
 
 #: Number of steps after which the bodies of `rubbing` touch.
@@ -207,7 +207,7 @@ def fall() -> Scene:
 
 
 def slowing(*, spins: bool) -> Scene:
-    """Return a damped disc that moves for half a second. With `spins` it also spins."""
+    """Return a damped disc that moves for half a second, and with `spins` also spins."""
     disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5, spin_rad_s=1.0 if spins else 0.0)
     return Scene(name=f"conformance-slowing{'-spin' * spins}", discs=[disc], damping_per_s=0.8, duration_s=0.5)
 
@@ -258,8 +258,8 @@ def rubbing(
 ) -> Scene:
     """Return two discs that meet along x and slip; if walls are supported, also a third disc that slips on a wall.
 
-    The bodies touch just before the end of a step. Their overlap then is large enough for the declared float width, but
-    smaller than the rounding allowance. So the lever arm of friction and the normal are correct even in an engine that
+    The bodies touch just before the end of a step. The bodies then overlap by enough for the declared float width, but
+    by less than the rounding allowance. So the lever arm of friction and the normal are correct even in an engine that
     derives them from overlapping positions.
     """
     overlap = 0.25 * THRESHOLDS.rounding_of(can.float_bits)

@@ -22,7 +22,7 @@ class Meaning:
         word: The word.
         kind: "verdict", "grade" or "mark".
         sentence: The sentence that a report shows for it.
-        when: The condition under which a report uses it.
+        when: The condition under which a report uses the word.
     """
 
     word: str

@@ -11,7 +11,7 @@ from carom.report.document import Cell
 
 
 class Mark(Enum):
-    """The outcome of a cell. Each mark has its own symbol, so that colour is never the only distinction."""
+    """The outcome of a cell. Each mark has its own symbol, so that marks do not differ in colour only."""
 
     EXACT = ("exact", "✓", "equal to PIC except for rounding", "green")
     EXACT_32 = ("exact (float32)", "✓", "equal to PIC except for rounding of 32-bit floats", "green")

@@ -59,7 +59,7 @@ class Paths:
 def exact_paths(trace: Trace) -> Paths:
     """Return the paths from impact to impact that follow from the trace's velocities.
 
-    They are exact for a trace without steps.
+    The paths are exact for a trace without steps.
 
     A free flight is straight without gravity. With gravity it is a parabola, drawn as a chain of short lines.
     """

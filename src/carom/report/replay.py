@@ -34,7 +34,7 @@ from carom.support.escaping import visible
 #: track.
 _SHARP = 6
 #: Largest error of the exact path while a disc slides, rolls or rests, over the scene's extent: a hundredth of a pixel
-#: in a picture of a hundred pixels. Such a path consists of many flights of constant acceleration.
+#: in a picture of a hundred pixels. A path in contact consists of many flights of constant acceleration.
 _NEAR_IN_CONTACT = 1e-4
 
 #: Text for an unknown cause.

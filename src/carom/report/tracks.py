@@ -197,7 +197,7 @@ def _fall(trace: Trace, disc: int) -> Array:
 
 
 def _finite(track: Track) -> Track:
-    """Return a track up to its first non-finite number. After that number, the disc stays at its last position."""
+    """Return a track up to its first non-finite number. After its last finite position, the disc does not move."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
     return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)

@@ -1,6 +1,7 @@
 """PIC runs with damping, computed by conversion of an undamped run. See `carom.model.damping`.
 
-The undamped run covers the same paths. Its times and velocities are converted to those with damping.
+The undamped run covers the same paths. The times and velocities of the undamped run are converted to those with
+damping.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ def undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
-    # Several undamped times can map to the same damped time. Take the smallest one that maps into the window.
+    # Several undamped times can map to the same damped time. Start with the smallest undamped time that maps into the
+    # window.
     least = -math.inf if begin <= 0.0 else math.nextafter(damping.latest(math.nextafter(begin, -math.inf)), math.inf)
     return replace(options, contact_duration_s=0.0, window_s=(least, end if end < 0.0 else damping.latest(end)))
 

@@ -1,7 +1,8 @@
 """PIC, predicted instant of collision: event-driven, without frames.
 
-PIC solves for the next impact of each disc and applies the earliest one at its instant. Then it predicts new impacts
-for the discs of this impact only. So all impacts are applied in order, for any number of impacts between two frames.
+PIC solves for the next impact of each disc and applies the earliest one at its instant. After an impact, PIC predicts
+new impacts only for the discs of this impact. So all impacts are applied in order, for any number of impacts between
+two frames.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ class RunImpacts(Protocol):
 
 
 class Run(Protocol):
-    """A run in progress. It can be advanced in any number of pieces without changing the result."""
+    """A run in progress. A run can be advanced in any number of pieces without changing the result."""
 
     @property
     def time_s(self) -> float:

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 _LEAST = 1.0 / ORDINARY
-#: Exponent of the greatest speed in the new units. It is above 0 to leave more range for slower discs. It is below that
-#: of `ORDINARY`, so that gravity which causes this speed in the shortest scene is not too large.
+#: Exponent of the greatest speed in the new units. The exponent is above 0 to leave more range for slower discs. The
+#: speed is below `ORDINARY`, so that gravity which causes this speed in the shortest scene is not too large.
 _FASTEST = 100
 
 

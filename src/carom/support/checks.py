@@ -31,7 +31,7 @@ def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = 
         positive: Whether the value must be above 0.
 
     Raises:
-        InputError: The value is not such a number.
+        InputError: The value is not a finite number, is a bool, or is out of bounds.
     """
     try:
         if isinstance(value, _TRUTH_VALUES + _TEXTS):
@@ -60,7 +60,7 @@ def count(name: str, value: Any, *, least: int = 0) -> int:
     """Return an argument as a whole number, `least` or more.
 
     Raises:
-        InputError: The value is not such a number.
+        InputError: The value is not a whole number, is a bool, or is below `least`.
     """
     try:
         if isinstance(value, _TRUTH_VALUES):

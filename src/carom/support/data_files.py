@@ -1,6 +1,6 @@
 """Reader of untrusted TOML and JSON files that limits run time and memory.
 
-The limits are in `carom.support.limits`. They are checked on the bytes before parsing, because a parser builds every
+The limits are in `carom.support.limits`. Limits are checked on the bytes before parsing, because a parser builds every
 value in memory, and the run time of some parsers grows with the square of the size.
 """
 

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 #: Start of a line about an error: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 
-#: Number of last lines that are searched for a program's error. This is twice the length of the longest stack traces
-#: (by node).
+#: Number of last lines that are searched for a program's error. The number is twice the length of the longest stack
+#: traces (by node).
 _LAST_LINES = 40
 
 #: Characters that are shown as escapes: control characters except tab and line feed, changes of text direction, unusual

@@ -3,7 +3,7 @@
 A marker file in each folder states the folder's purpose. Carom writes only into folders that are new, empty, or marked
 for the same purpose.
 
-Files of one result are replaced together. They are written into a temporary folder and synchronised to the disk.
+Files of one result are replaced together. New files are written into a temporary folder and synchronised to the disk.
 Renaming this folder commits the files, which are then moved to their places. After a kill or a power cut the next
 command completes the move, so there are either all old files or all new ones.
 """

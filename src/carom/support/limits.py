@@ -1,4 +1,4 @@
-"""Limits of numbers, files and options. They are the same for files, command line and Python.
+"""Limits of numbers, files and options. Files, command line and Python have the same limits.
 
 - A physical quantity is at most `LARGEST` in magnitude, so that its square does not overflow. A radius, edge, mass,
   duration or rate is at least `SMALLEST`.
@@ -57,7 +57,8 @@ MOST_KEY_PARTS = 4
 MOST_JOBS = 1024
 MOST_PHASES = 1024
 MOST_ROUNDS = 1024
-#: Most step lengths of a series. With more, neighbours would be too similar for their errors to differ.
+#: Most step lengths of a series. In a longer series, neighbouring steps would be too similar for their errors to
+#: differ.
 MOST_SERIES = 256
 #: Default time limit of an engine, seconds, after which it is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0

@@ -18,7 +18,7 @@ from carom.web.packages import PACKAGES, package_script
 
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
-#: Comment lines and indents. The page works without them.
+#: Comment lines and indents. The page works without comments and indents.
 _UNSEEN = re.compile(r"^[ \t]*//.*\n|^[ \t]+", re.MULTILINE)
 _SHARED = "../serve.mjs"
 

@@ -55,7 +55,7 @@ def without_comments(script: str) -> str:
 
 
 def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
-    """Return the page as HTML, with a choice of scenes and engines. It opens with the first scene.
+    """Return the page as HTML, with a choice of scenes and engines. The page opens with the first scene.
 
     Raises:
         InputError: The page can't show a scene.

@@ -1,6 +1,6 @@
 """Checks of accuracy: impacts, times and velocities of scenes with known answers.
 
-PIT runs the same scene at the same step. Its errors are the cost of checking for overlap once per step. An adapter's
+PIT runs the same scene at the same step. PIT's errors are the cost of checking for overlap once per step. An adapter's
 errors may be as large as PIT's plus the errors that its profile declares in `Accuracy`. A profile with cut steps finds
 the instant of contact, so only the declared errors and rounding are allowed. For a profile with a contact margin, the
 allowed errors are those of `carom.conformance.contact_margin` if they are larger than PIT's.
@@ -50,7 +50,8 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
     """A path turns no earlier than in PIT, and at most a step late, or as late as in PIT, plus the declared lateness.
 
-    With a promised margin, an impact may be as early, or as late after others, as with thicker bodies.
+    With a promised margin, an impact may be as early as with bodies thicker by the margin, or as late after earlier
+    impacts.
     """
     setup, _, score, pit = subject.score(profile, name)
     promise_s = subject.adapter.profiles[profile].accuracy.late_steps * setup.dt_s

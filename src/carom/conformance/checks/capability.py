@@ -40,8 +40,8 @@ from carom.model.scene import Scene
 from carom.support.formatting import number
 from carom.support.limits import LARGEST
 
-#: Largest tested coordinates and speeds for an engine without a declared limit. They are a thousand times those of any
-#: catalogue scene, but their rounding is negligible in float64.
+#: Largest tested coordinates and speeds for an engine without a declared limit. These values are a thousand times those
+#: of any catalogue scene, but float64 rounding is still negligible.
 FAR_M = 1e5
 FAST_M_S = 1e5
 

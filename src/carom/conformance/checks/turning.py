@@ -24,7 +24,7 @@ FRICTIONS = ("least", "sliding", "greatest")
 #: can't turn.
 INERTIAS = {"least": 0.0, "sphere": 0.4, "hoop": 1.0, "unturnable": math.inf}
 
-#: Inertia factor and spin tested for an engine without declared limits. They are beyond any catalogue scene.
+#: Inertia factor and spin tested for an engine without declared limits. Both values are beyond any catalogue scene.
 SMALL_INERTIA = 1e-6
 FAST_RAD_S = 1e5
 
@@ -67,7 +67,7 @@ def spins_as_declared(subject: Subject) -> None:
 def rubs_as_told(subject: Subject, profile: str) -> None:
     """Friction is at most what the coefficient allows, and impulses explain changes of velocities and spins.
 
-    The lever arm of friction is a disc's radius, minus at most the overlap of the bodies.
+    Friction acts at a distance from a disc's centre between the radius minus the overlap of the bodies and the radius.
     """
     can = _rubbing_capabilities(subject, profile)
     friction = _friction(can, "sliding")

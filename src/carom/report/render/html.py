@@ -29,7 +29,7 @@ _MOST_ACROSS = 3
 
 #: Export keywords of modules. Imports are removed, because a page joins all scripts into one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
-#: Imports, comment lines and indents of modules. They are removed from pages. No string spans several lines.
+#: Imports, comment lines and indents of modules. These lines are removed from pages. No string spans several lines.
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
 
 

@@ -103,7 +103,7 @@ def _column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
 
 
 def _words(lines: list[str]) -> list[str]:
-    """Return the words of lines. A line is indented, and not broken before its first word."""
+    """Return the words of lines. The first word of an indented line keeps its indent."""
     return [word for line in lines for word in re.findall(r"^\s*\S+|\S+", line)]
 
 

@@ -50,7 +50,7 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
     The iterator checks the number of rows.
 
     Raises:
-        InputError: The same errors as `read_records`. The iterator raises them too.
+        InputError: The same errors as `read_records`. The iterator raises the same errors.
     """
     texts = _lines(path)
     head = _head(path, next(texts, b"{}"))

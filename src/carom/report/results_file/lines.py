@@ -42,7 +42,7 @@ class Summary:
         verdicts: Meaning of each verdict by name, because a file may have other verdicts than this version.
         scenes: Values of each scene by name.
         sampling: PIT's errors at each step of each scene. Every cell with the same scene and step is compared with
-            them.
+            these errors.
     """
 
     format: int

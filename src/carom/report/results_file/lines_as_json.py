@@ -141,7 +141,7 @@ class _Described(GenerateJsonSchema):
         return field["name"] not in OF_SPINS | _LATER
 
 
-#: Properties that are written together with a class's fields. They are ignored when a file is read.
+#: Properties that are written together with a class's fields. Such properties are ignored when a file is read.
 _DERIVED: Mapping[type[Any], Mapping[str, Any]] = {LocalScore: {"grade": Grade}}
 
 

@@ -38,7 +38,7 @@ def summary_of(results: Results) -> Summary:
 
 
 def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
-    """Return PIT's errors for a scene and step. All rows with that scene and step are compared with them."""
+    """Return PIT's errors for a scene and step. All rows with that scene and step are compared with PIT's errors."""
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     return {
         "scene": scene,

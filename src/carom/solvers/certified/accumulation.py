@@ -1,6 +1,6 @@
 """Detection of collapse and crush: infinitely many impacts in a finite time.
 
-Both are assumed from many past impacts, without a proof.
+Collapse and crush are inferred from many past impacts, without a proof.
 """
 
 from __future__ import annotations

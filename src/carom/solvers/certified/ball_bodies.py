@@ -49,7 +49,7 @@ def fastest_drive(scene: Scene) -> float:
 def _pull(scene: Scene, shape: Plane | Round) -> int:
     """Return the sign of gravity's component along a straight obstacle's normal.
 
-    It is negative if discs fall towards the obstacle, and 0 for round obstacles.
+    The sign is negative if discs fall towards the obstacle, and 0 for round obstacles.
     """
     if isinstance(shape, Round):
         return 0
@@ -108,8 +108,8 @@ class BallBodies:
     """Positions and velocities of all discs as balls, at the precision of python-flint's context.
 
     Attributes:
-        obstacles: Faces, vertices and arcs of the walls, and half-planes: see `carom.solvers.certified.obstacles`. They
-            are numbered like walls, and are the walls if all walls are half-planes.
+        obstacles: Faces, vertices and arcs of the walls, and half-planes: see `carom.solvers.certified.obstacles`.
+            Obstacles are numbered like walls, and are the walls if all walls are half-planes.
         time: Reference instant of each disc: an exact float64, in seconds.
         x: x coordinate of each centre at the reference instant. `y`, `vx` and `vy` are similar. With gravity, all are
             relative to the falling frame.
@@ -245,7 +245,7 @@ class BallBodies:
     def orthogonal(self, one: int, other: int) -> bool:
         """Return whether two obstacles are exactly orthogonal and frictionless.
 
-        Then impacts on one don't affect the other.
+        Impacts on one of two such obstacles don't affect impacts on the other.
         """
         found = self._orthogonal.get((one, other))
         if found is None:

@@ -1,4 +1,4 @@
-"""Rigorous float64 lower bounds of times of impact. They save most computations in ball arithmetic.
+"""Rigorous float64 lower bounds of times of impact. The bounds save most computations in ball arithmetic.
 
 `docs/theory/certified.md` derives the bounds and their margins for rounding. Numbers are scaled by powers of two, which
 is exact: see `carom.solvers.units`. If a result overflows, is NaN or is subnormal, the bound is the start of both
@@ -313,7 +313,7 @@ cdef class LowerBounds:
 
 
 cdef double spread(ball):
-    """Return the radius of a ball; 0 if the margin for converting the ball to a float already covers the radius."""
+    """Return the radius of a ball; 0 if the radius is within the rounding margin of the converted number."""
     return 0.0 if ball.rel_accuracy_bits() >= SHARP_BITS else ball.rad()
 
 

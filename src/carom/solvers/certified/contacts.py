@@ -127,7 +127,7 @@ class BallContacts:
     def release(self, i: int, time: arb, at: float) -> None:
         """Release disc `i` from its wall before an impact.
 
-        Its new path is the tangent of the old one, in the falling frame.
+        The disc's new path is the tangent of the old path, in the falling frame.
         """
         bodies = self._bodies
         place, velocity, spin = bodies.place_at(i, time), bodies.velocity(i, time, at), bodies.spin_at(i, time)
@@ -328,8 +328,8 @@ class BallContacts:
 
         Return False if the bounces may differ in kind, or if another event may come before their end.
 
-        The bounces must end within the fraction `tolerance` of the present time. None skips this check and the check
-        for other events, because both were done before.
+        The bounces must end within the fraction `tolerance` of the present time. A tolerance of None skips this check
+        and the check for other events, because both were done before.
         """
         bodies, bounce = self._bodies, self._states.bounces[i]
         if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:

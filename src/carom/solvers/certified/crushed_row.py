@@ -1,7 +1,8 @@
 """Detection of discs in a row that are crushed between two bodies. The row can have any direction.
 
 By symmetry, discs stay on a line if their centres are exactly on the line and no velocity, force or friction acts
-sideways. The room of the discs is the distance between the end bodies minus the discs' diameters. It is linear in time.
+sideways. The room of the discs is the distance between the end bodies minus the discs' diameters. The room is linear in
+time.
 """
 
 from __future__ import annotations
@@ -50,8 +51,9 @@ class _Facing(NamedTuple):
 def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the crush of discs in a row between two bodies, if the last impacts were in this row.
 
-    The time is exact. It is known only if centres, velocities and normals are on one line, the discs have had no
-    impacts with other bodies, and no other body moves. If both end bodies move, the scene must have no other bodies.
+    The time of the crush is exact. The time is known only if centres, velocities and normals are on one line, the discs
+    have had no impacts with other bodies, and no other body moves. If both end bodies move, the scene must have no
+    other bodies.
     """
     last = [row.values for row in log.rows[-CRUSH:]]
     if not bodies.fastest_drive or len(last) < CRUSH:
@@ -112,7 +114,7 @@ def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether no other body can reach the row: others and one end are at rest, or there are no others."""
+    """Return whether no other body can reach the row: there are no others, or all others and one end body rest."""
     scene = bodies.scene
     others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     others = [body for body in others if body not in row]

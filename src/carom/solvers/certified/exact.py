@@ -68,7 +68,9 @@ def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
 
 
 def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int, int]) -> bool:
-    """Return whether two impacts on initial paths are at exactly the same instant. Both must certainly take place.
+    """Return whether two impacts on initial paths are at exactly the same instant.
+
+    Both impacts must certainly take place.
 
     The function returns False for impacts on finite walls.
 

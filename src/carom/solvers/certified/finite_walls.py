@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.solvers.certified.legs import BallLeg
 
-#: Precision in bits for checking contact at the start. It is far more than float64 input needs.
+#: Precision in bits for checking contact at the start. This precision is far more than float64 input needs.
 _START_BITS = 2048
 
 
@@ -212,8 +212,8 @@ def _place(sector: Between, x: arb, y: arb) -> On:
 def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
     """Return whether a disc on its initial path only grazes a vertex, or an arc from outside, which is no impact.
 
-    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the radius plus the half width. It has the form ``A + B R
-    = 0`` with rational A, B and R^2, so squaring decides it exactly.
+    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the radius plus the half width. The condition has the
+    form ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact answer.
     """
     if not bodies.untouched(i) or bodies.is_driven(wall_index(second)):
         return False
@@ -236,8 +236,8 @@ def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degenerac
 
     `begun` maps discs to walls with which they start in contact; these pairs are ignored.
 
-    Contact is decided with balls of many bits. If a ball contains both contact and a gap, the degeneracy is reported as
-    not proven.
+    Contact is decided with balls of many bits. If a ball contains both an overlap and a gap, the degeneracy is reported
+    as not proven.
     """
     with ctx.workprec(_START_BITS):
         bodies = BallBodies(scene)

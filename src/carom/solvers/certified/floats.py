@@ -33,8 +33,8 @@ def float_above(ball: arb) -> float:
 def nearest(ball: arb) -> tuple[float, float]:
     """Return the float64 nearest to a ball's midpoint, and a bound of its error.
 
-    `float(ball)` can be off by a unit in the last place. The exact remainder corrects it: it is rounded to 53 bits and
-    added with correct rounding. A ball's radius has 30 bits, so it is a float64.
+    `float(ball)` can be off by a unit in the last place. To correct this error, the exact remainder is rounded to 53
+    bits and added with correct rounding. A ball's radius has 30 bits, so it is a float64.
     """
     if ball.is_zero():
         return 0.0, 0.0

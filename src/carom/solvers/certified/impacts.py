@@ -1,9 +1,9 @@
 """Effect of an impact on discs, in ball arithmetic.
 
-Impacts on walls, and of two discs on one line parallel to an axis, are linear in the state. They use linear formulas,
-in which errors do not grow. Friction is added afterwards. If sticking and sliding can't be distinguished, the result is
-the hull of both. The state after an impact refers to `Meeting.at`, just before the impact, on the new path extended
-backwards.
+Impacts on walls, and of two discs on one line parallel to an axis, are linear in the state. These impacts use linear
+formulas, in which errors do not grow. Friction is added afterwards. If sticking and sliding can't be distinguished, the
+result is the hull of both. The state after an impact refers to `Meeting.at`, just before the impact, on the new path
+extended backwards.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from carom.solvers.certified.two_frictions import BallFrictions, stick, take
 
 
 class BallImpact(NamedTuple):
-    """One certified impact: balls for time, normal (first to second, of the given length), velocities and spins after.
+    """A certified impact: time, normal from first to second body with its length, velocities and spins after.
 
-    `before` has the velocities just before the impact, or None if they are those after the previous impact. `second` is
-    the body's number in traces, and `edge` is the part of a finite wall that the disc hit.
+    `before` has the velocities just before the impact, or None if they equal the velocities after the previous impact.
+    `second` is the body's number in traces, and `edge` is the part of a finite wall that the disc hit.
     """
 
     first: int
@@ -239,7 +239,7 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
 
 
 def _bounce_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of a disc on a vertex or an arc. Its speed of approach is ``root / reach``."""
+    """Apply the impact of a disc on a vertex or an arc. The disc's speed of approach is ``root / reach``."""
     i = meeting.first
     x, y = bodies.moved(i, meeting.at)
     change = near.law.change * near.root

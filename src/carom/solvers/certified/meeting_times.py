@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
     """Return the next impact of a disc with another body; None if there is certainly none.
 
-    `at` is a lower bound of its time.
+    `at` is a lower bound of the impact's time.
     """
     if disc == body:
         return BallContacts(bodies).meet_end(disc, at)

@@ -55,10 +55,10 @@ class Degeneracy:
         kind: Kind of event.
         bodies: The bodies that take part, in ascending order. Walls are numbered as by `carom.model.trace.wall_body`.
         earliest_s: Lower bound of the event's time, seconds.
-        latest_s: Upper bound of the event's time, seconds. It is infinity for a graze that may be no contact, and the
-            time of the last counted impact for a collapse.
-        proven: Whether exact arithmetic proves `kind`. Otherwise the event is undecided, with the state known to `bits`
-            bits.
+        latest_s: Upper bound of the event's time, seconds. The bound is infinity for a graze that may be no contact,
+            and the time of the last counted impact for a collapse.
+        proven: Whether the kind of the event is proven by exact arithmetic. Otherwise the event is undecided, with the
+            state known to `bits` bits.
         bits: Accuracy of the state of the bodies, bits.
     """
 
@@ -94,8 +94,8 @@ class CertifiedTrace(ByValue, Drawn):
     """A trace with a proven error bound for every number. Traces are compared by value and are not hashable.
 
     Attributes:
-        trace: The trace, with method "certified". It ends at the end of the scene or at the last certified impact. The
-            true value of each number is within its radius.
+        trace: The trace, with method "certified". The trace ends at the end of the scene or at the last certified
+            impact. The true value of each number is within its radius.
         radii: Structured array like ``trace.impacts``, with a bound of each number's error including float64 rounding.
             The fields `first` and `second` contain the bodies.
         final_position_radius_m: Radii of `trace.final_position_m`, shape ``(n, 2)``.
@@ -105,8 +105,8 @@ class CertifiedTrace(ByValue, Drawn):
         mode_radii: Radii of ``trace.modes``, a structured array; None if ``trace.modes`` is None.
         digits: The requested decimal digits.
         decimals: Decimal numbers for each impact: time and velocities after the impact ``(t, x1, y1, x2, y2)``, then
-            the spins of the discs if any disc turns. They are right to one unit in the last digit. Empty for up to 15
-            digits, which float64 can represent.
+            the spins of the discs if any disc turns. The numbers are right to one unit in the last digit. Empty for up
+            to 15 digits, which float64 can represent.
         ending: How the run ended.
         degeneracy: The event that stopped the run early; None if the run reached its end.
         commuted: Pairs of indices of impacts whose order is unknown and does not affect the result.

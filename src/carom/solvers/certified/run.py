@@ -42,14 +42,14 @@ _CHUNK = 32
 _FIRST_BITS = 160
 #: Bits by which the working precision exceeds the accuracy of the most accurate disc.
 _GUARD_BITS = 24
-#: The next precision is the prediction from the bits lost so far times 1.125. It is between 1.5 and 8 times the last
-#: one, since the first impacts predict little.
+#: The next precision is the prediction from the bits lost so far times 1.125. The next precision is between 1.5 and 8
+#: times the last one, since the first impacts predict little.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
 #: The working precision is lowered if less than this fraction is useful.
 _LOWER_AT = 0.9
 #: Outcomes with infinitely many impacts.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
-#: Outcomes of endings after which a run can be advanced further.
+#: Outcome of a run for each ending from which the run can be advanced further.
 _GOES_ON = {
     None: Outcome.COMPLETED,
     Ending.COMPLETED: Outcome.COMPLETED,
@@ -71,7 +71,7 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Result of an attempt: its ending, or the undecided event. Both are None if the balls became too wide."""
+    """Result of an attempt: its ending, or the undecided event; neither if the balls became too wide."""
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
@@ -268,13 +268,13 @@ class CertifiedRun:
 
 
 class Attempt:
-    """A run at one precision. It repeats the events certified before, and then selects further impacts.
+    """A run at one precision. An attempt repeats the events certified before, and then selects further impacts.
 
     Attributes:
         bits: Initial precision.
         precision: Working precision.
         bodies: State of the bodies after the last impact.
-        events: Keys by which events are repeated: both bodies, and a lower bound of the time.
+        events: Data with which the next attempt repeats each event: both bodies, and a lower bound of the time.
         impacts: Number of impacts among the events.
         is_cut: Whether the last event was left half applied because it was undecided.
         commuted: Pairs of consecutive impacts whose order is unknown and does not affect the result.

@@ -62,7 +62,10 @@ class Acceleration(NamedTuple):
 
 
 class RunState(NamedTuple):
-    """State from which a run of the same discs and walls can be resumed. It does not contain the recorded impacts."""
+    """State from which a run of the same discs and walls can be resumed.
+
+    The state does not contain the recorded impacts.
+    """
 
     kernel: Mapping[str, Any]  # see `Kernel.state` in pic.pyx
     time_s: float
@@ -88,10 +91,9 @@ class EventDrivenRun:
             collapse. 0 turns the model off.
         resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
             and contact time must be the same. Positions, velocities and spins are those of the state.
-        cell_factor: Factor on the width of the search cells, at least 1; infinity for a single cell. It does not change
-            the result.
-        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. This does not change the
-            result.
+        cell_factor: Factor on the width of the search cells, at least 1; infinity for a single cell. The factor does
+            not change the result.
+        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions, with the same result.
 
     Raises:
         InputError: The scene has damping, or a contact time with gravity or a table that slows discs. The walls have

@@ -25,7 +25,10 @@ class FrameClock:
     rate_hz: float = 1.0
 
     def in_units(self, units: Units) -> FrameClock:
-        """Return the same clock in other units of time. These are powers of two of a second, so the change is exact."""
+        """Return the same clock in other units of time.
+
+        The units are powers of two of a second, so the change is exact.
+        """
         if self.rate_hz != 1.0:
             return FrameClock(rate_hz=units.seconds(self.rate_hz))
         return FrameClock(step_s=units.of_seconds(self.step_s))

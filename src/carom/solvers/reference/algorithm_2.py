@@ -1,9 +1,9 @@
 """Algorithm 2 of the source paper: PIC frame by frame, with a stop at each impact before the next frame.
 
-The printed algorithm applies one impact in a frame, but the paper's figure 9 needs several. Here a frame ends when it
-has no more impacts, as in the figure. All pairs are computed at each impact, without a queue, as in the paper. The
-state of a disc is stored at its last impact, so frames cause no rounding, and the result has the same bits as
-`carom.solve_pic`.
+The printed algorithm applies one impact in a frame, but the paper's figure 9 needs several. In this module a frame ends
+when no impacts are left in the frame, as in the figure. All pairs are computed at each impact, without a queue, as in
+the paper. The state of a disc is stored at its last impact, so frames cause no rounding, and the result has the same
+bits as `carom.solve_pic`.
 """
 
 from __future__ import annotations

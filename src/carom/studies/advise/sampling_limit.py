@@ -2,10 +2,10 @@
 
 A method that checks at t = k dt finds the impact of two discs at the first check in [enter, closest approach), while
 the discs overlap and still approach. So if dt is at most the length of this window, the method finds the impact at
-every phase, less than dt late. Geometry gives the direction error of a delay. While the discs slide into one another,
-their line of centres turns, and the velocity of each disc after the impact moves on a circle. Let u be the relative
-velocity, ``k = (1 + e) mu / m``, and n the unit line of centres. Then a disc's velocity changes by ``k (u . n) n = (k /
-2) (u + |u| w)``. Here w is the unit vector whose angle is twice the angle of n, minus the angle of u.
+every phase, less than dt late. The direction error that a delay causes follows from geometry. While the discs slide
+into one another, their line of centres turns, and the velocity of each disc after the impact moves on a circle. Let u
+be the relative velocity, ``k = (1 + e) mu / m``, and n the unit line of centres. Then a disc's velocity changes by ``k
+(u . n) n = (k / 2) (u + |u| w)``. Here w is the unit vector whose angle is twice the angle of n, minus the angle of u.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ def direction_limit(
         return (centre[0] + sign * radius * math.cos(place), centre[1] + sign * radius * math.sin(place))
 
     reference = after(0.0)
-    # A disc at rest after the impact has no direction. Its velocity and the change of velocity cancel, except for
-    # rounding.
+    # A disc at rest after the impact has no direction. For such a disc, the velocity before the impact and the change
+    # cancel, except for rounding.
     if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
         return math.inf
     heading = math.atan2(reference[1], reference[0])

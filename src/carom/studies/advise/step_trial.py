@@ -74,7 +74,8 @@ class StartTask(JobTask):
         aligned = match_impacts(reference, observed, comparison_range(reference, begun.duration_s))
         measured = measure(reference, observed, aligned, compute_scales(scene, reference))
         return Started(
-            # After the extra steps, only a run that ended early has undecided impacts. They count as missed.
+            # After the extra steps, only a run that ended early has undecided impacts. Undecided impacts count as
+            # missed.
             lost=len(aligned.missed) + len(aligned.spurious) + len(aligned.undecided),
             completed=observed.outcome is Outcome.COMPLETED,
             direction_error_rad=measured.largest.direction_rad,

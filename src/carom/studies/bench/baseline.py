@@ -78,7 +78,7 @@ class Compared:
     def accuracy(self) -> BaselineChange:
         """Change of the point's error in two digits.
 
-        Such a change is never noise, because runs of one version repeat the error.
+        A change in these digits is never noise, because runs of one version repeat the error.
         """
         now, then = (self.point.lost, _digits(self.point.error)), (self.before.lost, _digits(self.before.error))
         if now == then:

@@ -32,7 +32,7 @@ OWN_SIZES = (*SIZES, 30_000, 100_000)
 #: Packing of the gas. Every disc has room to move, and most discs meet another disc within a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: Number of steps of a run. They are a simulated second; in less time, few of a hundred discs meet.
+#: Number of steps of a run. The steps cover a simulated second, because few of a hundred discs meet in less time.
 STEPS = 240
 
 #: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.
@@ -112,7 +112,7 @@ class GrowthKey:
         versions: Names and versions of all packages that affect the cost.
         machine: See `carom.execution.environment.Environment.machine`.
         gravity: Whether the discs fall.
-        steps: Number of steps. In journals of an earlier version, it is always 30.
+        steps: Number of steps. This number is always 30 in journals of an earlier version.
     """
 
     discs: int

@@ -82,7 +82,7 @@ def growth_document(growth: Growth) -> Document:
 
 
 def _answer(growth: Growth) -> Iterator[str]:
-    """Yield for each gas the run time with the largest number of discs that an engine ran, and its growth."""
+    """Yield a sentence per gas: run times with the largest number of discs, and exponents of growth."""
     for gravity in (False, True):
         curves = [curve for curve in growth.curves if curve.gravity == gravity and _ran(curve)]
         engines = [curve for curve in curves if curve.engine not in {"pic", "pit"}] or curves

@@ -109,7 +109,7 @@ class SceneBench:
         cheapest: The point of smallest run time that meets the target; None if there is none.
         noise: Spread of fixed work while this scene was timed; None if it was not timed.
         rounds: Number of rounds of the timing pass.
-        timed_at: Time of the timing pass, UTC. This is earlier than the bench if the bench was resumed.
+        timed_at: Time of the timing pass, UTC. This time is before the bench if the bench was resumed.
     """
 
     scene: Scene

@@ -177,7 +177,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether some methods or steps were not timed. A repetition may time them."""
+        """Whether some methods or steps were not timed. A repetition of the pass may time the rest."""
         return bool(self.untimed)
 
 

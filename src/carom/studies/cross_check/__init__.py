@@ -1,1 +1,1 @@
-"""Study: runs scenes on engines, and scores each run against PIC. It makes the report of `carom run`."""
+"""Study: runs scenes on engines, and scores each run against PIC. The study makes the report of `carom run`."""

@@ -142,7 +142,7 @@ def _times(scene: Scene, held_s: float | None) -> Array:
 
 
 def _lead_s(scene: Scene) -> float:
-    """Return how long a film slows before the first fault, seconds of the scene."""
+    """Return the length of the slow part of a film before the first fault, in seconds of the scene."""
     return scene.duration_s * _LEAD_S / _FILM_S
 
 

@@ -168,7 +168,7 @@ class GridCell:
 
     @property
     def has_miss(self) -> bool:
-        """Whether a verdict on the run is a missed impact.
+        """Whether the run has a verdict of a missed impact.
 
         After a divergence, only the comparison of steps can show a missed impact.
         """

@@ -78,7 +78,7 @@ def _settings(profile: str) -> str:
 
 
 def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Describe the number of scenes in which all methods miss an impact, otherwise the range over methods."""
+    """Describe the number of scenes in which all methods miss an impact; if it is 0, the range over single methods."""
     scenes = len(grid.rows)
     counts = [sum(cell.has_miss for cell in grid.cells(column)) for column in columns]
     ran = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]

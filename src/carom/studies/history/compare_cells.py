@@ -161,7 +161,7 @@ def _numbers(off: NDArray[np.float64]) -> tuple[float, ...]:
 
 
 def _digest(trace: Trace) -> str:
-    """Return a digest of a run's results. Every bit of every number affects it."""
+    """Return a digest of a run's results. Every bit of every number affects the digest."""
     found = hashlib.sha256(trace.outcome.name.encode())
     arrays = (trace.impacts, trace.final_position_m, trace.final_velocity_m_s, trace.spins, trace.final_spin_rad_s)
     for array in arrays:
@@ -278,10 +278,10 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     """Return the change of a cell between two releases.
 
     A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is
-    described by coordinates and by the errors of positions and final velocities. It differs if the ranges of one of
-    these numbers over at least `FEWEST_PHASES` phases do not overlap. The gap between the ranges must exceed rounding
-    and the effect of phases in between. So contact listeners and the phase can't explain the change. Otherwise the
-    reported contacts changed, or the phase explains the change. If velocities change without a reported impact, the
+    described by coordinates and by the errors of positions and final velocities. The motion differs if the ranges of
+    one of these numbers over at least `FEWEST_PHASES` phases do not overlap. The gap between the ranges must exceed
+    rounding and the effect of phases in between. So contact listeners and the phase can't explain the change. Otherwise
+    the reported contacts changed, or the phase explains the change. If velocities change without a reported impact, the
     adapter does not observe every contact, and the change is not judged.
     """
     a, b = old.own.value, new.own.value

@@ -47,7 +47,7 @@ class Release:
 
     @property
     def not_run(self) -> str:
-        """Most frequent reason why the release ran in no cell; empty if it ran in a cell."""
+        """Most frequent reason why the release was not run, if it was run in no cell; otherwise empty."""
         if self.reason or any(one.ran for one in self.seen.values()):
             return self.reason
         said = [one.own.said for one in self.seen.values()]

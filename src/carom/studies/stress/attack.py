@@ -17,9 +17,9 @@ from carom.studies.stress.true_motion import TrueMotion
 from carom.support.dataclass import dataclass
 from carom.support.formatting import number
 
-#: Error at which a method fails: a tenth of the change of velocity by impacts. This is too much for any purpose, and
-#: above the usual error of every engine at a sensible step. So an attack finds where a method fails and not how
-#: accurate it is. The error before the failure is shown separately.
+#: Error at which a method fails: a tenth of the change of velocity by impacts. An error of this size is too large for
+#: any purpose, and above the usual error of every engine at a sensible step. So an attack finds where a method fails
+#: and not how accurate it is. The error before the failure is shown separately.
 TOLERANCE = 0.1
 
 
@@ -67,11 +67,11 @@ class Attack:
         gives_way: Criterion of failure, with its reason.
         quick_absurd: Value at the absurd end in the quick form, which is nearer.
         whole: Whether the axis has whole numbers only.
-        rungs: Number of values per decade that are tried up to the first failure. It is larger if a method can pass at
-            single values by luck.
+        rungs: Number of values per decade that are tried up to the first failure. The number is larger if a method can
+            pass at single values by luck.
         full_only: Whether the attack's runs are too long for the quick form.
-        last: An additional value at the absurd end that has no logarithm, such as a gap of 0. It is tried, but is not
-            part of a bisection.
+        last: An additional value at the absurd end that has no logarithm, such as a gap of 0. The additional value is
+            tried, but is not part of a bisection.
     """
 
     name: str
@@ -121,8 +121,8 @@ def attack(
         ends: Values at the harmless and at the absurd end.
         truth: As in `Attack`.
         gives_way: As in `Attack`.
-        phases: Phases of the impact. If given, the function makes one trial from a value and a phase; otherwise all
-            trials of a value.
+        phases: Phases of the impact. With phases, the function makes one trial from a value and a phase. Without
+            phases, the function makes all trials of a value.
         more: Other fields of `Attack`.
     """
 

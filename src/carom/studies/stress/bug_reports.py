@@ -52,9 +52,9 @@ def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner) -> 
 def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     """Return whether a trace shows the reported bug, the deviation, and the reason in words.
 
-    The deviation is the energy error if the report is about energy or nothing else is known. Otherwise it is the error
-    of final velocities, and of rim speeds if spins are known. The deviation is relative to the scene's energy or speed.
-    If a trace does not show the bug but is wrong by a per cent or more, the reason mentions that.
+    The deviation is the energy error if the report is about energy or nothing else is known. Otherwise the deviation is
+    the error of final velocities, and of rim speeds if spins are known. The deviation is relative to the scene's energy
+    or speed. If a trace does not show the bug but is wrong by a per cent or more, the reason mentions this error.
     """
     symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())

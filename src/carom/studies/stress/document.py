@@ -55,7 +55,8 @@ NOTES = {
     "complaint": "'seen' if a method still shows the reported bug. The number is its deviation from the known answer.",
 }
 
-#: Largest number of methods whose sentences are the answer. More methods are ranked first, with shorter sentences.
+#: Largest number of methods for which the answer has a full sentence per method. For more methods, the answer is a
+#: ranking.
 SENTENCES = 4
 
 HEAT = "One character per test, worst first. =: passed. 0 to 9: passed tenths of the axis. -: not run."
@@ -139,7 +140,7 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     columns += counted("relation", "hold", SpotEnding.HOLDS)
     columns += counted("complaint", "seen", SpotEnding.STILL_DOES)
     columns += [Column("fails first", partial(_weakest, results, attacks), only=PAGE)] if attacks else []
-    if attacks and len(results.methods) > SENTENCES:  # with fewer methods, these sentences are the answer
+    if attacks and len(results.methods) > SENTENCES:  # with fewer methods, the answer has these sentences
         yield Lines(tuple(_sentence(results, attacks, method, short=True) for method in results.methods), TERMINAL)
     yield Table(columns, results.methods, css="methods")
     if attacks:
@@ -169,7 +170,7 @@ def _sign(line: Line, spot: Spot) -> str:
 
 
 def _sentence(results: StressResults, lines: list[Line], method: Method, *, short: bool = False) -> str:
-    """Describe the number of stress tests that a method passes, and its first failure with the size, and its axis."""
+    """Describe the number of stress tests that a method passes, and the method's first failure: size and axis."""
     endings = [results.spots[line.name, method.name].ending for line in lines]
     ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
     name = method.phrase

@@ -23,8 +23,8 @@ _RADIUS_M = 0.25
 _SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
 #: Half the length of a wall. Discs reach its ends only in attacks on ends.
 _HALF_LENGTH_M = 4.0
-#: Initial distance of a disc from a corner, and its speed. The disc is back after 30 steps. It moves an eighth of its
-#: radius in each step.
+#: Initial distance of a disc from a corner, and its speed. The disc is back after 30 steps. In each step the disc moves
+#: an eighth of its radius.
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * _DT_S)
 
 _HEAD_ON = "the normal is known without rounding, and the velocity along it is reversed"

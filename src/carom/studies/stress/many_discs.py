@@ -154,8 +154,8 @@ def _duration(impacts: float) -> list[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
     gas = boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
     n, free = len(gas.discs), side * pitch - 2 * radius
-    # Kinetic theory of a thin gas is accurate to a factor of two here. Each disc meets four walls, and sweeps a strip
-    # of four radii relative to other discs.
+    # Estimate the rate of impacts by the kinetic theory of a thin gas, which is accurate to a factor of two. The gas
+    # has four walls, and a disc hits other discs in a strip of four radii.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     shows = f"Nine discs in a box for the time of approximately {number(impacts, 3)} impacts."

@@ -22,7 +22,8 @@ class StressOptions(LimitOptions):
         engines: Names of adapters; None for all.
         profiles: Names of profiles.
         quick: Whether to use the quick form, with fewer values, nearer ends, and a coarser bisection.
-        time_limit_s: Time limit of a run, seconds, after which an engine fails (default: the time limit of the form).
+        time_limit_s: Time limit of a run, seconds, after which an engine fails (the default differs between quick and
+            full form).
 
     Raises:
         InputError: A value is invalid.

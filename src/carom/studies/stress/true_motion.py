@@ -26,8 +26,8 @@ from carom.support.dataclass import dataclass
 #: digits in the discriminant. A chain of impacts loses about one digit per impact.
 DIGITS = 120
 
-#: Largest relative difference of two passes that agree. This is far below the rounding of a float, and far above the
-#: error of the lost digits.
+#: Largest relative difference of two passes that agree. The limit is far below the rounding of a float, and far above
+#: the error of the lost digits.
 AGREEMENT = Decimal("1e-30")
 
 
