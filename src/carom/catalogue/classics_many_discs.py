@@ -47,7 +47,8 @@ def boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, durat
     discs = []
     for k in range(side * side):
         row, column = divmod(k, side)
-        # Directions a golden angle apart are spread evenly and never line up; neither do the shifts off the lattice.
+        # Directions at golden angles are spread evenly, and no two are equal. The same holds for the shifts off the
+        # lattice.
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
         discs.append(disc(centre, speed * direction, radius_m))

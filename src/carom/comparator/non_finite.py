@@ -79,7 +79,7 @@ def _iterate_non_finite(trace: Trace) -> Iterator[str]:
 
 
 def _finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
-    """Return for each row of an array whether it is finite."""
+    """Return whether each row of an array is finite."""
     array = np.asarray(values, dtype=np.float64)
     return np.asarray(np.isfinite(array).all(axis=tuple(range(1, array.ndim))), dtype=np.bool_)
 

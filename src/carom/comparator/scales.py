@@ -64,7 +64,7 @@ def compute_scales(scene: Scene, reference: Trace) -> Scales:
 
 @dataclass(frozen=True)
 class OwnScales:
-    """Scales of rounding for each impact and for each disc's final state, from their own causes only.
+    """Scales of rounding for each impact and for each disc's final state. Only earlier impacts that affect it count.
 
     The scale of a body is its greatest speed, or the greatest speed of any body from which errors may have propagated
     to it by impacts. A disc may be slow because two speeds cancel; it is still known only to the rounding of those

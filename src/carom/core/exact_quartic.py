@@ -88,7 +88,7 @@ def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
                 low = middle
             else:
                 high = middle
-        if _value_at(p, low, scale) > 0 > _value_at(p, high, scale):  # not if p rises or only touches 0
+        if _value_at(p, low, scale) > 0 > _value_at(p, high, scale):  # p falls through 0
             yield _bisect(p, low, high, scale)
         low, before, high = high, after, 2 * high
 

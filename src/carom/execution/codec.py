@@ -33,7 +33,8 @@ class Codec(Generic[T]):
     """
 
     def __init__(self, kind: Any) -> None:
-        # pydantic does not accept a configuration for a dataclass, but a tuple passes its own on to the dataclass.
+        # pydantic does not accept a configuration for a dataclass. So the type is a tuple with the dataclass, which
+        # gets the tuple's configuration.
         self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))
 
     def dumps(self, value: T) -> bytes:

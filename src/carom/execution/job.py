@@ -149,7 +149,7 @@ class Answer(Generic[T]):
 
     Attributes:
         status: Whether the task was carried out.
-        reason: Why it was not carried out; empty if it was.
+        reason: Reason why the task was not carried out; empty if it was.
         value: The value of the task; None if it was not carried out.
     """
 

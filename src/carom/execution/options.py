@@ -140,7 +140,7 @@ class LimitOptions(DeclaredOptions):
     scheduler: str | None = scheduler()
 
     def pool(self) -> Pool:
-        """Return the requested pool: on the cluster of `scheduler`, or else on this machine.
+        """Return the requested pool: a pool on the cluster of `scheduler`, or else on this machine.
 
         Raises:
             CaromError: The cluster can't be used; see `carom.execution.cluster.ClusterPool`.

@@ -25,9 +25,9 @@ class Row:
     Attributes:
         job: The job.
         status: Whether it was run.
-        reason: Why it was not run; empty if it was.
-        trace: The trace; None if it was not run.
-        score: The comparison with the reference; None if it was not run.
+        reason: Reason why the job was not run; empty if it was run.
+        trace: The trace; None if the job was not run.
+        score: The comparison with the reference; None if the job was not run.
         timing: Run times; None if the job was not timed.
         time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None if either was
             not timed.

@@ -58,7 +58,7 @@ def is_closed_form(reference: Trace) -> bool:
 
 
 def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
-    """Measure what PIC saves by the closed form, or else by predicting only the discs of an impact again.
+    """Measure the time that PIC saves by the closed form or, without one, by predicting only the discs of an impact.
 
     Return None if there are too many pairs.
     """

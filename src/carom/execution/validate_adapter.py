@@ -32,7 +32,7 @@ Kind = TypeVar("Kind")
 #: Sections of the adapter reference: allowed values of each field, and declarations.
 FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 
-#: Limits of a text, and of the number of settings or counts. People read all of these.
+#: Largest number of characters of a text, and largest number of settings or counts. People read all of these.
 MOST_CHARACTERS = 2000
 MOST_ENTRIES = 1000
 #: Limit of whole numbers. Python can't even print much larger numbers.
@@ -231,7 +231,8 @@ class Validator:
         self._drives = [arrays.drive_of_wall(k) for k in range(len(scene.walls))]
         self._movable = np.isfinite(arrays.mass_kg)
         self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
-        # Half of the method's digits: a normal that is further from length 1 is a mistake, not rounding.
+        # The tolerance is half of the method's digits. A normal whose length differs more from 1 is a mistake, not
+        # rounding.
         self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
 
     def read(self, found: object, rows: StateRows, row: int) -> bool:

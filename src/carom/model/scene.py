@@ -375,7 +375,7 @@ def steps_to_cover(duration_s: float, dt_s: float) -> int:
     """Return the number of steps of length `dt_s` that cover a duration, 0 or more. The last step may end later.
 
     The quotient is computed exactly. Both numbers may be rounded, for example 1/240. So their quotient may differ from
-    the intended whole number, by a fraction of up to 2^-53 for each number. This difference must not add a step.
+    the intended whole number, by a fraction of up to 2^-53 for each number. Such a difference must not add a step.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`

@@ -77,7 +77,8 @@ class StepWatch:
         self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._law)
-        #: Numbers of steps: with deleted states, with known pairs, and with checked free flight.
+        #: Three numbers of steps: steps whose states are deleted, whose pairs are known, and whose free flight is
+        #: checked.
         self._gone = self._taken = self._flown = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []

@@ -133,13 +133,14 @@ class GrowthPoint:
 
     Attributes:
         discs: Number of discs.
-        prepare_s: Seconds to build the world; NaN if it was not run.
-        advance_s: Seconds for all steps; NaN if it was not run.
-        memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if it was not run.
-        peak_bytes: Peak memory of the process; NaN if it was not run.
+        prepare_s: Seconds to build the world; NaN if the gas was not run.
+        advance_s: Seconds for all steps; NaN if the gas was not run.
+        memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
+            run.
+        peak_bytes: Peak memory of the process; NaN if the gas was not run.
         ratio: `advance_s` over PIT's with the same number of discs; NaN unless the same session ran both methods.
-        reason: Reason why it was not run; empty if it was.
-        sitting: Start of the session that ran it, UTC; empty if it was not run.
+        reason: Reason why the gas was not run; empty if it was run.
+        sitting: Start of the session that ran the gas, UTC; empty if the gas was not run.
     """
 
     discs: int

@@ -99,8 +99,8 @@ class GrowthOptions(LimitOptions):
         engines: Names of adapters; None for all.
         profile: Name of the profile.
         sizes: Numbers of discs; None for `carom.studies.bench.growth.SIZES`, and `OWN_SIZES` for Carom's own methods.
-        budget_s: Budget of a gas, seconds. A run that would exceed the rest according to the previous run is omitted
-            with a reason.
+        budget_s: Budget of a gas, seconds. A run is omitted, with a reason, if it would exceed the rest of the budget
+            according to the previous run.
         own: Whether PIC and PIT also run, in addition to the chosen engines.
 
     Raises:

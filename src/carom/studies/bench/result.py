@@ -34,7 +34,7 @@ class Point:
         spurious: Number of invented impacts, over all starts.
         reason: Reason why there is no error; empty if there is one.
         timing: Run times; None if it was not timed.
-        untimed: Reason why it was not timed.
+        untimed: Reason why the method was not timed at this step.
     """
 
     engine: str

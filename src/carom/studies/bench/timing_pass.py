@@ -49,7 +49,7 @@ class Visit:
         prepare_s: Time to build the world.
         advance_s: Time of all steps.
         call_s: Time of a call with no steps; NaN if the adapter does not accept such a call.
-        empty_s: Time of the same number of steps of an empty world, without the call.
+        empty_s: Time of the same number of steps of an empty world, without the time of the call.
     """
 
     prepare_s: float

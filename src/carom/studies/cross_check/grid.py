@@ -29,7 +29,7 @@ _OWN = frozenset({"pic", "pit"})
 #: Reason for a missing row: `carom.execution` drops a profile that has the settings of another profile.
 NOT_PLANNED = "not run separately: at this step another profile of the engine has the same settings"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
-#: The line of a cell without a row. All fields are unknown.
+#: Content of the line of a cell without a row: all fields are unknown.
 _NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
 _NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored

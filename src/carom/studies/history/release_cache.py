@@ -44,7 +44,7 @@ class Kept:
     def made(self, client: Client, registry: str, package: str, version: str) -> Path:
         """Return the folder of a release, after installing it if necessary.
 
-        For pip, the folder must be first on Python's path. For npm, it contains a `node_modules`.
+        For pip, the folder must be first on Python's path. For npm, the folder contains a `node_modules`.
 
         Raises:
             ClientError: The release can't be installed.

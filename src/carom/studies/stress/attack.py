@@ -163,7 +163,7 @@ def closed_form_judge(
         impacts: Number of impacts for the message; 0 if unknown.
         change_m_s: Change of each disc's velocity by impacts, metres a second; 0 for a disc that is never hit.
         note: Remark on a trace that passes.
-        changes: Cause of these changes, for the message.
+        changes: Cause of the changes of velocity, for the message.
     """
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)
     greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)

@@ -172,7 +172,7 @@ def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: 
 def _references(
     scenes: Sequence[Scene], info: EngineInfo, options: TuneOptions
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return by scene name the end of the reliable reference, and the reason if the scene can't be used."""
+    """Return two mappings by scene name: the end of the reliable reference, and why the scene can't be used."""
     horizons: dict[str, float] = {}
     left_out: dict[str, str] = {}
     located = options.profile in info.located
