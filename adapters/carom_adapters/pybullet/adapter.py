@@ -21,7 +21,7 @@ CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
-    # The default of both is 0.04, which removes 3 of 10 rad/s in a second.
+    # Both dampings are 0.04 by default, which takes 3 rad/s from a spin of 10 rad/s in a second.
     return {"dt_s": dt_s, "linearDamping": 0.0, "angularDamping": 0.0}
 
 

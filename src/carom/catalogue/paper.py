@@ -25,7 +25,8 @@ _seen = partial(meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWAR
 @listed("paper")
 def _missed() -> Staged:
     """Two discs meet and separate between two frames: PIT never sees them touch (figures 2 and 3)."""
-    # Half the chord, R sqrt(1 - .8^2) = .3 m, is passed in .6 of a frame at 12 m/s: less than the frame has left.
+    # Half the chord is R sqrt(1 - .8^2) = .3 m long. At 12 m/s, the discs pass it in .6 of a frame, which is less than
+    # the rest of the frame.
     return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
 
 

@@ -24,8 +24,8 @@ class Scales:
         length_m: Radius of the largest disc.
         speed_m_s: Greatest speed of any disc in the reference; 1 m/s if nothing moves.
         rim_m_s: Scale of spin errors times the radius: the greatest speed of any disc, or of any rim relative to its
-            centre. The slip of a contact is the sum of both, so spins are only as exact as the larger of the two. A
-            fast rim makes no velocity less exact.
+            centre. The slip of a contact is the sum of both, so spins are only as exact as the larger of the two. The
+            speed of a rim does not reduce the accuracy of velocities.
         time_s: The scene's duration.
         energy_j: Kinetic energy of the movable discs at the start, including rotation, or the total work done by and on
             driven bodies in the reference if that is larger.

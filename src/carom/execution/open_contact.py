@@ -163,7 +163,10 @@ class OpenContact:
         return pull
 
     def _relative(self, state: Observation, time_s: float, leg: Course) -> tuple[Array, Array]:
-        """Return position and velocity of the second body relative to the first. A wall moves from the origin."""
+        """Return position and velocity of the second body relative to the first.
+
+        The position of a wall is its displacement.
+        """
         first, second = self.pair
         place, velocity = state.position_m, state.velocity_m_s
         if second < 0:

@@ -63,7 +63,7 @@ def scene_at_phase(job: Job) -> Scene:
     """Return the scene of a job, with its start shifted by the job's phase.
 
     Raises:
-        UnsupportedError: The scene can't begin that much earlier.
+        UnsupportedError: The scene can't begin earlier by the time of the phase.
     """
     try:
         return shift_start(job.scene, job.phase * job.dt_s)

@@ -98,7 +98,7 @@ def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float
     """Measure how late a run ends bounces and slips, from states of both runs at the same instants.
 
     Bounces or slips end with the last state that is faster than the speed gained in `RESTING_STEPS` steps. So hops and
-    slips too small for any step are ignored in both runs.
+    slips that are too small for a step to show are ignored in both runs.
     """
     arrays, few = reference.scene.arrays, RESTING_STEPS * dt_s
     bounces, slips = [math.nan], [math.nan]

@@ -43,7 +43,7 @@ class LocalScore:
         entangled: Number of windows with several pairs or impacts.
         late_steps: Median and worst lateness, steps; NaN if there is none.
         early_steps: Worst earliness, steps, as a positive number; 0 if no impact is early.
-        too_late: Number of windows that are later than checking once per step explains.
+        too_late: Number of windows whose lateness is more than a check once per step explains.
         velocity: Median and worst error of velocities after the impact, over the greatest speed of the window's own
             bodies.
         spin: Worst error of rim speeds, over the greatest speed or rim speed of the window's own bodies; 0 if no disc

@@ -99,7 +99,7 @@ def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
 
 
 def sampling_cost_section(grid: Grid) -> Section:
-    """Return a section with the chart of errors, and a row per engine: error over PIT's and own error."""
+    """Return a section with the chart of errors, and a row per engine: its error over PIT's, and its own error."""
     found = measure_engine_costs(grid)
     if not found:
         return Section("", ())

@@ -48,7 +48,7 @@ def spin_judge(
         change_m_s: Change of each disc by impacts, metres a second: the larger of the changes of velocity and rim
             speed.
         impacts: Number of impacts; 0 if unknown.
-        changes: Cause of these changes, for the message.
+        changes: Cause of the changes of velocity and rim speed, for the message.
     """
     of_velocity = closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s, changes=changes)
     radius, rims = scene.arrays.radius_m, np.array(final_rim_m_s)
