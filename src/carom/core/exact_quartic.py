@@ -1,9 +1,9 @@
 """Exact instants at which a gap that is a polynomial in time closes, for cases that the core cannot decide in floats.
 
 Every float is a fraction whose denominator is a power of two. So a polynomial with float coefficients is a polynomial
-with integer coefficients, divided by a power of two. Sturm's theorem counts the roots in an interval. Halving the
-intervals isolates the roots at which the polynomial turns negative, until floats cannot tell the ends of an interval
-apart. A root at which the polynomial only touches zero is a graze of zero depth, not an impact.
+with integer coefficients, divided by a power of two. Sturm's theorem counts the roots in an interval. Intervals are
+halved until each contains a single root at which the polynomial turns negative, and until floats can't tell the ends of
+an interval apart. A root at which the polynomial only touches zero is a graze of zero depth, not an impact.
 
 Source: J. C. F. Sturm's theorem with pseudo-remainders: D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
 """
@@ -28,10 +28,10 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
     """Return an instant at which a gap closes, in seconds after `begin`; infinity if there are no more.
 
     Args:
-        powers: For each power of time, lowest first, pairs of numbers. The coefficient is the sum of the pairs'
+        powers: Pairs of numbers for each power of time, lowest power first. The coefficient is the sum of the pairs'
             products.
         begin: Start of the search, seconds.
-        is_closed: Whether the gap is 0 at `begin`. If so, the value of the powers there is ignored.
+        is_closed: Whether the gap is 0 at `begin`. If so, the gap that follows from the powers is ignored at this time.
         index: Number of the instant, from 0. With -1 the sign of the gap at `begin` is returned instead.
     """
     gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
@@ -50,7 +50,7 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
 
 
 def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
-    """Yield the times, from 0 on, at which a gap closes; 0 itself if it is closed and does not open.
+    """Yield the times, from 0 on, at which a gap closes; also 0, if the gap is closed at 0 and does not open.
 
     The gap is a polynomial in time, lowest power first. The denominators are powers of two. A gap below 0 must open
     before it can close.

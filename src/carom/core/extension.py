@@ -1,7 +1,7 @@
 """State of the compiled extension: whether it is installed, and whether it was built from the present sources.
 
-Every .pyx file of the package is a module of the extension. All are built together, so `carom.core.built` represents
-all of them and contains a digest of the sources.
+Every .pyx file of the package is a module of the extension. All modules are built together, so `carom.core.built`
+represents all of them and contains a digest of the sources.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 
 
 class StaleExtensionWarning(UserWarning):
-    """The compiled extension was built from other sources than those next to it."""
+    """The compiled extension was not built from the sources next to it."""
 
 
 def require_extension() -> None:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 Pair = tuple[float, float]
 
-#: Bits of a square root before it is rounded to a pair, which has 106 bits.
+#: Number of bits of a square root before the root is rounded to a pair, which has 106 bits.
 _ROOT_BITS = 160
 
 #: Least room of a disc inside a circle, as a fraction of the circle's coordinates. This room has four to eight floats
@@ -125,7 +125,7 @@ class Arc:
     def vertex(cls, at: Point, half_width: float = 0.0) -> Arc:
         """Return a vertex: an end of a line, or a joint at which the line is not smooth.
 
-        Discs meet it from all sides.
+        Discs meet a vertex from all sides.
         """
         return cls(((at[0], 0.0), (at[1], 0.0)), (0.0, 0.0), half_width, inside=False, sector=None)
 

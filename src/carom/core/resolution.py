@@ -13,7 +13,7 @@ from __future__ import annotations
 from carom.errors import InputError
 from carom.support.formatting import number
 
-#: Unit in the last place of 1. Relative to any number, its own unit in the last place is at most this.
+#: Unit in the last place of 1. Every number's unit in the last place is at most this fraction of the number.
 ULP = 2.0**-52
 
 #: Largest sum of the coordinates of two discs at an impact, as absolute values, over the sum of the radii. Each

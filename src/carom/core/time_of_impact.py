@@ -3,7 +3,7 @@
 The core computes each time (`core/pair.h` describes the method and its guarantee), and
 `carom.core.pair_time_any_size` scales numbers that are not of moderate size.
 
-All decisions depend on whether the discs approach. No time or distance is compared with a small number.
+All decisions depend on whether the discs approach. No time or distance is compared with a tolerance.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ class WallFeature(NamedTuple):
 
     Attributes:
         feature: The feature.
-        edges: Numbers of the edges; for a vertex, only the lower of its two.
+        edges: Numbers of the edges; for a vertex, only the lower number of its two edges.
         kind: Kind of the feature: face, vertex or arc.
     """
 
@@ -52,7 +52,7 @@ class JoinedEdges(NamedTuple):
 
     @property
     def turn(self) -> int:
-        """1 for an arc that runs counterclockwise, -1 for one that runs clockwise, 0 for a straight edge."""
+        """1 for a counterclockwise arc, -1 for a clockwise arc, 0 for a straight edge."""
         return (self.edge.bulge > 0.0) - (self.edge.bulge < 0.0)
 
     def tangent(self, point: tuple[float, float]) -> Exact:
@@ -77,8 +77,8 @@ def features_of(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeatu
     """Return the features of a wall, both sides of each edge, by their precedence at one instant.
 
     Faces and arcs come first, in the order of the edges, and vertices after them. A disc that meets the vertex at the
-    end of a face meets the face at the same time or earlier, and the face's normal is the right one. Last come the
-    stops of arcs in which a disc of the radius `widest_m` does not fit: see `stops_of`.
+    end of a face meets the face at the same time or earlier, and the face's normal is the right one. The stops of arcs
+    in which a disc of the radius `widest_m` does not fit come last: see `stops_of`.
     """
     if outline.radius == 0.0:
         return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
@@ -128,7 +128,7 @@ def goes_smoothly(one: JoinedEdges, other: JoinedEdges) -> bool:
 
 
 def runs_of(outline: Outline) -> list[JoinedEdges]:
-    """Return the edges of a chain in order, joined if they continue one line or circle. A ring has a single run."""
+    """Return the edges of a chain in order, joined if they continue one line or circle. A circle has a single run."""
     if outline.radius is not None:
         (x, y), radius = exact(outline.points[0]), Fraction(outline.radius)
         return [JoinedEdges(outline.stretches[0].edge, ExactCircle(x, y, radius * radius), (0,))]

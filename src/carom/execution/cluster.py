@@ -1,8 +1,8 @@
 """Pool on a Dask cluster: the same work in the same kind of worker processes, with the same results.
 
-Each item of `ClusterPool.each` is a task of the cluster. Its engines run in separate processes, as on this machine. So
-an engine that aborts affects neither the cluster's worker nor other items. If a worker of the cluster is lost, Dask's
-scheduler gives the items of this worker to another.
+Each item of `ClusterPool.each` is a task of the cluster. The engines of an item run in separate processes, as on this
+machine. So an engine that aborts affects neither the cluster's worker nor other items. If a worker of the cluster is
+lost, Dask's scheduler gives the items of this worker to another.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ CONNECT_S = 10
 #: Number of times that Dask's scheduler repeats an item that was lost with a worker.
 RETRIES = 3
 
-#: Seconds that a cluster may have no worker. A restarted worker is available before that.
+#: Seconds that a cluster may be without a worker. A restarted worker needs less time.
 WORKERLESS_S = 60.0
 #: Seconds between checks of the number of workers.
 LOOK_S = 1.0
@@ -45,7 +45,9 @@ class ClusterError(CaromError, RuntimeError):
 
 
 class ClusterPool(Pool):
-    """Pool on a Dask cluster. As a context manager, it disconnects from the cluster, which continues to run.
+    """Pool on a Dask cluster.
+
+    As a context manager, the pool disconnects from the cluster at the end. The cluster continues to run.
 
     Args:
         scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``. With ``tls://``, the certificates of
@@ -98,7 +100,7 @@ class ClusterPool(Pool):
     def each(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
-        """Work on items on the cluster. The results of an item are yielded together.
+        """Work on the items, on the cluster. The results of an item are yielded together.
 
         Raises:
             ClusterError: Items were repeatedly lost with their workers (raised after all other results), the scheduler

@@ -85,8 +85,8 @@ LATER = frozenset({"edges", "modes", "looks", "rests"})
 def _carried(kind: type[Any], **carried: Any) -> Any:
     """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` has field types.
 
-    In a separate text, NaN and infinities can be numbers. As strings, NaN and infinities could not be distinguished
-    from text settings.
+    A separate JSON text can have NaN and infinities as numbers. As strings, they could not be distinguished from
+    settings that are texts.
     """
     hints = (
         get_type_hints(

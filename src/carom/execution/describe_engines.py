@@ -1,8 +1,8 @@
 """Declarations and settings of adapters, queried in worker processes, since an adapter is third-party code.
 
-Only the adapters that a command needs are queried. Adapters of one distribution share a process, since starting one
-takes longer than the query. An adapter that hangs, ends its process or declares something invalid is unavailable for
-that reason; others are not affected.
+Only the adapters that a command needs are queried. Adapters of one distribution share a process, since the start of a
+process takes longer than the query. If an adapter hangs, ends its process or declares something invalid, it is
+unavailable for that reason. Other adapters are not affected.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def select_engines(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> 
 
 
 def find_engine(name: str) -> EngineInfo:
-    """Return the description of an engine, queried only if this process has not queried it yet."""
+    """Return the description of an engine. It is queried only if this process does not know it yet."""
     known = _KNOWN.get((name, adapter_points()[name].value))
     return known or engines([name])[0]
 
@@ -270,7 +270,7 @@ def list_methods(
 def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> Mapping[str, Setting] | Answer[Any]:
     """Return the settings of a profile at a step, or why a method with it can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
-        # The settings of an engine that is not installed still show which profiles are the same method.
+        # Even if an engine is not installed, the settings of its profiles show which profiles are the same method.
         return settings
     if info.unavailable or answer is None:
         return Answer(Status.UNAVAILABLE, info.unavailable)

@@ -29,14 +29,14 @@ from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, canonical_profile
 from carom.support.dataclass import dataclass
 
-#: If discs may come to rest, states of at most this many discs are kept, and at most this many states.
+#: Largest number of discs for which states are kept if discs may come to rest, and largest number of such states.
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256
 
 #: Number of rows of states, times the number of discs: some 3 MB.
 _ROWS = 2**16
 
-#: Largest number of samples. They are for drawing, and no picture is wider than this many pixels.
+#: Largest number of samples. Samples are for drawing, and no picture is wider than this many pixels.
 MOST_SAMPLES = 4096
 
 

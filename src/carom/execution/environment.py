@@ -18,7 +18,7 @@ class Environment:
     """Machine and versions of a run.
 
     Attributes:
-        date: UTC, ISO 8601, to the second.
+        date: Date and time in UTC (ISO 8601), to the second.
         carom: Version of Carom.
         python: Implementation and version.
         system: Operating system, architecture and C library, whose rounding of elementary functions can differ.

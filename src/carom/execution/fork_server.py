@@ -1,12 +1,13 @@
 """Fork server: forks worker processes whose imports are already done, since imports take longer than most runs.
 
 The server is forked from the main thread of the `carom` command, before any other thread starts. The server has no open
-file except null and its socket, and it loads no adapter and no engine. For each request it forks a watchdog
+files except null and its socket. It loads no adapter and no engine. For each request it forks a watchdog
 (`carom.execution.watchdog`), whose streams, folder, session, limits and environment are like in a new interpreter. The
 server ends with the command, and everything that it forked ends with it.
 
-Only the command `carom` on Linux has a fork server. Another process, such as a notebook, can have threads, which a fork
-does not copy. In such a process, and if the server does not answer, each worker starts in a new interpreter.
+Only the command `carom` has a fork server, and only on Linux. Another process, such as a notebook, can have threads,
+which a fork does not copy. In such a process, and if the server does not answer, each worker starts in a new
+interpreter.
 """
 
 from __future__ import annotations

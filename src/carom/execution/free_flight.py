@@ -32,11 +32,11 @@ _ROUNDINGS = 4
 class FreeFlight:
     """Determines after each step whether another impact is possible.
 
-    The engine's own state decides, not the reference. Two conditions must hold:
+    This depends on the engine's own state, not on the reference. Two conditions must hold:
 
     - No two bodies overlap or come near each other before the end, on their present paths.
     - The last two steps left every velocity unchanged, to the bit, and moved every disc by its velocity, to the
-      rounding of the engine's floats. So the engine neither damps nor pushes nor drifts.
+      rounding of the engine's floats. So the engine does not damp, push or move discs in any other way.
 
     If both conditions are met, the final state is at the end of these straight paths.
 
@@ -120,7 +120,7 @@ class FreeFlight:
         return min(nearest, float(time_until_near(apart, v[self._second] - v[self._first], self._near).min()))
 
     def _reaches(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
-        if not isinstance(wall, tuple):  # no disc reaches the wall before it has flown that far
+        if not isinstance(wall, tuple):  # no disc reaches the wall before it has flown this distance
             away = np.array(
                 [wall.gap(x, y, reach) for (x, y), reach in zip(p.tolist(), self._margin.tolist(), strict=True)]
             )
@@ -139,8 +139,8 @@ class FreeFlight:
 def time_until_near(apart: Array, velocity: Array, reach: Array) -> Array:
     """Return the seconds until pairs come within reach: 0 if near and approaching, infinity if never.
 
-    This plain formula is twenty times faster than the time of impact. With a margin of a radius its rounding does not
-    matter.
+    This plain formula is twenty times faster than the time of impact. The margin is a radius, so the rounding of this
+    formula does not matter.
 
     Args:
         apart: Vector from first to second, metres, shape ``(n, 2)``.

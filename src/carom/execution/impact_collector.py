@@ -105,7 +105,7 @@ class ImpactCollector:
         """
         for pair in list(self.open):
             self._close(pair)
-        # Impacts with the same time are in the order in which they began.
+        # Impacts with the same time are sorted by the order in which they began.
         ordered = sorted(self._done, key=lambda item: (item[1].time_s, item[0]))
         effective = np.array([effective for _, _, effective, _ in ordered], dtype=np.float64)
         self.states = np.array([state for _, _, _, state in ordered], dtype=STATE_DTYPE)
@@ -235,8 +235,8 @@ class ImpactCollector:
             effective = (
                 contact.landing_s(self._gravity, leg) if held else contact.turn_s(self._gravity, self._slowing, leg)
             )
-        # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body the path is
-        # bent.
+        # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body, the path of
+        # a falling disc is bent.
         falls = bool(self._gravity.any())
         bent = falls and len(self._movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):

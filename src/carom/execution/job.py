@@ -34,7 +34,8 @@ class Method:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile; an alias is replaced by it.
-        tried: Settings that replace those of the profile. With such settings the method differs from the profile's.
+        tried: Settings that replace those of the profile. With such settings, the method differs from the method of the
+            profile.
     """
 
     engine: str

@@ -27,7 +27,7 @@ from carom.support.dataclass import dataclass
 from carom.support.escaping import shortened, visible
 from carom.support.limits import MOST_VALUES, values_in
 
-#: Incremented when a field changes its meaning or is removed, but not for a new field with a default.
+#: This number increases when a field changes its meaning or is removed, but not for a new field with a default.
 JOURNAL_FORMAT = 5
 
 #: Longest line. Reading a longer line would take hundreds of megabytes. A larger entry is not stored, but computed
@@ -90,11 +90,11 @@ class Journal(MemoryJournal[K, T], Closeable):
 
     Args:
         of: Name of the content, in words.
-        kind: Type of the entries. Keys and values of these must be JSON values.
+        kind: Type of the entries. Keys and values of entries must be JSON values.
         path: The file, in an existing folder. The file is created if it does not exist.
         stamp: Options that a resumed run must share with the run that began the journal.
         resume: Whether to continue an existing journal. Without `resume` an existing journal is refused.
-        retry: Whether to continue an existing journal, without the entries in which an engine failed.
+        retry: Whether to continue an existing journal, but to drop entries in which an engine failed.
 
     Raises:
         InputError: The file exists, and neither `resume` nor `retry` is set, has another content, stamp or format, or

@@ -27,7 +27,7 @@ FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 #: Largest seed of NumPy's generators.
 MOST_SEED = 2**63 - 1
 
-#: Ratio between one step of a scene and the next. It is large enough to show an order of convergence.
+#: Ratio between one step of a scene and the next. The ratio is large enough to show an order of convergence.
 REFINEMENT = 4
 REFINEMENTS = 3
 
@@ -198,7 +198,7 @@ class Options(LimitOptions):
             errors.
         seed: Start of the quasi-random sequence of phases.
         certified: Whether to score against certified runs. By default PIC is the reference. For scenes of three discs
-            or more, a certified run then shows up to which impact PIC is reliable, if python-flint is installed.
+            or more, a certified run shows up to which impact PIC is reliable, if python-flint is installed.
         certify_s: Seconds for the certified run of each scene.
         timing: Whether to time each job at its scene's coarsest step too, in a pass in which nothing else runs.
         samples: Whether to keep states for drawing. Only reports need them.

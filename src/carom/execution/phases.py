@@ -28,7 +28,8 @@ class PhaseSpread:
         phases: Number of phases that ran.
         wrong: Number of phases with a missed or spurious impact.
         missed: Number of phases with a missed impact.
-        velocity_median: Median over phases of the largest velocity error, over the scene's speed; NaN if there is none.
+        velocity_median: Median over phases of the largest velocity error, over the scene's speed; NaN if no velocity
+            error is known.
         velocity_worst: Largest velocity error of all phases, over the scene's speed.
         time_median_s: Median over phases of the magnitude of the largest time error, seconds.
         time_worst_s: Largest time error of all phases in magnitude, seconds.

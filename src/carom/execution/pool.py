@@ -62,7 +62,7 @@ class TaskRunner(Closeable, ABC):
 
 
 class Pool(TaskRunner):
-    """Carries out several tasks at a time. As a context manager, it ends the processes that it started."""
+    """Carries out several tasks at a time. As a context manager, the pool ends the processes that it started."""
 
     def renew(self) -> None:
         """Replace the worker processes, if there are any, so that later tasks run in fresh ones."""
@@ -136,7 +136,7 @@ class Lane(TaskRunner):
             return self._workers[engine]
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Carry out tasks of one engine in its worker, sent as one message."""
+        """Carry out tasks of one engine in its worker. The tasks are sent as one message."""
         if not tasks:
             return iter(())
         limit_s = max(self._time_limit_s, getattr(tasks[0], "min_time_limit_s", 0.0))

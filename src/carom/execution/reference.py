@@ -34,7 +34,8 @@ class Reference:
 
     Attributes:
         trace: The PIC trace, or the certified trace.
-        certified: Agreement of PIC with the certified run, or why it is unknown; None if it was not requested.
+        certified: Agreement of PIC with the certified run, or why the agreement is unknown; None if no certified run
+            was requested.
         horizon_s: Time up to which `trace` is reliable and no contact lasts; None for the whole trace.
         pic: The PIC trace, if `trace` is the certified trace.
     """

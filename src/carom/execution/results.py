@@ -32,7 +32,7 @@ class Row:
         time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None if either was
             not timed.
         spread: Scores over many sub-step phases; None if only one phase was run.
-        untimed: Why it was not timed although it ran and timing was requested; empty otherwise.
+        untimed: Reason why the job was not timed, if it ran and timing was requested; empty otherwise.
     """
 
     job: Job
@@ -52,7 +52,7 @@ class Row:
 
 
 def violates(row: Row, fail_on: Grade) -> bool:
-    """Whether the row's grade is `fail_on` or worse. A row without a grade is no violation."""
+    """Whether the row's grade is `fail_on` or worse. A row without a grade is not a violation."""
     return row.grade is not None and row.grade.is_at_least_as_bad_as(fail_on)
 
 

@@ -1,4 +1,4 @@
-"""Imports files of engines as scenes. The engine's adapter reads them in a worker process."""
+"""Imports files of engines as scenes. A file is read by the engine's adapter, in a worker process."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class _ReadTask(AdapterTask):
     duration_s: float
 
     def carry_out(self) -> Imported:
-        """Return the scene, and what was dropped.
+        """Return the scene, and a list of everything that was dropped.
 
         Raises:
             UnavailableError: The engine is not installed.

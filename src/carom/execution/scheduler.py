@@ -61,10 +61,10 @@ class TaskRequest(Generic[S, K, T]):
 
     Attributes:
         subject: The study's own label of the task; returned with the answer.
-        key: Key of the task's journal entry. Tasks with the same key are the same.
+        key: Key of the task's journal entry. Tasks with the same key are the same task.
         task: Task to carry out.
         refused: Why the task can't be carried out, if that is known. A refused task is neither sent nor journalled.
-        steps: Number of engine steps. Tasks of few steps share a batch, others have a batch of their own.
+        steps: Number of engine steps. Tasks with few steps share a batch. Each other task has a batch of its own.
     """
 
     subject: S

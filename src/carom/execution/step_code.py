@@ -50,7 +50,7 @@ def step_lines(code: str, at_another_step: str) -> str:
 def changed_lines(code: str, before: str) -> str:
     """Return the statements of a Python program, or the lines of another text, that differ from an earlier version.
 
-    In a program, also return the statements that use a name assigned by these. Comments are left out.
+    In a program, also return the statements that use a name that these statements assign. Comments are left out.
     """
     if not code.startswith("#"):
         model = code.startswith("<")

@@ -2,8 +2,8 @@
 
 An engine detects an impact at a step boundary, up to a step late. If new bodies touch after a step, the driver restores
 the state before it and bisects the length of the step. The bisection stops at two lengths that the clock can't
-distinguish: bodies touch after the longer and not after the shorter. Motion and contact test are the engine's own. No
-formula of Carom is used.
+distinguish: bodies touch after the longer and not after the shorter. The motion and the contact test come from the
+engine alone. No formula of Carom is used.
 
 Bodies that touch only between two boundaries are not found. Contact is tested once per step, as without cutting.
 """

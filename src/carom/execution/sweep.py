@@ -20,7 +20,8 @@ from carom.execution.reference import require_reference, scene_at_phase, solve_r
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.support.dataclass import dataclass
 
-#: Number of references that a worker keeps. A few are enough, since the jobs of a batch are sorted by scene and phase.
+#: Number of references that a worker keeps. A few references are enough, since the jobs of a batch are sorted by scene
+#: and phase.
 REFERENCES_KEPT = 8
 
 
@@ -34,7 +35,7 @@ class Measures:
         matched: Impacts found.
         missed: Impacts missed.
         spurious: Impacts invented.
-        undecided: Impacts too close to the end of the run to have been reported.
+        undecided: Number of impacts that are so close to the end of the run that they may not have been reported yet.
         duration_s: Duration of the scene, the unit of dimensionless times.
         outcome: Outcome of the run, the name of a `carom.model.trace.Outcome`.
     """

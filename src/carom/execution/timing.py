@@ -102,7 +102,7 @@ def time_run(
     Raises:
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene or fails, or its clock shows an impossible time.
-        UnsupportedError: The clock shows 0 seconds: it is too coarse for such a short run.
+        UnsupportedError: The clock shows 0 seconds, because it is too coarse for such a short run.
     """
     settings = profile_settings(adapter, profile, dt_s, tried)
     steps = scene.step_count(dt_s) if steps is None else steps

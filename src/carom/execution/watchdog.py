@@ -81,7 +81,7 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
     end of the input open.
     """
     null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)  # only the worker keeps the answer pipe open
+    os.dup2(null, 1)  # only the worker may keep the answer pipe open
     os.dup2(null, 2)
     poll = select.poll()
     poll.register(0, 0)  # only the closing of the other end is polled; the worker reads the input itself
@@ -126,7 +126,8 @@ def _find_children() -> list[int]:
     for name in os.listdir("/proc"):
         if name.isdecimal():
             with suppress(OSError), open(f"/proc/{name}/stat", "rb") as file:
-                # The name of the program, in parentheses, can contain anything. State and parent come after it.
+                # The name of the program, in parentheses, can contain anything. The state and the parent's number come
+                # after the name.
                 if int(file.read().rpartition(b")")[2].split()[1]) == os.getpid():
                     found.append(int(name))
     return found

@@ -26,7 +26,7 @@ from carom.execution.codec import Codec
 from carom.execution.exception_text import describe_exception, exception_message
 from carom.execution.job import Answer, Status, Task, UnavailableError, UnsupportedError
 
-#: Separates the output of one task from that of the next: ASCII's record separator.
+#: ASCII's record separator, which separates the output of one task from the output of the next.
 TASK_END = b"\x1e"
 
 #: Exit code of a worker that can't answer, since the engine has closed the answer pipe: EX_IOERR of sysexits.
@@ -88,7 +88,7 @@ def main() -> None:
             return
         for task in tasks:
             line = _answer_line(number, task)
-            if os.getpid() != own_pid:  # the engine has forked this process; only the original answers
+            if os.getpid() != own_pid:  # the engine has forked this process, and only the original may answer
                 os._exit(1)
             c_library.fflush(None)  # an engine's output from C can still be buffered
             with suppress(AttributeError, OSError, ValueError):  # an engine can have closed or replaced standard output

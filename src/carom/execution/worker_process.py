@@ -69,8 +69,8 @@ class Worker:
     def run_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
         """Send tasks in one message and yield the answer to each, in order, as soon as it arrives.
 
-        A task fails alone if it ends the process, exceeds `time_limit_s` or returns an invalid answer. The task's
-        answer has the reason, and the tasks after it are sent again.
+        Only the task itself fails if it ends the process, exceeds `time_limit_s` or returns an invalid answer. The
+        task's answer has the reason, and the tasks after it are sent again.
 
         Raises:
             ClosedError: The worker was closed during a task.
@@ -99,7 +99,7 @@ class Worker:
         return self._process
 
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
-        """Return an answer. A process that gives no answer, or an invalid one, is ended.
+        """Return an answer. A process that gives no answer, or an invalid answer, is ended.
 
         A wait counts with at most its requested length, because the engine does not run while the machine sleeps or
         this process is stopped.

@@ -60,11 +60,12 @@ def _clear_abandoned() -> None:
 def _remove(root: Path) -> None:
     """Remove a folder. The lock is removed last, so that a partly removed folder is found again.
 
-    Subfolders are moved up into the folder before they are emptied, so that any depth works. Links are not followed.
+    Subfolders are moved up into the folder before they are emptied, so that folders of any depth can be removed. Links
+    are not followed.
     """
     try:
         top = os.open(root, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    except OSError:  # an engine can have removed or replaced it
+    except OSError:  # an engine can have removed or replaced the folder
         return
     try:
         todo = [name for name in os.listdir(top) if not name.startswith(LOCK)]

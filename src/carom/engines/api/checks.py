@@ -174,7 +174,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
     if farthest > capabilities.max_coordinate_m:
         return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
-    # If positions are rounded by more than the size of a disc, its location is undefined.
+    # If positions are rounded by more than the size of a disc, the location of the disc is undefined.
     rounding, smallest = farthest * 2.0 ** -MANTISSA_BITS[capabilities.float_bits], min(d.radius_m for d in scene.discs)
     if rounding > smallest:
         floats = f"{capabilities.float_bits}-bit floats"
@@ -187,7 +187,10 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
 
 
 def _supports(capabilities: Capabilities, need: Need) -> bool:
-    """Whether the capabilities include a need of a scene. Most capabilities have the name of the need."""
+    """Whether the capabilities include a feature that a scene needs.
+
+    Most capabilities have the same name as the needed feature.
+    """
     match need:
         case Need.IMMOVABLE:
             return capabilities.immovable_discs

@@ -92,16 +92,16 @@ def factored_frictions(scene: Scene) -> tuple[float, float]:
 def _factor(pair: float, wall: float) -> tuple[float, float]:
     """Return coefficients of discs and of walls for an engine that multiplies the coefficients of two bodies.
 
-    The coefficient of a disc is the root of the pair's. If the pair has the coefficient 0 and the walls have more, the
-    disc gets a tiny coefficient and the walls get a huge coefficient. The square of the tiny coefficient underflows to
-    0, but its product with the huge coefficient does not.
+    The coefficient of a disc is the root of the coefficient of two discs. If the pair has the coefficient 0 and the
+    walls have more, the disc gets a tiny coefficient and the walls get a huge coefficient. The square of the tiny
+    coefficient underflows to 0, but its product with the huge coefficient does not.
     """
     disc = math.sqrt(pair) if pair > 0 else VANISHING
     return disc, wall / disc
 
 
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
-    """Return the middle of a scene, and the largest distance from it that any point of a disc can reach, metres.
+    """Return the middle of a scene, and the largest distance from the middle that a point of a disc can reach, metres.
 
     Engines without half-planes choose the size of their walls by this distance. No impact adds energy, so the speed of
     a disc is limited by the total energy of the scene, including the energy of spins, and by gravity. A driven body
@@ -121,7 +121,7 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     belts = [abs(wall.surface_speed_m_s) for wall in scene.walls]
     fastest += 2.0 * DRIVEN_IMPACTS * max((*driven, *belts), default=0.0)
     duration_s = scene.duration_s + dt_s
-    # Impacts can transfer the energy that a disc gains by falling to a lighter disc.
+    # A disc gains energy by falling, and an impact can pass this energy on to a lighter disc.
     gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
     return centre, start + (fastest + gained) * duration_s
 
@@ -140,8 +140,8 @@ def pair_of(a: int, b: int) -> tuple[int, int]:
 def flattened(normal: Vector, impulse_n_s: float) -> tuple[Vector, float]:
     """Project an impulse in space onto the plane. Return its unit normal and its size along the normal.
 
-    Bodies that lean out of the plane need this. `normal` is the first two components of a unit vector. An impulse
-    perpendicular to the plane, (0, 0), has size 0.
+    Engines need this for bodies that lean out of the plane. `normal` is the first two components of a unit vector. An
+    impulse perpendicular to the plane, (0, 0), has size 0.
     """
     length = math.hypot(*normal)
     if length == 0.0:

@@ -1,4 +1,4 @@
-"""Helpers to read files of engines: walls from faces, and one coefficient from several."""
+"""Helpers to read files of engines: make walls from faces, and a single coefficient from several coefficients."""
 
 from __future__ import annotations
 

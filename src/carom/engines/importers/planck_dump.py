@@ -107,7 +107,8 @@ class _Reading:
         place, radius = body.at(shape["p"]), float(shape["radius"])
         if not body.moves:
             return Disc(position_m=place, radius_m=radius, mass_kg=math.inf)
-        # Without density, Box2D sets the mass to 1 kg and no moment of inertia, so that the body never turns.
+        # If a body has no density, Box2D sets its mass to 1 kg and gives it no moment of inertia, so that the body
+        # never turns.
         mass = float(fixture["density"]) * math.pi * radius**2
         turns = mass > 0.0 and not body.fields["fixedRotation"]
         spin = float(body.fields["angularVelocity"])

@@ -57,7 +57,7 @@ def _enums_by_name(table: object) -> object:
 
 
 def _finite(setting: Setting) -> Setting:
-    """Refuse infinity and NaN, which are not numbers in JSON. The program would get a string instead."""
+    """Refuse infinity and NaN, which are not numbers in JSON. Otherwise the program would get a string."""
     if isinstance(setting, float) and not math.isfinite(setting):
         raise ValueError(f"must be finite, as JSON requires, got {setting}")
     return setting

@@ -172,7 +172,7 @@ Request = Hello | Prepare | Step | Look | Cut | Touching | Save | Restore | Clos
 
 
 def protocol_schema() -> dict[str, Any]:
-    """Return the JSON Schema of all messages of the protocol. A line contains one of them."""
+    """Return the JSON Schema of all messages of the protocol. A line contains one of these messages."""
     told = Welcome | Prepared | Stepped | Seen | Touched | Saved | Done | Reply
     lines: TypeAdapter[Any] = TypeAdapter(Request | told)
     return {"title": f"Carom's engine protocol, version {PROTOCOL}", **lines.json_schema()}

@@ -110,7 +110,7 @@ class Program:
     def _exchange(self, request: bytes) -> bytes | None:
         """Send a request and return the line of its answer; None if there is none.
 
-        Standard error is read at the same time: otherwise the program would block at a full pipe.
+        Standard error is read at the same time, because otherwise a full pipe would block the program.
         """
         unsent, searched = memoryview(request), 0
         self._poll.register(self._requests, select.POLLOUT)
@@ -122,7 +122,7 @@ class Program:
                 if file == self._requests.fileno():
                     try:
                         unsent = unsent[os.write(file, unsent) :]
-                    except BrokenPipeError:  # the program closed its input or ended; its next answer shows which
+                    except BrokenPipeError:  # the program closed its input, or ended: see its next answer
                         unsent = unsent[:0]
                     if not unsent:
                         self._poll.unregister(file)
@@ -176,13 +176,13 @@ class Program:
         return self._popen.poll() is not None
 
     def end(self) -> None:
-        """End the program by closing its input; kill it if that does not work."""
+        """End the program by closing its input; kill the program if that does not work."""
         self._stop()
         for pipe in (self._answers, self._printed):
             pipe.close()
 
     def _stop(self) -> bool:
-        """Close the program's input, and kill it if it does not end. Return whether it ended by itself."""
+        """Close the program's input, and kill it if it does not end. Return whether the program ended by itself."""
         self._requests.close()
         try:
             self._popen.wait(GRACE_S)
