@@ -150,7 +150,7 @@ def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
 def _middle(line: _Line, circle: ExactCircle) -> Place:
     """Return the middle of an arc.
 
-    The only point that overlapping arcs of one circle share, apart from joints, may be this one.
+    Apart from joints, the middle may be the only point that overlapping arcs of one circle share.
     """
     x, y, radius2 = circle
     ex, ey = line.along
@@ -186,7 +186,7 @@ def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circ
 
 
 def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
-    """Yield the points at which two circles meet: points of the first on the line of equal power."""
+    """Yield the points at which two circles meet: the points of the first circle on the line of equal power."""
     dx, dy = other.x - one.x, other.y - one.y
     distance2 = dx * dx + dy * dy
     if distance2 == 0:

@@ -63,7 +63,7 @@ class Stretch(NamedTuple):
     """An edge, or a whole circle, as floats.
 
     Attributes:
-        edge: The edge. In a whole circle both of its ends are the same point.
+        edge: The edge. Both ends of a whole circle are the same point.
         centre: Centre of an arc's circle; None for a straight edge.
         radius: Radius of an arc's circle; 0 for a straight edge.
     """
@@ -103,9 +103,9 @@ class Stretch(NamedTuple):
     def power(self, x: float, y: float) -> float:
         """Return the power of a point: its squared distance from an arc's centre minus the squared radius.
 
-        The power is computed from the arc's ends, so a huge radius costs no digits. For every circle through both ends
-        it is ``(p - a).(p - b)`` plus a multiple of the cross product of the chord and ``p - a``. The cross product is
-        0 on the line through the ends.
+        The power is computed from the arc's ends, so that a huge radius does not reduce accuracy. For every circle
+        through both ends it is ``(p - a).(p - b)`` plus a multiple of the cross product of the chord and ``p - a``. The
+        cross product is 0 on the line through the ends.
         """
         (ax, ay), (bx, by), bulge = self.edge
         across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
@@ -201,7 +201,7 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def edge_at(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return which of some edges is nearest to a point; if several are, the lowest."""
+        """Return which of some edges is nearest to a point; if several are nearest, the lowest number."""
         places = [(self.stretches[k].nearest(x, y)[0], k) for k in among]
         return min((_square(px - x, py - y), k) for (px, py), k in places)[1]
 

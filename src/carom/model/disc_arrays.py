@@ -1,6 +1,7 @@
 """Discs and walls as arrays, the input of solvers, also for a million discs.
 
-A scene of a million discs would be a million validated objects. As arrays, the same state is built in milliseconds.
+A scene of a million discs would consist of a million validated objects. As arrays, the same state is built in
+milliseconds.
 """
 
 from __future__ import annotations
@@ -242,7 +243,7 @@ class DiscArrays:
 
     @property
     def driven_speeds(self) -> NDArray[np.float64]:
-        """Components of all velocities of driven bodies, and speeds of belts, metres a second. Some are negative."""
+        """All velocity components of driven bodies, and all speeds of belts, metres a second. Some are negative."""
         drives = (*(self.wall_drives or ()), *self.disc_drives)
         speeds = [part for drive in drives for leg in drive.legs for part in leg.velocity]
         return np.array([*speeds, *(self.belts_m_s or ())], np.float64)
@@ -257,7 +258,7 @@ class DiscArrays:
     def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the coefficient of restitution of each impact, which depends on its second body.
 
-        A wall has a negative number.
+        The number of a wall is negative.
         """
         walls = np.array([material.restitution for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)

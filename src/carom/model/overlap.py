@@ -34,8 +34,8 @@ class Overlap(NamedTuple):
 
     Attributes:
         disc: Number of the disc; the higher number if both bodies are discs.
-        other: Number of the other disc, or of the wall.
-        message: What is wrong and what to do. The message is printed after the name of the disc's position.
+        other: Number of the other disc, or number of the wall.
+        message: Message: what is wrong, and what to do. The message is printed after the name of the disc's position.
     """
 
     disc: int
@@ -47,8 +47,8 @@ def input_rounding(size: Floats) -> Floats:
     """Return the largest overlap that rounding of the input can explain.
 
     The gap of two discs depends on six numbers. Each number is rounded to a float, by half a unit in the last place of
-    the largest: 3 units in all. The computation of the gap rounds five times, by less than 3 units. Discs that touch in
-    the decimal numbers of a file must not be refused for binary rounding.
+    the largest: 3 units in all. The computation of the gap rounds five times, by less than 3 units. If discs touch
+    according to the decimal numbers of a file, they must not be refused because of binary rounding.
 
     Args:
         size: Magnitude of the largest number in the computation of a gap, metres.
@@ -76,8 +76,8 @@ def overlaps(
         wall_name: Name of the wall in a message.
 
     Returns:
-        The overlaps: first those between discs, then those with walls, each ordered by disc, then by the other body.
-            Also whether there are more.
+        The overlaps: first overlaps between discs, then overlaps with walls. Both are ordered by disc, then by the
+            other body. Also whether there are more.
     """
     size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
     found: list[Overlap] = []

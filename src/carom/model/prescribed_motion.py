@@ -15,7 +15,7 @@ Vector = tuple[float, float]
 
 
 class Course(NamedTuple):
-    """One leg of a driven body's path.
+    """A leg of a driven body's path.
 
     Attributes:
         begin_s: Time at which the leg begins, seconds since the start.

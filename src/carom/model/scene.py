@@ -372,7 +372,9 @@ def as_scene(scene: Scene | str) -> Scene:
 
 
 def steps_to_cover(duration_s: float, dt_s: float) -> int:
-    """Return the number of steps of length `dt_s` that cover a duration, 0 or more. The last step may end later.
+    """Return the number of steps of length `dt_s` that cover a duration, 0 or more.
+
+    The last step may end after the duration.
 
     The quotient is computed exactly. Both numbers may be rounded, for example 1/240. So their quotient may differ from
     the intended whole number, by a fraction of up to 2^-53 for each number. Such a difference must not add a step.

@@ -18,6 +18,6 @@ def find_scene(name: str) -> Any:
     """Return the scene with a full name.
 
     Raises:
-        UnknownNameError: The catalogue has no scene of this name; the message names the nearest one.
+        UnknownNameError: The catalogue has no scene of this name; the message contains the nearest name.
     """
     return _find(name)

@@ -74,8 +74,8 @@ MEETING_DTYPE = np.dtype(
     ]
 )
 
-#: Change of a disc in a step outside of any window. The fields are the start of the step, the changes of velocity and
-#: rim speed (metres a second), the displacement that its velocity does not explain (metres), its speed, and the
+#: A change of a disc in a step that is not in a window. The fields are the start of the step, the changes of velocity
+#: and rim speed (metres a second), the displacement that its velocity does not explain (metres), its speed, and the
 #: rounding of its position.
 SLIP_DTYPE = np.dtype(
     [
@@ -119,7 +119,7 @@ class States:
 
     @classmethod
     def joined(cls, parts: Sequence[States]) -> States:
-        """Return the states of several parts as one. Either all parts have spins or none has."""
+        """Return the states of several parts as one. All parts must have spins, or no part."""
         if len(parts) == 1:
             return parts[0]
         names = [field.name for field in fields(cls) if getattr(parts[0], field.name) is not None]
@@ -136,7 +136,7 @@ class LocalTruth:
         windows: Structured array of `WINDOW_DTYPE`, in order of their beginnings.
         meetings: Structured array of `MEETING_DTYPE`, the pairs of the windows.
         slips: Structured array of `SLIP_DTYPE`: the largest change of velocity, of spin and of position of each disc
-            outside of windows and of rest. A disc has at most one row of each kind, and none if it moved freely.
+            outside of windows and of rest. A disc has at most one row of each kind, and no row if it moved freely.
         ahead: Number of turns outside of windows that a contact margin explains: the pair would have met soon
             after.
         slip_counts: Numbers of steps of discs in which the velocity or spin changed, and in which the position did.

@@ -28,7 +28,8 @@ def setting_text(value: Setting) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-#: Aliases of the profiles of Carom's own methods. PIC has two forms and PIT one, but engines' profile names also work.
+#: Aliases of the profiles of Carom's own methods. PIC has two forms, and PIT has one form, but the profile names of
+#: engines also work.
 PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
     "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
     "pit": {"default": "tuned"},
@@ -217,7 +218,7 @@ def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.flo
     """
     speeds = np.zeros((2, len(trace.impacts)))
     if trace.spins is not None:
-        radius = np.append(trace.scene.arrays.radius_m, 0.0)  # the last is the radius of any wall
+        radius = np.append(trace.scene.arrays.radius_m, 0.0)  # the last radius, 0, is used for walls
         for row, side in zip(speeds, ("first", "second"), strict=True):
             row[:] = radius[np.maximum(trace.impacts[side], -1)] * trace.spins[f"{side}_{when}"]
     return speeds
@@ -288,7 +289,9 @@ class Samples(ByValue):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Trace(ByValue, Tabular):
-    """All results of one run of one method. Traces are equal if all fields are, arrays to the bit; there is no hash.
+    """All results of one run of one method.
+
+    Traces are equal if all fields are equal, arrays to the bit. Traces have no hash.
 
     Attributes:
         method: Name of the method or engine.
@@ -321,7 +324,8 @@ class Trace(ByValue, Tabular):
         modes: Structured array of `MODE_DTYPE`, in order of time: when discs begin to slide, roll or rest on a wall,
             and when they leave it. None if no disc does, or if the method does not report modes.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is.
-        local_truth: Comparison of every step with PIC, from the method's own states; None where they were not recorded.
+        local_truth: Comparison of every step with PIC, from the method's own states; None if the states were not
+            recorded.
         looks: States of a few discs that may come to rest, after evenly spaced steps; None if there are no such discs.
 
     Examples:

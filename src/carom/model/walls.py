@@ -70,7 +70,7 @@ def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
 
 
 def drive_of(legs: tuple[Leg, ...], velocity: Point) -> Drive:
-    """Return the path of a body from its legs or, if it has none, from its one velocity."""
+    """Return the path of a body from its legs or, if it has no legs, from its velocity."""
     return Drive.along([(leg.from_s, leg.velocity_m_s) for leg in legs] or [(0.0, velocity)])
 
 
@@ -89,7 +89,7 @@ class _Common(Model):
         """Refuse legs that form no path.
 
         Raises:
-            SceneError: The first leg does not begin at 0, a leg does not begin after the one before it, there are too
+            SceneError: The first leg does not begin at 0, a leg does not begin after the previous leg, there are too
                 many legs, or a velocity is also given.
         """
         if self.legs and (problems := list(leg_problems(self.legs, self.velocity_m_s))):
@@ -131,7 +131,7 @@ class Wall(_Common):
 
 
 class Chain(_Common):
-    """A line of straight edges and arcs, optionally with a width. No disc may cross it, from either side.
+    """A line of straight edges and arcs, optionally with a width. No disc may cross the line from either side.
 
     Attributes:
         points_m: Points at which edges begin and end, metres.
@@ -292,7 +292,10 @@ Unit = Callable[[float], float]
 
 
 def with_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
-    """Return a wall with converted lengths, speeds and times, one function for each. The shape is not checked again."""
+    """Return a wall with converted lengths, speeds and times.
+
+    Each of the three has its own function. The shape is not checked again.
+    """
     changed: dict[str, Any] = {
         "velocity_m_s": _map_point(wall.velocity_m_s, speed),
         "legs": with_speeds(wall.legs, speed, time),
@@ -306,7 +309,7 @@ def with_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWal
 
 
 def with_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ...]:
-    """Return legs with converted velocities and times, one function for each."""
+    """Return legs with converted velocities and times. Each of the two has its own function."""
     return tuple(
         leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _map_point(leg.velocity_m_s, speed)})
         for leg in legs

@@ -57,7 +57,7 @@ class Cell:
         style: Colours on a terminal.
         link: Link target of the text on a page; empty for none.
         shares: Parts of a bar below the text. A terminal shows the bar instead of the text.
-        part: Length of a meter below the text, relative to the longest; None for no meter.
+        part: Length of a meter below the text, relative to the longest meter; None for no meter.
         anchor: Name within a page for links to the cell; empty for none.
         corner: A sign in the corner of the cell on a page; empty for none.
     """
@@ -87,7 +87,7 @@ class Column:
 
     Attributes:
         head: The heading.
-        say: Returns the cell of a row's item.
+        say: Function that returns the cell for the item of a row.
         under: A second line of the heading.
         number: Whether the cells are numbers.
         only: Media that show the column.
@@ -117,7 +117,7 @@ class Table:
     Attributes:
         columns: The columns.
         items: The items, one for each row.
-        title: The table's own heading, in addition to the section's.
+        title: The table's own heading, in addition to the heading of the section.
         note: Explanation of the columns.
         folded: Label that opens the table on a page; empty if the table is open from the start.
         css: CSS class for the layout on a page.
@@ -200,7 +200,7 @@ class Figure:
     """A drawing that is made as SVG when a page needs it.
 
     Attributes:
-        draw: Returns the drawing; with the argument True, its version for a phone.
+        draw: Function that returns the drawing or, with the argument True, its version for a phone.
         caption: Sentences below it.
         title: A heading above the drawing; empty if the drawing or the section has a heading.
     """

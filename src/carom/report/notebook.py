@@ -65,7 +65,7 @@ def html_of(thing: object) -> str | None:
 
 
 def plot(thing: object, axes: Axes | None = None) -> Axes:
-    """Draw a scene, a trace or results on the given axes, or on new ones of pyplot, and return the axes.
+    """Draw a scene, a trace or results on the given axes, or on new axes of pyplot, and return the axes.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.

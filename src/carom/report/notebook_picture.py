@@ -44,7 +44,7 @@ def picture(
 
 
 def axes_of(ax: Axes | None, size_in: tuple[float, float] = SIZE_IN) -> Axes:
-    """Return the given axes, or new ones.
+    """Return the given axes, or new axes.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.

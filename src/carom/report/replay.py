@@ -1,7 +1,7 @@
 """Replay data: everything that a page needs to animate a run next to its reference, with evidence for each impact.
 
-The data of a scene and of all cells that ran it are one packed JSON block. The page's script unpacks it when a reader
-opens one of the cells.
+The data of a scene, and of all cells that ran it, are a single packed JSON block. The page's script unpacks the block
+when a reader opens one of the cells.
 """
 
 from __future__ import annotations
@@ -125,7 +125,9 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
 
 
 def _sampler(reference: Trace, trace: Trace) -> Json | None:
-    """Return data for PIT at other steps on the page. Only for PIT with two free discs; otherwise None.
+    """Return data for PIT at other steps on the page.
+
+    Return None unless the method is PIT and the scene has two free discs.
 
     The discs' only impact acts along the line of their centres.
     """

@@ -109,7 +109,7 @@ _DASHES: dict[str, Any] = {
 }
 
 
-#: The position of an engine in this list defines its colour and mark. The first colour is PIC's only.
+#: The position of an engine in this list defines its colour and mark. Only PIC has the first colour.
 _ENGINES = (
     "pymunk",
     "box2d",
@@ -139,7 +139,7 @@ def _look(engine: str) -> tuple[str, str]:
     lap = len(SERIES) - 1
     # An unknown engine gets a style by its name. Another engine may have the same style.
     n = _ENGINES.index(engine) if engine in _ENGINES else crc32(engine.encode()) % (lap * len(_MARKERS))
-    return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # 7 colours and 8 marks: 56 styles
+    return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # 7 colours and 8 marks give 56 styles
 
 
 def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
@@ -230,7 +230,7 @@ def error_scale(axes: Axes, name: str, errors: Iterable[float], *, narrow: bool 
     """Scale the x or y axis logarithmically for errors, with a shaded strip for errors within rounding.
 
     Returns:
-        A function from an error to its position on the axis. An infinite error is at the end of the axis.
+        Function that returns the position of an error on the axis. An infinite error is at the end of the axis.
     """
     known = [error for error in errors if THRESHOLDS.rounding < error < math.inf]
     low, high = (

@@ -2,9 +2,9 @@
 
 The discs are split into halves again and again, along the longer side of the box around their centres. The halves form
 a tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc goes
-down the tree and skips every node that is out of reach or contains higher numbers only. So no arrangement is slow:
-columns, lines, far outliers, radii of all sizes. Immovable discs may overlap each other without cost: a movable disc
-that is near none of them visits only the root of their tree.
+down the tree and skips every node that is out of reach or contains higher numbers only. So no arrangement of discs is
+slow, such as columns, lines, far outliers, or radii of all sizes. Immovable discs may overlap each other without cost:
+a movable disc that is near none of them visits only the root of their tree.
 
 A single comparison of floats decides whether two discs are near. Rounding is monotone, so if a node fails the
 comparison, all of its discs fail it. So the result is exactly the pairs that a comparison of all pairs finds.
@@ -27,11 +27,11 @@ _DISTANCES = 2**20
 
 
 def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
-    """Yield the pairs of discs whose distance is at most the sum of their reaches; at least one disc is movable.
+    """Yield pairs of discs whose distance is at most the sum of their reaches, and of which at least one is movable.
 
-    The pairs come in blocks. A block has at most as many pairs as there are discs, and some ten thousand more. Blocks
-    are ordered by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of
-    reaches is negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
+    The pairs come in blocks. A block has at most some ten thousand more pairs than there are discs. Blocks are ordered
+    by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of reaches is
+    negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
 
     Args:
         position_m: Centres, metres, shape ``(n, 2)``.
@@ -40,7 +40,7 @@ def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[
         movable: Whether an impact moves a disc, shape ``(n,)``.
 
     Yields:
-        Lower and higher number of each pair, in no order within a block.
+        Lower and higher disc number of each pair. Within a block, pairs have no order.
     """
     from carom.model.broad_phase import tree
 

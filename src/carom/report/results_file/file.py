@@ -24,7 +24,10 @@ from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
 
 
 def records(results: Results) -> str:
-    """Return one line of strict JSON for the whole run and one per row. A number that is not finite becomes null."""
+    """Return a line of strict JSON for the whole run, and a line for each row.
+
+    A number that is not finite becomes null.
+    """
     return "".join(f"{line}\n" for line in (text_of(summary_of(results)), *map(record, results.rows)))
 
 

@@ -81,7 +81,7 @@ class RowLine:
 
     Attributes:
         tried: Settings that replace the profile's own.
-        reason: Why there is no score; empty if the run has one.
+        reason: Reason why there is no score; empty if the run has a score.
         matched: Number of found impacts. In contrast, `missed`, `spurious` and `undecided` are indices.
         price_paid: Velocity error over PIT's; "inf" if PIT has none.
         local: Median and worst of the local errors, by kind, without kinds that no impact has.

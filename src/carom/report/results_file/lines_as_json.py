@@ -129,7 +129,10 @@ def _named(schema: Any, parts: dict[str, Any]) -> Any:
 
 
 class _Described(GenerateJsonSchema):
-    """JSON Schema without titles that repeat a name. Fields with a default are required: they are always written."""
+    """JSON Schema without titles that repeat a name.
+
+    Fields with a default are required in the schema, because they are always written.
+    """
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
         return False
