@@ -17,8 +17,9 @@ from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 
-#: A sampled state is dropped if the flight between its neighbours passes it within this fraction of the scene's extent.
-#: This is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth of a pixel in the largest picture.
+#: A sampled state is dropped if the flight between its neighbours passes the state within this fraction of the scene's
+#: extent. This is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth of a pixel in the largest
+#: picture.
 SHARPNESS = 1e-5
 #: Number of pieces of a slide. The spin is constant in each piece. If the change of spin turns the disc by some angle,
 #: this causes an error of 1/576 of that angle.

@@ -37,7 +37,7 @@ class ShownAdvice(Advice):
         return with_picture(partial(draw_advice, self), title_of(self), repr(self))
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw direction error against step, one line per method and one for the target, and return the axes.
+        """Draw the direction error against the step, with a line for each method and for the target; return the axes.
 
         Raises:
             MissingExtraError: The extra `report` is not installed.

@@ -212,7 +212,7 @@ def _code(scene: Scene, answer: Advised, pool: Pool) -> str:
 
 
 def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
-    """Return the reliable part of a scene's reference, and the reason if it ends before the scene."""
+    """Return the reliable part of a scene's reference, and why this part ends before the scene, if it does."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is no reference to compare with: {reference}")

@@ -45,7 +45,7 @@ class ContactWindow:
 
     @property
     def share(self) -> float:
-        """The impact parameter over the contact distance: 0 is head-on, 1 a graze."""
+        """The impact parameter over the contact distance: 0 for a head-on impact, 1 for a graze."""
         return abs(self.miss_m) / self.reach_m
 
     @classmethod

@@ -95,7 +95,7 @@ class StepTrial:
         even: Number of evenly spread starts that did not fail.
         starts: Number of all starts.
         lost_even: Number of evenly spread starts that missed or invented an impact or ended early.
-        lost: The same number for all starts.
+        lost: The same number, for all starts, including chosen starts.
         direction_error_rad: Largest direction error at any start; NaN if no impact was found.
         steps: Number of engine steps.
         reason: Error of the engine or its adapter that makes the step fail; empty without an error.

@@ -171,7 +171,7 @@ def _digits(error: float) -> float:
 
 
 def baseline_answer(found: Sequence[Compared]) -> Iterator[str]:
-    """Yield the numbers of points that regressed, improved and did not change, and the name of the worst."""
+    """Yield the numbers of points that regressed, improved and did not change, and the name of the worst point."""
     if not found:
         yield "The baseline has none of these points. Run it with the same scenes, engines and steps."
         return

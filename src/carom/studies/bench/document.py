@@ -100,7 +100,7 @@ def _json(bench: Bench) -> str:
 
 
 def _diagrams_of(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:
-    """Return the diagrams that can be drawn. Without run times, that is only error against step."""
+    """Return the diagrams that can be drawn. Without run times, this is only the diagram of error against step."""
     return tuple(kind for kind in axes if scene.noise is not None or kind is Diagram.ERROR_DT)
 
 

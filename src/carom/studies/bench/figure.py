@@ -41,7 +41,7 @@ _MARKED = (1e-2, 1e-3)
 
 
 def diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
-    """Return a diagram as SVG with the colours of the page. A narrow one fits a phone."""
+    """Return a diagram as SVG with the colours of the page. A narrow diagram fits a phone."""
     with drawing():
         points = [point for curve in bench.curves for point in curve.points]
         links = {point_anchor(bench.scene.name, point): point_name(point) for point in points}

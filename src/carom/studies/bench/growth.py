@@ -58,7 +58,7 @@ class Grown:
         timing: Run times.
         before_bytes: Memory of the process before the world was built, bytes.
         peak_bytes: Peak memory of the process, bytes.
-        sitting: Start of the session that ran it, UTC.
+        sitting: Start of the session that ran the gas, UTC.
     """
 
     timing: Timing
@@ -204,7 +204,8 @@ def growth(
 
     Args:
         options: Options of the bench.
-        notes: Journal of finished runs, to which new ones are added. Runs omitted for lack of time are tried again.
+        notes: Journal of finished runs, to which new ones are added. Runs that were omitted for lack of time are tried
+            again.
         progress: Called with (done, all, what).
         command: The command line to print.
 

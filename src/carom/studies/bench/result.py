@@ -33,7 +33,7 @@ class Point:
         missed: Number of missed impacts, over all starts.
         spurious: Number of invented impacts, over all starts.
         reason: Reason why there is no error; empty if there is one.
-        timing: Run times; None if it was not timed.
+        timing: Run times; None if the method was not timed.
         untimed: Reason why the method was not timed at this step.
     """
 

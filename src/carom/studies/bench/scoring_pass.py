@@ -92,7 +92,7 @@ class ScoringPass:
     def _best_first(
         self, methods: Mapping[Method, Sequence[Job]], results: Mapping[JobKey, Answer[Measures]]
     ) -> list[Method]:
-        """Return the best profile of each engine, then each second best: by lost impacts, then by error."""
+        """Return the best profile of each engine, then the second best of each: by lost impacts, then by error."""
 
         def badness(method: Method) -> tuple[int, float]:
             found = [job for job in self.jobs if job.method == method and job_key(job) in results]

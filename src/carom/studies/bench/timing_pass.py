@@ -70,7 +70,7 @@ class Visit:
 
 @dataclass(frozen=True)
 class VisitTask:
-    """Times a scene with a method at a step, in a worker process that has timed it before."""
+    """Times a scene with a method at a step, in a worker process that has already timed the scene."""
 
     scene: Scene
     at: At

@@ -56,7 +56,7 @@ class _Moving(NamedTuple):
 
 
 def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
-    """Return both runs side by side as an animation, on one clock and to one scale, with the outcome of each impact.
+    """Return both runs side by side as an animation, with the same clock and scale, and the outcome of each impact.
 
     On each side, the discs of the run are solid, exact positions are grey, and positions at the last frame are dashed.
     A cross marks a missed impact. Each frame flashes.

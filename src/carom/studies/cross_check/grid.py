@@ -130,7 +130,7 @@ class GridCell:
 
     @property
     def undecided(self) -> int:
-        """Number of impacts too close to the end of the run to have been reported."""
+        """Number of impacts that are so close to the end of the run that they may not have been reported yet."""
         return len(self.line.undecided or ())
 
     @property

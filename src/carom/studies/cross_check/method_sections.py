@@ -133,7 +133,7 @@ def _format_cost(cells: Sequence[GridCell]) -> str:
 
 
 def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
-    """Find the cell with the worst grade and, among equals, the largest error over PIT's; None if none is graded."""
+    """Find the cell with the worst grade and, among equals, the largest error over PIT's; None if no cell is graded."""
 
     def badness(cell: GridCell) -> tuple[int, int, float]:
         return (cell.mark.rank or 0, cell.missed + cell.invented, 0.0 if math.isnan(cell.cost) else cell.cost)
@@ -147,13 +147,13 @@ def _worst_scene(cells: Sequence[GridCell]) -> Cell:
 
 
 def _group_of(scene: str) -> str:
-    """Return the group in a scene's name. Scenes without a group form one group."""
+    """Return the group in a scene's name. Scenes without a group form a group of their own."""
     group, slash, _ = scene.partition("/")
     return group if slash else "others"
 
 
 def _group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
-    """Return a cell with the number of a group's scenes that a method gets right, and a link to the worst."""
+    """Return a cell with the number of a group's scenes that a method gets right, and a link to the worst scene."""
     cells = [cell for cell in grid.cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
     if worst is None:

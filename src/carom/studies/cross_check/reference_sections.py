@@ -11,7 +11,7 @@ from carom.report import formatting
 from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Column, Lines, Media, Section, Table, Text
 from carom.studies.cross_check.grid import Grid
 
-#: Largest number of references that a terminal lists. More are listed in the report only.
+#: Largest number of references that a terminal lists. Further references are listed in the report only.
 MOST_LISTED = 3
 
 REFERENCE_NOTE = (

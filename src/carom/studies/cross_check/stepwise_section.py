@@ -117,7 +117,7 @@ def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
 
 
 def _rank(run: _Steps) -> tuple[bool, int, int, int, float, float]:
-    """Return the sort key of a run, which is smallest for the best. Differences within rounding do not count."""
+    """Return the sort key of a run, which is smallest for the best run. Differences within rounding do not count."""
     local = run.local
     ratio = math.inf if math.isnan(local.ratio[1]) else float(f"{local.ratio[1]:.3e}")
     energy = local.energy if local.energy > local.energy_rounding else 0.0

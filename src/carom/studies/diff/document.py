@@ -47,7 +47,7 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
 
     Args:
         found: The changes.
-        old: Name of the old cross-check, as the user gave it.
+        old: Name of the old cross-check, as given by the user.
         new: Name of the new cross-check.
     """
     changes, left_out = found.changes, len(found.changes) - MOST_ROWS

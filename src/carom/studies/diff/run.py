@@ -137,7 +137,7 @@ class Change:
 
     @property
     def telling(self) -> BeforeAfter | None:
-        """The most important changed number; None if none changed.
+        """The most important changed number; None if no number changed.
 
         The number changed in the same direction as the cell (better or worse). Missed or spurious impacts come first,
         then errors relative to the scene's scales, errors with a unit, and verdicts. If several numbers are equal in

@@ -336,7 +336,7 @@ def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np
 
 
 def _elsewhere(old: Sequence[Ran], new: Sequence[Ran]) -> str:
-    """Describe where and when the ranges of a coordinate differ most; an empty text if none differ."""
+    """Describe where and when the ranges of a coordinate differ most; an empty text if no ranges differ."""
     before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
     gaps = _gaps(before, after).max(axis=0)
     k = int(gaps.argmax())

@@ -261,7 +261,7 @@ def bisected(
     *,
     progress: Progress = no_progress,
 ) -> Bisection | None:
-    """Find the two releases between which a cell changed. Return None if the oldest and the newest agree.
+    """Find the two releases between which a cell changed. Return None if the oldest and the newest release agree.
 
     If there are several changes, only one of them is found. Each tested release either agrees with the oldest release
     or differs from it.

@@ -61,8 +61,8 @@ class Attack:
         axis: Varied quantity, in words, with its unit.
         harmless: Value at the harmless end, where every sound method should pass.
         absurd: Value at the absurd end, which is larger or smaller.
-        trials: Makes the scenes of a value. These scenes differ in the phase of the impact, and a method must pass all
-            of them.
+        trials: Function that makes the scenes of a value. These scenes differ in the phase of the impact, and a method
+            must pass all of them.
         truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
         quick_absurd: Value at the absurd end in the quick form, which is nearer.

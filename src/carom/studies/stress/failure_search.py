@@ -13,7 +13,7 @@ from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, Judgement, Trial
 from carom.studies.stress.result import STRESS, FoundSpot, Spot, SpotEnding
 
-#: Ratio of failing to passing value at which the bisection ends.
+#: The bisection ends at this ratio of the failing value to the passing value.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 

@@ -21,7 +21,7 @@ _DT_S = 1.0 / RATE_HZ
 _RADIUS_M = 0.25
 #: Default speed: a hundredth of a diameter per step, as in `carom.studies.stress.pairs`.
 _SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
-#: Half the length of a wall. Discs reach its ends only in attacks on ends.
+#: Half the length of a wall. Discs reach the ends of a wall only in attacks on ends.
 _HALF_LENGTH_M = 4.0
 #: Initial distance of a disc from a corner, and its speed. The disc is back after 30 steps. In each step the disc moves
 #: an eighth of its radius.
@@ -160,7 +160,10 @@ def _seam(value: float, phase: float) -> Trial:
     "a final velocity is wrong by more than a tenth of the greatest change by one impact",
 )
 def _corner(value: float, phase: float) -> Trial:
-    """Make a trial of a disc thrown into a corner past its apex. The half-planes through the sides give its motion."""
+    """Make a trial of a disc thrown into a corner past its apex.
+
+    The known motion follows from the half-planes through the sides.
+    """
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)
     # The centre moves in a smaller corner at a distance of one radius from both sides.

@@ -63,7 +63,7 @@ class Spot:
         reason: Reason of a failure, or of a missing number.
         scenes: Files of the scenes that show the number, in the folder of results.
         runs: Number of runs behind the result.
-        status: Status of the run that decided, or of the refusal.
+        status: Status of the run that decided the result, or of the refusal.
     """
 
     kind: str

@@ -148,7 +148,7 @@ class _Motion:
         )
 
     def _pairs(self, changed: set[int] | None = None) -> Iterator[tuple[int, int]]:
-        """Yield the pairs of bodies that may meet, or only those with a changed disc."""
+        """Yield the pairs of bodies that may meet; or only pairs with a changed disc."""
         discs = range(len(self.place))
         for i, j in combinations(discs, 2):
             if changed is None or i in changed or j in changed:
@@ -166,7 +166,7 @@ class _Motion:
 
     def _next(self, last: tuple[int, int] | None) -> tuple[Decimal, tuple[int, int]] | None:
         """Return the earliest impact; among impacts at the same instant, the impact with the lowest body numbers."""
-        # Two discs can't meet again before another impact of one of them.
+        # Two discs can't meet again before one of them has another impact.
         times = {pair: time for pair, time in self._upcoming.items() if pair != last}
         if not times or (earliest := min(times.values())) > self.end:
             return None

@@ -60,7 +60,7 @@ class Judged:
 
 @dataclass(frozen=True, order=True)
 class Merit:
-    """Rank of settings. Smaller is better, and earlier fields count more.
+    """Rank of settings. A smaller value is better, and earlier fields count more.
 
     Attributes:
         wrong: Number of scenes that are wrong or did not run.

@@ -157,7 +157,7 @@ def tune(
 
 
 def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: Jury) -> Found:
-    """Return the results of another profile. Scenes that it does not support are not run."""
+    """Return the results of another profile. Scenes that the profile does not support are not run."""
     able, located = info.own.get(profile, info.capabilities), profile in info.located
     refused = {
         scene: "" if able is None else unsupported_reason(scene, able, dt_s, located=located)
@@ -200,7 +200,7 @@ def _settings(
 
 
 def _time_ratio(pool: Pool, first: Method, tried: SettingOverrides, steps: Mapping[Scene, float]) -> float:
-    """Return the run time of the best settings over the first profile's, timed alternately; NaN if neither ran."""
+    """Return the run time of the best settings over the first profile's, both timed alternately; NaN if neither ran."""
     ratios = []
     for scene, dt_s in steps.items():
         methods = (first, Method(first.engine, first.profile, tried))
