@@ -80,7 +80,7 @@ class Capabilities:
         restitution_threshold_m_s: Contacts with at most this closing speed are inelastic.
         spin: Whether discs turn, with the scene's initial spins and moments of inertia.
         min_inertia_factor: Smallest inertia factor of a disc that can turn.
-        friction: Smallest and largest coefficient of Coulomb friction that is simulated exactly; 0 always is.
+        friction: Smallest and largest coefficient of Coulomb friction that is simulated exactly; 0 is always possible.
         friction_combine: Like `restitution_combine`, for friction.
         tangential_restitution: Whether the scene's tangential restitution is supported.
         max_turn_rad: Largest angle by which a disc turns in one step, whatever its spin.
@@ -150,8 +150,8 @@ class Accuracy:
         late_steps: Largest number of steps by which an impact may be later than with PIT at the same step.
         velocity: Largest error of a velocity after an impact in addition to PIT's, as a fraction of the scene's largest
             speed.
-        energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. Less than a millionth is
-            ignored.
+        energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. A fraction below a millionth
+            is ignored.
         margin_m: Largest distance at which bodies already collide, metres, as with speculative contacts. Results for
             bodies that are thicker by this distance are then accepted: see `carom.conformance.contact_margin`.
     """
@@ -196,7 +196,7 @@ class Knob:
         choices: The possible values, instead of a range.
 
     Raises:
-        InputError: Neither a range nor choices are given, or both are. The range is empty or not finite.
+        InputError: A range and choices are both given, or both missing. The range is empty or not finite.
     """
 
     low: int | float | None = None

@@ -30,7 +30,7 @@ class Release:
     Attributes:
         version: Version of the release.
         name: Name of the release in the list of engines; empty if it is not in the list.
-        reason: Reason why it was not run; empty if it was.
+        reason: Reason why the release was not run; empty if it was run.
         seen: Results by cell.
     """
 
@@ -128,8 +128,8 @@ class Bisection:
 
     Attributes:
         cell: The cell.
-        last: The last release that agrees with the oldest.
-        first: The next release, which differs from the oldest.
+        last: The last release that agrees with the oldest release.
+        first: The next release, which differs from the oldest release.
         change: Kind of the change.
         asked: The releases that were run, in order.
     """
