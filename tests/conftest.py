@@ -61,7 +61,8 @@ def _template() -> ForkServer:
     its.set_inheritable(True)
     program = (
         "import os, socket, sys, carom.execution.describe_engines, carom.execution.engine_run, carom.execution.worker, "
-        "carom.execution.fork_server as it\n"
+        "carom.engines.registry, carom.execution.fork_server as it\n"
+        "carom.engines.registry.adapter_points()\n"  # inherited, unless a test changes what is installed
         "it._serve(socket.socket(fileno=int(sys.argv[1])), os.getppid())"
     )
     process = os.posix_spawn(sys.executable, [sys.executable, "-c", program, str(its.fileno())], os.environ)

@@ -16,7 +16,7 @@ from typing import Any
 
 from carom.catalogue import all_scenes
 from carom.engines.registry import load_adapter
-from carom.report.formatting import listed
+from carom.report.formatting import join_words
 
 DOCS = Path(__file__).resolve().parents[1]
 PAGES = DOCS / "engines"
@@ -90,14 +90,14 @@ def hazards_of(engine: str) -> str:
     )
     fine = [f"`{of}`" for of, cell, _ in scenes if _NONE_OFF.match(cell)]
     speeds = [of.removesuffix(" m/s") for of, cell, _ in bounces if _NONE_OFF.match(cell)]
-    fine += [f"head-on impacts at {listed(speeds)} m/s"] if speeds else []
+    fine += [f"head-on impacts at {join_words(speeds)} m/s"] if speeds else []
     if fine:
-        text += f"\nNo start has an error in {listed(fine)}.\n"
+        text += f"\nNo start has an error in {join_words(fine)}.\n"
     gas = [row for row in hazards()["A gas"][1] if row[0].split()[0] == engine]
     spans = [
         f"{least} to {most} (`{method.split()[1]}`, {off} starts with an error)" for method, least, _, most, off in gas
     ]
-    return text + f"\nThe energy of 25 discs changes in 20 s, depending on the start, by {listed(spans)}.\n"
+    return text + f"\nThe energy of 25 discs changes in 20 s, depending on the start, by {join_words(spans)}.\n"
 
 
 def profiles_of(engine: str) -> str:
@@ -157,7 +157,7 @@ def _same_bits() -> Iterator[dict[str, str]]:
 def _not_same(row: dict[str, str]) -> str:
     """Return the tries that count in which a run was not bit-identical."""
     counted = (name for name, word in row.items() if word in {"other", "ended"} and name != "order")
-    return listed(list(counted)) or "none"
+    return join_words(list(counted)) or "none"
 
 
 def determinism_of(engine: str) -> str:
@@ -197,9 +197,10 @@ def same_bits() -> str:
 def version() -> str:
     """Return the date, the machine and the versions of the measurement."""
     here = measured()["measured"]
-    versions = listed([f"{name} {version}" for name, version in here["versions"].items()])
+    versions = join_words([f"{name} {version}" for name, version in here["versions"].items()])
     alone, joined = (
-        listed([f"{name} ({when})" for name, when in measured().get(key, {}).items()]) for key in ("alone", "joined")
+        join_words([f"{name} ({when})" for name, when in measured().get(key, {}).items()])
+        for key in ("alone", "joined")
     )
     later = f"These engines were measured later on the same scenes, without run times: {joined}.\n" if joined else ""
     later += f"This engine was measured alone and is not in the tables that rank engines: {alone}.\n" if alone else ""

@@ -32,7 +32,7 @@ from carom.studies.bench.result import Curve, Point, SceneBench
 from carom.studies.bench.tables import error_text
 from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress.result import Line, Spot, SpotEnding
-from carom.studies.stress.run import listing
+from carom.studies.stress.run import list_lines
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"
@@ -140,7 +140,7 @@ def bench_figures() -> dict[str, str]:
 def stability_block() -> str:
     """Return a row per method: how many stress tests it passes, and which test it fails nearest to the harmless end."""
     head, _, *rows = stress_tables.kept(CAMPAIGN.read_text(encoding="utf-8"))["stress test"]
-    axes = {line.name: line for line in listing()}
+    axes = {line.name: line for line in list_lines()}
     lines = ["| method | tests passed | fails first in | changed quantity | fails at |", "| --- |" + " --- |" * 4]
     for method in STABLE:
         cells = [(axes[row[0]], row[head.index(method)]) for row in rows]

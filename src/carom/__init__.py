@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.core.extension import require_extension
 from carom.model.scene_names import set_scene_finder
-from carom.support.display import shown_by
+from carom.support.display import set_view_finder
 
 if TYPE_CHECKING:
     from carom.comparator import Score as Score
@@ -169,6 +169,6 @@ class _Engines(ModuleType):
 
 require_extension()
 sys.modules.update({name: _Moved(name) for name in _MOVED})
-shown_by(_view)
+set_view_finder(_view)
 set_scene_finder(_find_scene)
 importlib.import_module("carom.engines").__class__ = _Engines  # before the package's name hides the function

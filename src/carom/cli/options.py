@@ -12,7 +12,7 @@ import typer
 
 from carom.cli.command_line import with_default
 from carom.cli.common import guarded
-from carom.support.options import DeclaredOptions, Option, declared, format_bound
+from carom.support.options import DeclaredOptions, Option, declared_options, format_bound
 
 Asked = TypeVar("Asked", bound=DeclaredOptions)
 Parameters = ParamSpec("Parameters")
@@ -31,7 +31,7 @@ def asking(
                 default=None,
                 annotation=Annotated[_type(one), shown_option(kind, name)],
             )
-            for name, one in declared(kind).items()
+            for name, one in declared_options(kind).items()
             if one.flags
         ]
 
@@ -51,7 +51,7 @@ def asking(
 
 def shown_option(kind: type[DeclaredOptions], name: str) -> Any:
     """Return a declared option for Typer, with description, default and range."""
-    one = declared(kind)[name]
+    one = declared_options(kind)[name]
     (default,) = (field.default for field in dataclasses.fields(kind) if field.name == name)
     text = with_default(one.what, one.default or _default(one, default), one.kind.range)
     return typer.Option(*one.flags, metavar=one.kind.word or None, help=text)

@@ -97,8 +97,10 @@ def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
             velocity[second] = after_second = known_impact.velocity_second_after or before_second
             spins = (float(spin[first]), float(spin[second]), spin_first or 0.0, spin_second or 0.0)
             spin[second] = spins[3]
-        told = spins if turns else None
-        records.append(ImpactRecord(now_s, first, second, normal, (ux, uy), before_second, after, after_second, told))
+        own_spins = spins if turns else None
+        records.append(
+            ImpactRecord(now_s, first, second, normal, (ux, uy), before_second, after, after_second, own_spins)
+        )
         velocity[first], spin[first] = after, spins[2]
     return Trace(
         method="known answer",

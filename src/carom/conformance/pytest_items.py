@@ -143,8 +143,8 @@ class ConformanceRun:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Collect the failed and passed cases for the file of known failures."""
-        if told := getattr(report, "carom_failed", None):
-            name, what = told
+        if failure := getattr(report, "carom_failed", None):
+            name, what = failure
             self._failed[name] = what
         elif name := getattr(report, "carom_passed", ""):
             self._passed.add(name)
@@ -187,8 +187,8 @@ class ConformanceRun:
             )
         except CaromError as error:
             return f"known failures were not written: {error}"
-        told = f"{path}: {len(done.added)} known failures added, {len(done.dropped)} dropped"
-        return f"{told}; {len(done.without_reason)} entries need a reason" if done.without_reason else told
+        summary = f"{path}: {len(done.added)} known failures added, {len(done.dropped)} dropped"
+        return f"{summary}; {len(done.without_reason)} entries need a reason" if done.without_reason else summary
 
     def pytest_sessionfinish(self) -> None:
         """End the processes of engines."""

@@ -60,6 +60,6 @@ def profile_settings(
         raise AdapterError(message) from error
     plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
-        told = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
-        raise adapter_error(f"{told}, got {plain.get('dt_s', 'none')}")
+        mistake = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
+        raise adapter_error(f"{mistake}, got {plain.get('dt_s', 'none')}")
     return {**plain, **dict(tried)}

@@ -137,10 +137,10 @@ class ForkServer:
         with self._lock:
             if self._lost:
                 return None
-            (stdin, requests), (answers, stdout), (printed, stderr), (status, told) = (
+            (stdin, requests), (answers, stdout), (printed, stderr), (status, status_file) = (
                 os.pipe() for _ in range(_STREAMS)
             )
-            theirs = (stdin, stdout, stderr, told)
+            theirs = (stdin, stdout, stderr, status_file)
             pidfds: list[int] = []
             try:
                 message = pickle.dumps((folder, {**os.environ, "PYTHONPATH": path}, memory_bytes))

@@ -31,8 +31,10 @@ class Cutter:
 
     def __init__(self, world: World) -> None:
         if not isinstance(world, CuttableWorld):
-            told = "a located profile needs a world with cut, touching, save and restore; this one lacks some of them"
-            raise AdapterError(f"{told}; see docs/reference/adapters.md#located-profiles")
+            message = (
+                "a located profile needs a world with cut, touching, save and restore; this one lacks some of them"
+            )
+            raise AdapterError(f"{message}; see docs/reference/adapters.md#located-profiles")
         self.world = world
         self.pieces, self.probes, self.stuck = 0, 0, False
         self._known: frozenset[tuple[int, int]] = frozenset()

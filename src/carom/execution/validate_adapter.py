@@ -299,17 +299,17 @@ class Validator:
         x, y = _vector(found.normal, "normal", of)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
             raise adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")
-        told: dict[str, Any] = {
+        optional: dict[str, Any] = {
             name: None if (value := getattr(found, name)) is None else _number(value, name, of)
             for name in ("impulse_n_s", "tangential_impulse_n_s")
         }
-        acts = found.velocities is not None or any(told.values())
+        acts = found.velocities is not None or any(optional.values())
         if acts and not self._movable[first] and (second < 0 or not self._movable[second]):
             raise adapter_error(
                 f"a contact is of bodies {first} and {second}, neither of which can move: they never collide"
             )
         if found.velocities is None:
-            return Contact(first, second, time_s, (x, y), **told)
+            return Contact(first, second, time_s, (x, y), **optional)
         if self._needs_spins and found.spins_rad_s is None:
             raise adapter_error(
                 f"a contact of bodies {first} and {second} has velocities but no spins_rad_s, in a scene whose discs "
@@ -327,7 +327,7 @@ class Validator:
             of_wall = {"velocities": (*velocities[1], *velocities[3]), "spins_rad_s": (spins[1::2] if spins else ())}
             for name, numbers in of_wall.items():
                 due = drive * 2 if name == "velocities" else (0.0, 0.0)
-                if any(abs(told - v) > self._rounding * abs(v) for told, v in zip(numbers, due, strict=False)):
+                if any(abs(got - v) > self._rounding * abs(v) for got, v in zip(numbers, due, strict=False)):
                     shown = ", ".join(f"{number:g}" for number in numbers)
                     does = (
                         "0 for a wall, which neither moves nor turns"
@@ -336,7 +336,7 @@ class Validator:
                     )
                     raise adapter_error(f"{name} {of} must be {does}, got {shown}")
             velocities = (velocities[0], drive, velocities[2], drive)
-        return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **told)
+        return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **optional)
 
 
 def _check_array(found: object, name: str, shape: tuple[int, ...]) -> None:

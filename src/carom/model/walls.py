@@ -64,8 +64,8 @@ def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
         yield Problem(("legs", 0, "from_s"), f"must be 0, the start of the scene, got {legs[0].from_s}")
     for k, (one, other) in enumerate(pairwise(legs), 1):
         if not one.from_s < other.from_s:
-            told = f"must be above {one.from_s}, where leg {k - 1} begins, got {other.from_s}"
-            yield Problem(("legs", k, "from_s"), told)
+            message = f"must be above {one.from_s}, where leg {k - 1} begins, got {other.from_s}"
+            yield Problem(("legs", k, "from_s"), message)
             return
 
 

@@ -36,7 +36,7 @@ def step_option(dt_s: float) -> str:
     return f"1/{whole}" if whole and 1.0 / whole == dt_s else repr(dt_s)
 
 
-def part(share: float) -> str:
+def fraction(share: float) -> str:
     """Format a part of a whole, as a fraction where possible: 1/16."""
     inverse = round(1.0 / share)
     return f"1/{inverse}" if inverse > 1 and math.isclose(share * inverse, 1.0, rel_tol=WHOLE) else number(share)
@@ -47,7 +47,7 @@ def percent(share: float) -> str:
     return ABSENT if math.isnan(share) else f"{number(100.0 * share)} %"
 
 
-def share(part: float) -> str:
+def percent_or_blank(part: float) -> str:
     """Format a fraction in per cent; NaN as an empty text."""
     return "" if math.isnan(part) else percent(part)
 
@@ -62,19 +62,19 @@ def count(n: int, one: str, many: str = "") -> str:
     return f"{n} {one if n == 1 else many or one + 's'}"
 
 
-def lost(missed: int, invented: int) -> str:
+def missed_and_invented(missed: int, invented: int) -> str:
     """Format the numbers of missed and invented impacts that are not 0, such as -1 +2."""
     return " ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented))
 
 
-def listed(words: Sequence[str], last: str = "and") -> str:
+def join_words(words: Sequence[str], last: str = "and") -> str:
     """Join words as in a sentence: a, b and c."""
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
-def together(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
+def group_by(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
     """Group values by key, in the order of the first value of each key."""
     found: dict[K, list[V]] = {}
     for key, value in pairs:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 _view: Callable[[str], Callable[..., Any]]
 
 
-def shown_by(view: Callable[[str], Callable[..., Any]]) -> None:
+def set_view_finder(view: Callable[[str], Callable[..., Any]]) -> None:
     """Register the function that returns a view by name: ``summary``, ``html_of``, ``plot`` or ``to_pandas``."""
     global _view  # noqa: PLW0603 - set once, by the package when it is imported
     _view = view

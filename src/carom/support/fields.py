@@ -148,10 +148,10 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
             case "greater_than_equal" | "less_than_equal" if LARGEST in map(abs, item["ctx"].values()):
                 yield Problem(location, f"{beyond(0.0, LARGEST)}, got {shown(item['input'])}")
             case _:
-                yield Problem(location, said_of(item))
+                yield Problem(location, describe_error(item))
 
 
-def said_of(item: ErrorDetails) -> str:
+def describe_error(item: ErrorDetails) -> str:
     """Return Pydantic's error about a value in plain words, with the value."""
     match item["type"]:
         case "missing":

@@ -50,7 +50,7 @@ class ValueKind:
         return InputError(f"{name} must be {self.said}, got {shown(value)}")
 
 
-def taken(kind: ValueKind, name: str, value: Any) -> Any:
+def check_value(kind: ValueKind, name: str, value: Any) -> Any:
     """Check a value and return it in the form that a study uses.
 
     Raises:
@@ -97,7 +97,7 @@ def option(
     return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
 
 
-def declared(options: type[DeclaredOptions] | DeclaredOptions) -> dict[str, Option]:
+def declared_options(options: type[DeclaredOptions] | DeclaredOptions) -> dict[str, Option]:
     """Return the options of a study by name."""
     return {field.name: field.metadata["option"] for field in dataclasses.fields(options)}
 
@@ -128,7 +128,7 @@ class DeclaredOptions:
             InputError: As for the class, but with the option's name in the shell.
         """
         given = {}
-        for field_name, one in declared(cls).items():
+        for field_name, one in declared_options(cls).items():
             if (text := texts.get(field_name)) is not None and text != []:
                 given[field_name] = _read(one, one.flags[0].partition("/")[0].replace("--", before, 1), text)
         return cls(**given)
@@ -142,7 +142,7 @@ class DeclaredOptions:
         Raises:
             InputError: A value is invalid, or an option is unknown.
         """
-        known = [name for name in declared(cls) if name not in fixed]
+        known = [name for name in declared_options(cls) if name not in fixed]
         for name in options:
             if name not in known:
                 hints = named_hints(name, known, f"there are: {', '.join(known)}")
@@ -152,17 +152,17 @@ class DeclaredOptions:
     @property
     def stamp(self) -> dict[str, Any]:
         """The options with `stamped`. A journal can be resumed only if these are equal."""
-        return {name: getattr(self, name) for name, one in declared(self).items() if one.stamped}
+        return {name: getattr(self, name) for name, one in declared_options(self).items() if one.stamped}
 
 
 def _checked(one: Option, name: str, value: Any, optional: bool) -> Any:
     if value is None and optional:
         return None
     if not one.many:
-        return taken(one.kind, name, value)
+        return check_value(one.kind, name, value)
     if isinstance(value, str) or not isinstance(value, Iterable):
         raise InputError(f"{name} must be a list, even of one item, got {shown(value)}")
-    return tuple(taken(one.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
+    return tuple(check_value(one.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
 
 
 def _read(one: Option, flag: str, text: Any) -> Any:

@@ -43,7 +43,7 @@ from carom.execution import describe_engines
 from carom.model.scene_file import scene_schema
 from carom.report.results_file.lines_as_json import records_schema
 from carom.studies.tune.search import KnobSearch
-from carom.support.options import declared
+from carom.support.options import declared_options
 from carom.web.engine_script import PageEngine, linked
 from carom.web.packages import PACKAGES, package_script
 from carom.web.page import page_html, page_script, with_gallery
@@ -341,7 +341,7 @@ def asked(name: str, words: list[str]) -> tuple[dict[str, Any], str]:
 def test_the_command_again_asks_for_the_same(study: Any) -> None:
     """With every option that a study declares, the command that is shown is read as the one that was given."""
     name, *words = STUDIES[study]
-    for one in declared(study).values():
+    for one in declared_options(study).values():
         if one.flags:
             flag = one.flags[-1].partition("/")[0]
             text = TEXTS.get(one.kind.word, one.kind.word.rpartition("|")[2])
@@ -350,7 +350,7 @@ def test_the_command_again_asks_for_the_same(study: Any) -> None:
     first, named, *rest = shlex.split(again)
     assert (first, named) == ("carom", name)
     assert asked(name, rest) == (given, again)
-    assert all(given[option] is not None for option, one in declared(study).items() if one.flags)
+    assert all(given[option] is not None for option, one in declared_options(study).items() if one.flags)
 
 
 def test_what_continues_or_prints_more_is_no_part_of_it() -> None:

@@ -96,7 +96,7 @@ def spot(line: Line, method: Method) -> Spot:
 
 def campaign_results() -> StressResults:
     """Return the quick form of a campaign, whole."""
-    lines = tuple(campaign.listing(quick=True))
+    lines = tuple(campaign.list_lines(quick=True))
     names = dict.fromkeys(method.engine for method in METHODS)
     engines = {name: EngineInfo(name, name, "1.0", "", None, {}, "carom") for name in names}
     spots = {(line.name, method.name): spot(line, method) for line in lines for method in METHODS}

@@ -146,7 +146,7 @@ def test_the_steps_named_are_the_longest_that_pass_and_ties_are_said() -> None:
         ((*found.answers, twin), ["box2d default", "twin tuned"]),
     ):
         text = said(replace(found, answers=answers))
-        named = f"{formatting.number(1 / longest, 4)} steps/s with {formatting.listed(who, 'or')}."
+        named = f"{formatting.number(1 / longest, 4)} steps/s with {formatting.join_words(who, 'or')}."
         assert text.count(named) == 2
 
 

@@ -55,8 +55,8 @@ def certify(
         claim(out, PURPOSE, "--out")
     for scene in found_scenes:
         with common.progress_bar() as show_progress:
-            told = partial(_progress, show_progress, scene, options.max_impacts)
-            found = certified(scene, **vars(options), progress=told)
+            progress = partial(_progress, show_progress, scene, options.max_impacts)
+            found = certified(scene, **vars(options), progress=progress)
         if as_json or out is not None:
             document = enclosures(found)
             documents.append(document)

@@ -69,15 +69,15 @@ def history(
 
 def _list(engine: str, options: HistoryOptions, kept: Kept) -> None:
     from carom.studies.history.document import listing_lines
-    from carom.studies.history.run import listing
+    from carom.studies.history.run import list_releases
 
-    common.say_lines(listing_lines(*listing(engine, options, kept)))
+    common.say_lines(listing_lines(*list_releases(engine, options, kept)))
 
 
 def _bisect(engine: str, asked: str, options: HistoryOptions, kept: Kept) -> None:
     from carom.errors import InputError
     from carom.studies.history.document import bisection_lines
-    from carom.studies.history.run import bisected
+    from carom.studies.history.run import bisect_change
 
     match asked.split(":"):
         case [scene, profile, step]:
@@ -85,7 +85,7 @@ def _bisect(engine: str, asked: str, options: HistoryOptions, kept: Kept) -> Non
         case _:
             raise InputError(f"--bisect must be SCENE:PROFILE:STEP, such as classics/box:default:1/60, got {asked!r}")
     with common.progress_bar() as progress:
-        one = bisected(engine, found, profile, common.seconds(step), kept, options, progress=progress)
+        one = bisect_change(engine, found, profile, common.seconds(step), kept, options, progress=progress)
     for line in bisection_lines(one):
         common.say(line)
 

@@ -115,8 +115,11 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     for error in sorted(_compared(score, pit), key=lambda error: -error.velocity):
         turned, most = allowed.margin.get(error.reference, 0.0), allowed.of(error.reference)
         impact, row = known.impacts[error.reference], trace.impacts[error.observed]
-        told = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
-        wanted, got = [getattr(impact, field) for field in told], [row[field].tolist() for field in told]
+        known_fields = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
+        wanted, got = (
+            [getattr(impact, field) for field in known_fields],
+            [row[field].tolist() for field in known_fields],
+        )
         sampled, promised, margin = (number(part, 3) for part in (allowed.sampled, allowed.promise, turned))
         why = f"PIT's error {sampled}, declared {promised}, margin {margin}, each times {speed:g} m/s"
         require(
@@ -146,12 +149,12 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     why = f"PIT's error {number(allowed.sampled, 3)}, declared {number(allowed.promise, 3)}"
     for error in sorted(_compared(score, pit), key=lambda error: -error.spin):
         most, impact = allowed.of(error.reference), known.impacts[error.reference]
-        told = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
+        known_spins = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
         got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
         require(
             error.spin <= most,  # false for NaN
             f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong spins",
-            f"{numbers(told)} rad/s, rim speeds to {number(most * speed, 3)} m/s ({why})",
+            f"{numbers(known_spins)} rad/s, rim speeds to {number(most * speed, 3)} m/s ({why})",
             f"{numbers(got)} rad/s, rim speeds off by {number(error.spin * speed, 3)} m/s",
             setup,
         )

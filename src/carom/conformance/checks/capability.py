@@ -136,8 +136,8 @@ def slows_on_a_table_as_declared(subject: Subject) -> None:
     expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
     allowed = scene.table_deceleration_m_s2 * setup.dt_s + subject.rounding
     wrong = "a disc on a table does not slow by the table's deceleration"
-    told = f"{numbers(expected)} m/s to {number(allowed)}"
-    require(math.dist((u, v), expected) <= allowed, wrong, told, f"{numbers((u, v))} m/s", setup)
+    wanted = f"{numbers(expected)} m/s to {number(allowed)}"
+    require(math.dist((u, v), expected) <= allowed, wrong, wanted, f"{numbers((u, v))} m/s", setup)
 
 
 def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = DT_S) -> None:

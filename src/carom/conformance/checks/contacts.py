@@ -90,13 +90,13 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
             require(size <= allowed or body in touched, what, "a contact with an impulse", acting, setup)
         if any(contact.impulse_n_s is None for contact in acting):
             continue
-        told = np.zeros_like(change)
+        reported = np.zeros_like(change)
         for contact in acting:
             impulse = (contact.impulse_n_s or 0.0) * np.array(contact.normal)
             for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
                 if body >= 0:
-                    told[body] += sign * impulse / mass[body]
-        for body, (wanted, found) in enumerate(zip(change.tolist(), told.tolist(), strict=True)):
+                    reported[body] += sign * impulse / mass[body]
+        for body, (wanted, found) in enumerate(zip(change.tolist(), reported.tolist(), strict=True)):
             what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
             expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses for {numbers(found)} m/s"
             require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)

@@ -75,17 +75,17 @@ def rubs_as_told(subject: Subject, profile: str) -> None:
     scene = rubbing_crowd(can, friction, min(max(low, 0.9), high))
     setup = supported(subject, scene, profile)
     allowed = subject.rounding * greatest_speed(scene)
-    told = 0
+    reports = 0
     for step, (before, after) in enumerate(pairwise(subject.seen(setup).seen), start=1):
         acting = [contact for contact in after.contacts if contact.impulse_n_s != 0]
         _require_cone(setup, acting, friction, allowed, step)
         _require_cause(setup, before, after, acting, allowed, step)
         if all(contact.impulse_n_s is not None and contact.tangential_impulse_n_s is not None for contact in acting):
-            told += len(acting)
+            reports += len(acting)
             _require_whole_change(setup, before, after, acting, allowed, step)
     any_acted = any(contact.impulse_n_s != 0 for now in subject.seen(setup).seen for contact in now.contacts)
     require(any_acted, "no contact is reported", "impacts of the discs", "none", setup)
-    if not told:
+    if not reports:
         raise NotApplicable("tangential impulses are not reported")
 
 
@@ -188,7 +188,7 @@ def _require_whole_change(
 ) -> None:
     """Compare a step's changes of velocity and spin with the reported impulses."""
     discs, mass = setup.scene.discs, masses(setup.scene)
-    told = np.zeros((len(discs), 2))
+    reported = np.zeros((len(discs), 2))
     turned, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
     for contact in acting:
         along, across = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0
@@ -198,14 +198,14 @@ def _require_whole_change(
         for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
             if body < 0 or not mass[body]:
                 continue
-            told[body] += sign * impulse / mass[body]
+            reported[body] += sign * impulse / mass[body]
             by = across / (discs[body].inertia_factor * mass[body] * discs[body].radius_m)
             turned[body] -= by
             arm_short[body] += abs(by) * overlap / discs[body].radius_m
     change = after.velocity_m_s - before.velocity_m_s
     spun = np.array(_spins(after, setup)) - np.array(_spins(before, setup))
     for body in range(len(discs)):
-        wanted, found = change[body].tolist(), told[body].tolist()
+        wanted, found = change[body].tolist(), reported[body].tolist()
         what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
         expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses for {numbers(found)} m/s"
         require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)

@@ -38,8 +38,8 @@ def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
     except RecursionError:
         raise InputError("its JSON is nested too deeply") from None
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
-        told = f"{type(error).__name__}: {error}"
-        raise InputError(f"it is not a dump of Planck's Serializer.toJson: {told}") from None
+        reason = f"{type(error).__name__}: {error}"
+        raise InputError(f"it is not a dump of Planck's Serializer.toJson: {reason}") from None
 
 
 class _Body:

@@ -19,7 +19,7 @@ from carom.errors import AdapterError
 from carom.model.trace import Setting
 from carom.support.checks import shown
 from carom.support.escaping import is_older
-from carom.support.fields import said_of
+from carom.support.fields import describe_error
 
 #: Name of a manifest file.
 MANIFEST = "engine.toml"
@@ -186,7 +186,7 @@ def load_manifest(path: Path) -> Manifest:
         raise AdapterError(f"{path} is not valid TOML: {error}") from error
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
-        place, said = list(map(str, wrong["loc"])), said_of(wrong)
+        place, said = list(map(str, wrong["loc"])), describe_error(wrong)
         if place[-1:] in _KINDS:
             place, said = place[:-1], f"must be a number, true, false or a text, got {shown(wrong['input'])}"
         raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {said}", hints=[PAGE]) from error

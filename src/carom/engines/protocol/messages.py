@@ -173,6 +173,6 @@ Request = Hello | Prepare | Step | Look | Cut | Touching | Save | Restore | Clos
 
 def protocol_schema() -> dict[str, Any]:
     """Return the JSON Schema of all messages of the protocol. A line contains one of these messages."""
-    told = Welcome | Prepared | Stepped | Seen | Touched | Saved | Done | Reply
-    lines: TypeAdapter[Any] = TypeAdapter(Request | told)
+    answers = Welcome | Prepared | Stepped | Seen | Touched | Saved | Done | Reply
+    lines: TypeAdapter[Any] = TypeAdapter(Request | answers)
     return {"title": f"Carom's engine protocol, version {PROTOCOL}", **lines.json_schema()}

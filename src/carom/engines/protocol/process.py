@@ -16,7 +16,7 @@ from carom.engines.protocol.messages import PROTOCOL, Hello, Reply, Request, Wel
 from carom.errors import AdapterError, InputError
 from carom.support.data_files import without_doubles
 from carom.support.escaping import last_words
-from carom.support.fields import said_of
+from carom.support.fields import describe_error
 
 #: Longer answers are refused. A million discs with their contacts take half of this size.
 MOST_ANSWER_BYTES = 256 * 2**20
@@ -92,18 +92,20 @@ class Program:
             said = (
                 "is not JSON; standard output must contain only answers"
                 if wrong["type"] == "json_invalid"
-                else said_of(wrong)
+                else describe_error(wrong)
             )
-            told = f"{self.name} sent an invalid answer to {request.do!r}: {field} {said}; it wrote {line[:SHOWN]!r}"
-            raise AdapterError(told, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
+            message = f"{self.name} sent an invalid answer to {request.do!r}: {field} {said}; it wrote {line[:SHOWN]!r}"
+            raise AdapterError(message, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
 
     def _require_single_keys(self, line: bytes, request: Request) -> None:
         """Refuse an answer with a duplicate key. A reader would silently ignore one of the values."""
         try:
             json.loads(line, object_pairs_hook=without_doubles)
         except InputError as error:
-            told = f"{self.name} sent an invalid answer to {request.do!r}: the line {error}; it wrote {line[:SHOWN]!r}"
-            raise AdapterError(told, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
+            message = (
+                f"{self.name} sent an invalid answer to {request.do!r}: the line {error}; it wrote {line[:SHOWN]!r}"
+            )
+            raise AdapterError(message, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
         except (ValueError, RecursionError):
             return  # invalid JSON is reported when the answer is parsed
 

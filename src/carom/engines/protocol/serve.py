@@ -200,7 +200,7 @@ def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence
     import tomli_w
 
     knobs: Mapping[str, Knob] = getattr(adapter, "knobs", {})
-    told = {
+    manifest = {
         "name": name,
         "engine": adapter.engine.name,
         "version": version,
@@ -211,7 +211,7 @@ def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence
         "profiles": {key: _profile(adapter, key, profile) for key, profile in adapter.profiles.items()},
         "knobs": {key: _knob(knob) for key, knob in knobs.items()},
     }
-    return tomli_w.dumps(told)
+    return tomli_w.dumps(manifest)
 
 
 def _profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:

@@ -58,7 +58,7 @@ _OF_SCORE = (
 def line_of(row: Row) -> RowLine:
     """Return the line of a row without its local errors, which take longest to compute."""
     job, score, trace = row.job, row.score, row.trace
-    told: dict[str, Any] = {name: getattr(score, name) if score else None for name in _OF_SCORE}
+    scored: dict[str, Any] = {name: getattr(score, name) if score else None for name in _OF_SCORE}
     return RowLine(
         scene=job.scene.name,
         engine=job.engine,
@@ -71,7 +71,7 @@ def line_of(row: Row) -> RowLine:
         grade=row.grade,
         verdicts=tuple(VerdictLine(one.verdict.name.lower(), one.reason) for one in score.findings) if score else (),
         matched=len(score.errors) if score else None,
-        **told,
+        **scored,
         price_paid=_paid(score.price_paid) if score else None,
         float_bits=cast("Literal[32, 64]", score.float_bits) if score else None,
         local=None,

@@ -119,11 +119,11 @@ def _answers(advice: Advice) -> Iterator[str]:
         yield f"{_wholly(advice)}, {_fewest(advice, lambda answer: answer.demand)}."
     else:
         yield f"{advice.scene.name}: no engine was searched."
-    if told := _yardstick(advice):
-        yield f"Checking once per step (PIT) needs {told}."
-    reasons = formatting.together((unable.reason, _name(unable.method)) for unable in advice.unable)
+    if needed := _yardstick(advice):
+        yield f"Checking once per step (PIT) needs {needed}."
+    reasons = formatting.group_by((unable.reason, _name(unable.method)) for unable in advice.unable)
     for reason, names in reasons.items():
-        yield f"Not run: {formatting.listed(names)} ({reason})."
+        yield f"Not run: {formatting.join_words(names)} ({reason})."
 
 
 def _wholly(advice: Advice) -> str:
@@ -153,7 +153,7 @@ def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = [_name(answer.method) for _, answer in best]
-    who = formatting.listed(names, "or")
+    who = formatting.join_words(names, "or")
     any_step = all(_any(answer, found) for found, answer in best)
     steps = "any tested step ({} or more per second)" if any_step else "{} steps/s"
     return f"use {steps.format(_rate(longest))}{_substeps(advice, best[0][0])} with {who}"
@@ -168,10 +168,10 @@ def _substeps(advice: Advice, found: StepRange) -> str:
     """Describe the number of steps per frame, for this or the next smaller tested step that divides a frame."""
     if (times := _times(advice, found)) is None:
         return ""
-    told = f"{formatting.count(times, 'step')} per frame at {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
+    steps = f"{formatting.count(times, 'step')} per frame at {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
     if found.in_frame is found.passes:
-        return f" ({told})"
-    return f" ({told} {'is' if times == 1 else 'are'} enough)"
+        return f" ({steps})"
+    return f" ({steps} {'is' if times == 1 else 'are'} enough)"
 
 
 def _times(advice: Advice, found: StepRange) -> int | None:
@@ -246,9 +246,9 @@ def _yardstick(advice: Advice) -> str:
 def _limits(advice: Advice) -> Iterator[str]:
     """Yield notes on methods for which a smaller step fails, on searches that stopped early, and on limits."""
     for answer in advice.answers:
-        told = answer.never_misses
-        for found, what in ((told, "misses none"), (answer.demand, "meets the target")):
-            again = what != "misses none" and found.finer_failures == told.finer_failures
+        never_misses = answer.never_misses
+        for found, what in ((never_misses, "misses none"), (answer.demand, "meets the target")):
+            again = what != "misses none" and found.finer_failures == never_misses.finer_failures
             if found.monotone or again:
                 continue
             passing, failing = _rates(found.coarser_passes), _rates(found.finer_failures)
@@ -259,7 +259,7 @@ def _limits(advice: Advice) -> Iterator[str]:
     stopped = [_name(answer.method) for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
         budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
-        yield f"The search stopped at {budget} for {formatting.listed(stopped)}."
+        yield f"The search stopped at {budget} for {formatting.join_words(stopped)}."
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
@@ -305,7 +305,9 @@ def _rate(dt_s: float) -> str:
 def _rates(trials: Iterable[StepTrial]) -> str:
     """Return rates as a list. If there are many steps, return the first, the last and their number."""
     rates = [_rate(trial.dt_s) for trial in trials]
-    return formatting.listed(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
+    return (
+        formatting.join_words(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
+    )
 
 
 def _range(found: StepRange) -> str:
@@ -327,8 +329,8 @@ def _fails(answer: Advised, found: StepRange) -> str:
 
 def _endings(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield the reasons why searches ended."""
-    for ending, names in formatting.together((one.ending, _name(one.method)) for one in rows).items():
-        yield f"No finer step was tested because {ending.value}: {formatting.listed(names)}."
+    for ending, names in formatting.group_by((one.ending, _name(one.method)) for one in rows).items():
+        yield f"No finer step was tested because {ending.value}: {formatting.join_words(names)}."
 
 
 def _refusals(rows: Sequence[Advised]) -> Iterator[str]:

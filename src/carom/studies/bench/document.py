@@ -111,12 +111,12 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
         draw = partial(diagram_svg, scene, kind, bench.plan.error)
         figures.append(Figures((Figure(draw, f"{kind.heading}. {DIAGRAM_NOTE}"),), large=True))
     described = (Text(scene.scene.description, ON_PAPER),) if scene.scene.description else ()
-    told = Text(scene_answer(scene, bench.plan.target, bench.plan.error), IN_FULL)
+    answer_text = Text(scene_answer(scene, bench.plan.target, bench.plan.error), IN_FULL)
     table = method_table(scene, bench.plan.error, targets)
     methods: tuple[Block, ...] = (table, Text(TABLE_SHORT, TERMINAL), Text(TABLE_NOTE, IN_FULL))
     if len(bench.scenes) > 1:
         methods = (dataclasses.replace(table, only=IN_FULL), Text(TABLE_NOTE, IN_FULL))
-        described = (told, *described)
+        described = (answer_text, *described)
     yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], point_table(scene, bench.plan)))
     left_out = tuple(_unrun(scene))
     yield Section("Omitted points", (Lines(left_out, IN_FULL),) if left_out else (), level=3)
@@ -137,7 +137,7 @@ def _scope(bench: Bench) -> Iterator[str]:
         left = [f"{len(unrun)} not scored"] * bool(unrun) + [f"{len(untimed)} not timed"] * bool(untimed)
         reasons = {*unrun, *untimed}
         why = f": {reasons.pop()}" if len(reasons) == 1 else "; the page lists the reasons"
-        yield f"{formatting.capitalised(formatting.listed(left))} of {len(points)} points{why}."
+        yield f"{formatting.capitalised(formatting.join_words(left))} of {len(points)} points{why}."
 
 
 def _unrun(bench: SceneBench) -> Iterator[str]:
@@ -150,10 +150,10 @@ def _unrun(bench: SceneBench) -> Iterator[str]:
                     own = steps.setdefault((what, reason), {})
                     own.setdefault(Method(curve.engine, curve.profile).label, []).append(formatting.step(point.dt_s))
     for (what, reason), by_curve in steps.items():
-        for at_steps, whose in formatting.together(
-            (formatting.listed(at), who) for who, at in by_curve.items()
+        for at_steps, whose in formatting.group_by(
+            (formatting.join_words(at), who) for who, at in by_curve.items()
         ).items():
-            who = "everything" if len(whose) == len(bench.curves) else formatting.listed(whose)
+            who = "everything" if len(whose) == len(bench.curves) else formatting.join_words(whose)
             yield f"{who}, {what} at {at_steps}: {reason}"
 
 

@@ -91,13 +91,13 @@ def _answer(growth: Growth) -> Iterator[str]:
         discs = max(point.discs for curve in engines for point in _ran(curve))
         ran = {id(curve): point for curve in curves for point in _ran(curve) if point.discs == discs}
         fastest = min((c for c in engines if id(c) in ran), key=lambda c: ran[id(c)].advance_s)
-        told = [c for c in curves if c.engine in {"pic", "pit"} and id(c) in ran and c is not fastest]
-        costs = [f"{_SHOWN.get(c.engine, _method(c))} {_cost(ran[id(c)])}{_grows(c)}" for c in told]
+        compared = [c for c in curves if c.engine in {"pic", "pit"} and id(c) in ran and c is not fastest]
+        costs = [f"{_SHOWN.get(c.engine, _method(c))} {_cost(ran[id(c)])}{_grows(c)}" for c in compared]
         best = f"{_SHOWN.get(fastest.engine, _method(fastest))} "
         best = f"the fastest engine, {best.strip()}, " if len(engines) > 1 else best
         costs.append(f"{best}{_cost(ran[id(fastest)])}{_grows(fastest)}")
         gas = f"A simulated second of {discs} {'falling ' if gravity else ''}discs"
-        yield f"{gas} takes {formatting.listed(costs)}."
+        yield f"{gas} takes {formatting.join_words(costs)}."
 
 
 #: Names of Carom's own methods in sentences and diagrams.

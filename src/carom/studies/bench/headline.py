@@ -28,7 +28,7 @@ def answers(bench: Bench) -> Iterator[str]:
     parts = [f"PIC is exact on {len(exact)} of {scenes}{_range(exact)}"] * bool(exact)
     wanted = f"{error_text(target, kind)} error"
     if tally:
-        best = formatting.listed([f"{name} on {_where(name, found, bench)}" for name, _ in tally.most_common()])
+        best = formatting.join_words([f"{name} on {_where(name, found, bench)}" for name, _ in tally.most_common()])
         best = best.removesuffix(" on every scene")
         parts.append(f"fastest engine with at most {wanted}: {best}")
     unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
@@ -59,7 +59,9 @@ def _share(scenes: list[SceneBench], bench: Bench) -> str:
     if len(scenes) == len(bench.scenes):
         return "every scene"
     return (
-        formatting.listed([one.scene.name for one in scenes]) if len(bench.scenes) <= SCENES_SHOWN else str(len(scenes))
+        formatting.join_words([one.scene.name for one in scenes])
+        if len(bench.scenes) <= SCENES_SHOWN
+        else str(len(scenes))
     )
 
 

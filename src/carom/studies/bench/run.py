@@ -133,14 +133,14 @@ def _points(
     found: dict[tuple[str, At], list[Answer[Measures] | None]] = {}
     for job in jobs:
         found.setdefault((job.scene.name, (job.method, job.dt_s)), []).append(results.get(job_key(job)))
-    return [_point(key[1], told, unscored.get(key, ""), kind) for key, told in found.items()]
+    return [_point(key[1], answers, unscored.get(key, ""), kind) for key, answers in found.items()]
 
 
 def _point(at: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
-    told = [answer for answer in found if answer is not None]
-    measured = [answer.value for answer in told if answer.value is not None]
+    answers = [answer for answer in found if answer is not None]
+    measured = [answer.value for answer in answers if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := error_of(measures, kind))]
-    reason = unscored or next((answer.said for answer in told if answer.said), "")
+    reason = unscored or next((answer.said for answer in answers if answer.said), "")
     if not reason:
         reason = next((f"ended early: {m.outcome}" for m in measured if m.outcome != "completed"), "")
     if not reason and all(measures.expected == 0 for measures in measured):

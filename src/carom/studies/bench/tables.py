@@ -103,7 +103,7 @@ def _shown_where(targets: Sequence[float], exact: Media = EVERYWHERE) -> list[Me
 def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     """Return a table with one row per method: the numbers of scenes with no loss, and with each target reached."""
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
-    by_method = formatting.together(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
+    by_method = formatting.group_by(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
     columns = [
         METHOD,
@@ -195,14 +195,14 @@ def _least(kind: ErrorKind, curve: Curve) -> Cell:
         return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if reasons else "")
     if best.sound:
         return Cell(error_text(best.error, kind))
-    return Cell(losses(best), short=formatting.lost(best.missed, best.spurious) or formatting.ABSENT)
+    return Cell(losses(best), short=formatting.missed_and_invented(best.missed, best.spurious) or formatting.ABSENT)
 
 
 def losses(point: Point) -> str:
     """Describe a point's missed and invented impacts over all starts."""
     lost = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
     return (
-        f"{formatting.listed(lost)} of {formatting.count(point.expected, 'impact')}"
+        f"{formatting.join_words(lost)} of {formatting.count(point.expected, 'impact')}"
         if lost
         else "has no error to measure"
     )
@@ -231,7 +231,7 @@ def _cost(scene: SceneBench, target: float, curve: Curve) -> Cell:
 def _error(point: Point) -> str:
     if point.reason:
         return formatting.ABSENT
-    lost = formatting.lost(point.missed, point.spurious)
+    lost = formatting.missed_and_invented(point.missed, point.spurious)
     error = EXACT if point.error <= THRESHOLDS.rounding else formatting.number(point.error)
     return f"{error} ({lost})" if lost else error
 

@@ -44,8 +44,8 @@ class Demo:
         rate = f"{1 / observed.dt_s:g} steps per second"
         due = formatting.count(self.replay.score.expected, "impact")
         when = float(self.replay.reference.impacts["time_s"][missed[0]])
-        told = f"{method} misses {len(missed)} of {due} at {rate}; the first is at {formatting.number(when, 4)} s."
-        return f"{told}\nPlay page, to throw the discs yourself: {self.page}"
+        sentence = f"{method} misses {len(missed)} of {due} at {rate}; the first is at {formatting.number(when, 4)} s."
+        return f"{sentence}\nPlay page, to throw the discs yourself: {self.page}"
 
     def _repr_html_(self) -> str | None:
         return self.replay._repr_html_()

@@ -105,7 +105,7 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     left.set_title("Exact")
     right.set_title(name)
     words = right.set_xlabel(" ")
-    told = [(row.get("reported", row.get("true")), row["became"]) for row in rows]
+    changes = [(row.get("reported", row.get("true")), row["became"]) for row in rows]
 
     def show(frame: int) -> Iterable[Artist]:
         now = times[frame]
@@ -120,7 +120,9 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
         for artist in near:
             artist.set_visible(held_s is not None and bool(abs(now - held_s) <= _lead_s(scene)))
         clock.set_text(f"{number(now, 4)} s of {number(scene.duration_s, 4)} s")
-        said = [became for when, became in told if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s]
+        said = [
+            became for when, became in changes if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s
+        ]
         words.set_text(f"impact {said[-1]}" if said else " ")
         return [circle for circle, *_ in moving]
 

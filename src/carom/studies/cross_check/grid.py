@@ -204,7 +204,7 @@ class GridCell:
     def compact(self) -> str:
         """The most important number in short form, for a terminal."""
         if self.missed or self.invented:
-            return formatting.lost(self.missed, self.invented)
+            return formatting.missed_and_invented(self.missed, self.invented)
         return re.sub(" (late|early|of greatest.*)$", "", self.figure.replace(" of PIT", "\N{MULTIPLICATION SIGN}"))
 
 
@@ -337,7 +337,7 @@ def _method(line: RowLine) -> Method:
 
 
 def _group_not_run(runs: Iterable[GridCell], scene_count: int) -> tuple[NotRun, ...]:
-    found = formatting.together(
+    found = formatting.group_by(
         ((cell.mark, cell.column.engine, "; ".join(cell.reasons)), cell) for cell in runs if not cell.mark.ran
     )
     return tuple(

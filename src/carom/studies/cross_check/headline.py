@@ -34,7 +34,7 @@ def build_headline(grid: Grid) -> Headline:
 def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the result of each method on a single scene."""
     cells = [cell for column in columns for cell in grid.cells(column) if cell.scored]
-    kinds = list(formatting.together((_describe_run(cell), cell.column.name) for cell in cells).items())
+    kinds = list(formatting.group_by((_describe_run(cell), cell.column.name) for cell in cells).items())
     shown = kinds if len(kinds) < MOST_NAMES else [kinds[0], kinds[-1]]
     parts = [f"{_join_names(names)}: {does}" for does, names in shown]
     more = f"; {len(kinds) - len(shown)} outcomes in between are omitted" if len(shown) < len(kinds) else ""
@@ -49,7 +49,7 @@ def _describe_run(cell: GridCell) -> str:
         return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, with a diverged trajectory"
     lost = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
     if lost:
-        return f"{formatting.listed(lost)} of {formatting.count(cell.expected, 'impact')}"
+        return f"{formatting.join_words(lost)} of {formatting.count(cell.expected, 'impact')}"
     if cell.matched and cell.mark not in (Mark.EXACT, Mark.EXACT_32):
         if cell.errors.velocity > cell.rounding:
             return f"velocities off by {formatting.percent(cell.errors.velocity)} of the greatest speed"
@@ -60,7 +60,7 @@ def _describe_run(cell: GridCell) -> str:
 
 def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Summarise several scenes: misses with default settings, and scenes with errors within PIT's when tuned."""
-    by_profile = formatting.together((column.profile, column) for column in columns)
+    by_profile = formatting.group_by((column.profile, column) for column in columns)
     first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
     others = [profile for profile in by_profile if profile != first]
     second = "tuned" if "tuned" in others else next(iter(others), first)
@@ -110,7 +110,7 @@ def _range(counts: Sequence[int]) -> str:
 
 def _join_names(names: Sequence[str]) -> str:
     shown = names if len(names) <= MOST_NAMES else [*names[: MOST_NAMES - 1], f"{len(names) - MOST_NAMES + 1} more"]
-    return formatting.listed(list(shown))
+    return formatting.join_words(list(shown))
 
 
 def _describe_reference(results: Results) -> str:
@@ -128,7 +128,7 @@ def _describe_reference(results: Results) -> str:
     off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
     if off:
         right = f"{len(deviations) - len(off)} of {formatting.count(len(deviations), 'known answer')}"
-        return f"PIC reproduces {right} to rounding, but not {formatting.listed(off)}."
+        return f"PIC reproduces {right} to rounding, but not {formatting.join_words(off)}."
     which = f"all {len(deviations)} known answers" if len(deviations) > 1 else "the one known answer"
     return f"PIC reproduces {which} (largest deviation {formatting.number(max(deviations.values()))})."
 

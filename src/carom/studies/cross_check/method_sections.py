@@ -95,7 +95,7 @@ def _method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_
             *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
         )
     else:
-        groups = formatting.together((_group_of(row.name), row.name) for row in grid.rows)
+        groups = formatting.group_by((_group_of(row.name), row.name) for row in grid.rows)
         columns = (
             Column("scenes by grade", lambda method: _grade_bar(grid.cells(method))),
             *numbers,
@@ -124,7 +124,7 @@ def _grade_bar(cells: Sequence[GridCell]) -> Cell:
 
 
 def _format_lost(cells: Sequence[GridCell]) -> str:
-    return formatting.lost(sum(cell.missed for cell in cells), sum(cell.invented for cell in cells))
+    return formatting.missed_and_invented(sum(cell.missed for cell in cells), sum(cell.invented for cell in cells))
 
 
 def _format_cost(cells: Sequence[GridCell]) -> str:
@@ -203,7 +203,7 @@ def _scored_runs(grid: Grid) -> list[GridCell]:
 def _run_tables(grid: Grid) -> tuple[Table, ...]:
     """Return one table of errors for each step of the scene."""
     runs = _scored_runs(grid)
-    by_step = formatting.together((cell.line.dt_s, cell) for cell in runs)
+    by_step = formatting.group_by((cell.line.dt_s, cell) for cell in runs)
     columns = (
         Column("method", lambda cell: cell.column.name),
         Column("impacts", _format_found, number=True),

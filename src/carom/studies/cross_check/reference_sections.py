@@ -48,9 +48,9 @@ def reference_section(grid: Grid) -> Section:
         for name, reference in results.references.items()
         if reference.contact_s < math.inf
     ]
-    told = _lines(lines, EVERYWHERE if len(lines) <= MOST_LISTED else IN_FULL)
+    listed = _lines(lines, EVERYWHERE if len(lines) <= MOST_LISTED else IN_FULL)
     blocks: tuple[Block, ...] = (
-        (told, Text(REFERENCE_NOTE, ON_PAPER), Text(ESTIMATE_NOTE, ON_PAPER, folded=True)) if lines else ()
+        (listed, Text(REFERENCE_NOTE, ON_PAPER), Text(ESTIMATE_NOTE, ON_PAPER, folded=True)) if lines else ()
     )
     if rests:
         blocks += (

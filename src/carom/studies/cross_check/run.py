@@ -37,7 +37,7 @@ from carom.model.scene import Scene, as_scene
 from carom.model.trace import Setting, Trace
 from carom.studies.cross_check.journal import DRAWN
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
-from carom.support.options import step, taken
+from carom.support.options import check_value, step
 
 T = TypeVar("T")
 
@@ -79,7 +79,7 @@ def run(
     scene = as_scene(scene)
     dt = 1.0 / scene.frame_rate_hz if dt is None else dt
     limits = LimitOptions(jobs=1, time_limit_s=time_limit_s, scheduler=scheduler)
-    taken(step(), "dt", dt)
+    check_value(step(), "dt", dt)
     require_named(engine := resolve_engine(engine))
     with limits.pool() as pool:
         tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()

@@ -65,7 +65,7 @@ def spread_section(grid: Grid) -> Section:
         column("time error, median", lambda spread, dt_s: formatting.steps(spread.time_median_s, dt_s)),
         column("time error, worst", lambda spread, dt_s: formatting.steps(spread.time_worst_s, dt_s)),
         column("missed", lambda spread, _: formatting.percent(spread.miss_probability)),
-        column("PIT must miss", lambda spread, _: formatting.share(spread.pit_miss_probability)),
+        column("PIT must miss", lambda spread, _: formatting.percent_or_blank(spread.pit_miss_probability)),
     )
     table = Table(columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=ON_PAPER)
     return Section("Spread over phases", (table, Text(SPREAD_NOTE, ON_PAPER)) if cells else ())
@@ -112,7 +112,7 @@ def run_time_section(grid: Grid) -> Section:
 def settings_section(grid: Grid) -> Section:
     """Return the settings used at the first scene's coarsest step, and how they vary with step and scene."""
     profiles = {info.name: info.profiles for info in grid.results.engines}
-    used = formatting.together((cell.column, cell.line) for cell in grid.runs if cell.line.settings is not None)
+    used = formatting.group_by((cell.column, cell.line) for cell in grid.runs if cell.line.settings is not None)
     first = {column: min(lines, key=lambda line: line.refinement) for column, lines in used.items()}
     columns = (
         Column("engine", lambda column: column.name),
@@ -144,7 +144,7 @@ def _settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
             for what, others in (("step", same_scene), ("scene", same_step))
             if any((other.settings or {}).get(name) != value for other in others)
         ]
-        said = f" (varies with the {formatting.listed(on, 'and the')})" if on else ""
+        said = f" (varies with the {formatting.join_words(on, 'and the')})" if on else ""
         yield f"{name} = {formatting.setting(value)}{said}"
 
 

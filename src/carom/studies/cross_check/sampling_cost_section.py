@@ -154,7 +154,7 @@ def _median_column(numbers: Callable[[EngineCost], list[float]]) -> Callable[[En
 
 def _format_equal_scenes(cost: EngineCost) -> Cell:
     unlike, count = cost.scenes_unlike_pit, len(cost.cells)
-    return Cell(f"{count - len(unlike)} of {count}", title=f"not in {formatting.listed(unlike)}" if unlike else "")
+    return Cell(f"{count - len(unlike)} of {count}", title=f"not in {formatting.join_words(unlike)}" if unlike else "")
 
 
 _COLUMNS = (

@@ -134,7 +134,7 @@ def unscored_section(grid: Grid) -> Section:
     run = {column.engine for column in grid.columns.values()}
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
     here = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
-    names = formatting.listed([info.name for info in missing])
+    names = formatting.join_words([info.name for info in missing])
     lines = (
         Lines(every, IN_FULL, folded=formatting.count(len(every), "reason")),
         Lines(important, TERMINAL),
@@ -146,8 +146,8 @@ def unscored_section(grid: Grid) -> Section:
 
 
 def _describe_not_run(entry: NotRun) -> str:
-    where = "every scene" if entry.everywhere else formatting.listed(entry.scenes)
-    return f"{formatting.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
+    where = "every scene" if entry.everywhere else formatting.join_words(entry.scenes)
+    return f"{formatting.join_words(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
 
 
 def _missing_profiles(grid: Grid) -> Iterator[str]:

@@ -131,7 +131,7 @@ def _format_missed(local: LocalScore) -> str:
 
 def _format_impacts(local: LocalScore) -> str:
     """Format the numbers of missed and invented impacts; empty if there are none."""
-    lost = formatting.lost(local.missed, local.invented)
+    lost = formatting.missed_and_invented(local.missed, local.invented)
     return lost.replace(f"-{local.missed}", f"-{_format_missed(local)}", 1) if local.missed else lost
 
 
@@ -155,5 +155,5 @@ def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
         when = f"at {first}" if first == last else f"between {first} and {last}"
         asked = {line.pit_parted_s for line in lines}
         pit = [formatting.seconds(time_s) for time_s in sorted(time_s for time_s in asked if time_s is not None)]
-        also_pit = f"; PIT diverged at {formatting.listed(pit)}" if pit else ""
+        also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
         yield f"Diverged from the reference's trajectory: {formatting.count(len(times), 'method')} {when}{also_pit}."

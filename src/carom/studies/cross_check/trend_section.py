@@ -87,13 +87,13 @@ _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
 
 def build_trend(grid: Grid) -> Trend:
     """Compute the series over the scenes in which PIT has a velocity error at every step."""
-    by_place = formatting.together(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
+    by_place = formatting.group_by(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
     coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
-    ratios = formatting.together(
+    ratios = formatting.group_by(
         (cell.line.refinement, cell.line.dt_s / coarsest[cell.scene]) for cell in grid.runs if cell.scene in coarsest
     )
-    by_scene = formatting.together((cell.scene, cell) for cell in grid.runs)
-    why = formatting.together((_left_out(cells), name) for name, cells in by_scene.items())
+    by_scene = formatting.group_by((cell.scene, cell) for cell in grid.runs)
+    why = formatting.group_by((_left_out(cells), name) for name, cells in by_scene.items())
     chosen = why.pop("", [])
     points = {
         column: tuple(_point(by_place.get((column, k), ()), chosen) for k in sorted(ratios))
@@ -160,7 +160,7 @@ def trend_section(grid: Grid) -> Section:
             ),
         )
     )
-    steps = [(k, f"step {formatting.part(part)}") for k, part in enumerate(trend.parts)]
+    steps = [(k, f"step {formatting.fraction(part)}") for k, part in enumerate(trend.parts)]
     columns = [Column("engine", lambda series: series.name)]
     columns += [Column("velocity error", _at(k, _error), step) for k, step in steps]
     columns += [
@@ -201,9 +201,9 @@ def _error(point: TrendPoint) -> Cell | str:
 def _describe_scenes(trend: Trend) -> Iterator[str]:
     """Describe the scenes in the medians, and why others are omitted."""
     if trend.scenes:
-        yield f"Velocity errors are medians over {formatting.listed(trend.scenes)}."
+        yield f"Velocity errors are medians over {formatting.join_words(trend.scenes)}."
     for why, names in trend.left_out.items():
-        yield f"Omitted because {why}: {formatting.listed(names)}."
+        yield f"Omitted because {why}: {formatting.join_words(names)}."
 
 
 def _velocity_chart(trend: Trend, narrow: bool = False) -> str:
@@ -243,7 +243,7 @@ def _x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
     axes.set_xscale("log")
     # The left end of the axis has the coarse steps.
     axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
-    axes.set_xticks(trend.parts, [formatting.part(part) for part in trend.parts])
+    axes.set_xticks(trend.parts, [formatting.fraction(part) for part in trend.parts])
     axes.minorticks_off()
     low, high = (formatting.step(dt_s) for dt_s in trend.coarsest_s)
     between = high if low == high else f"{high} to {low}"

@@ -99,7 +99,7 @@ def _groups(changes: Sequence[Change]) -> list[_Group]:
         counts = any(measure.counts for measure in change.measures)
         return (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
 
-    return list(formatting.together((shared(change), change) for change in changes).values())
+    return list(formatting.group_by((shared(change), change) for change in changes).values())
 
 
 def _lead(found: Diff) -> list[str]:
@@ -108,7 +108,7 @@ def _lead(found: Diff) -> list[str]:
     apart = sum(not change.graded for change in found.changes)
     counted += [f"{apart} not graded"] if apart else []
     same = formatting.count(found.unchanged, "cell")
-    lead = [f"{formatting.capitalised(formatting.listed(counted))}; {same} unchanged." if counted else ""]
+    lead = [f"{formatting.capitalised(formatting.join_words(counted))}; {same} unchanged." if counted else ""]
     if not counted:
         lead = [f"No change: all {same} are equal to rounding."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
@@ -129,14 +129,14 @@ def _settings(changes: Sequence[Change]) -> Iterator[str]:
             cells[name] += 1
     if not values:
         return
-    told = []
+    shown = []
     for name, those in list(values.items())[:MOST_SETTINGS]:
         value = next(iter(those)) if len(those) == 1 else f"{len(those)} values"
         value = value if len(value) <= MOST_LETTERS else "changed"
         where = "" if cells[name] == len(changes) else f" (in {cells[name]})"
-        told.append(f"{name.partition(': ')[2]} {value}{where}")
+        shown.append(f"{name.partition(': ')[2]} {value}{where}")
     more = f" and {len(values) - MOST_SETTINGS} more" if len(values) > MOST_SETTINGS else ""
-    yield f"Also changed in {formatting.count(len(changes), 'cell')}: {', '.join(told)}{more}."
+    yield f"Also changed in {formatting.count(len(changes), 'cell')}: {', '.join(shown)}{more}."
 
 
 def _kind(change: Change) -> str:

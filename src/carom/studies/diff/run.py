@@ -112,7 +112,7 @@ class Change:
     def causes(self) -> tuple[str, ...]:
         """All possible causes, each as a phrase."""
         named = ((name.partition(": "), values) for name, values in self.changed)
-        kinds = formatting.together((kind, f"{what} {values}") for (kind, _, what), values in named)
+        kinds = formatting.group_by((kind, f"{what} {values}") for (kind, _, what), values in named)
         return (*self.verdicts, *(f"{kind}: {', '.join(them)}" for kind, them in kinds.items()))
 
     @property
@@ -226,7 +226,7 @@ def _of_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCel
         if name in (cell.method.engine, f"{cell.method.engine}/{cell.method.profile}", cell.method.name)
     ]
     if not found:
-        known = formatting.listed(sorted({cell.method.name for cell in cells}))
+        known = formatting.join_words(sorted({cell.method.name for cell in cells}))
         raise InputError(f"--engine: {path} has no engine or method {name!r}", hints=[f"it has {known or 'no rows'}"])
     return found
 

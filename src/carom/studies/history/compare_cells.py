@@ -304,9 +304,11 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is right
         moved = kinds.pop() if len(kinds) == 1 and not unknown else Moved.OTHERWISE
         return CellChange(moved, "; ".join(why for _, why in parted) or elsewhere)
-    told = [why for _, why in _parted(_TOLD, old.ran, new.ran)] + _verdicts(old.ran, new.ran)
+    changes = [why for _, why in _parted(_TOLD, old.ran, new.ran)] + _verdicts(old.ran, new.ran)
     alike = all(map(_move_alike, old.ran, new.ran))
-    return CellChange(Moved.TOLD if told or alike else Moved.OVERLAP, "; ".join(told or _ranges(old.ran, new.ran)))
+    return CellChange(
+        Moved.TOLD if changes or alike else Moved.OVERLAP, "; ".join(changes or _ranges(old.ran, new.ran))
+    )
 
 
 def _parted(measures: Sequence[_Measure], old: Sequence[Ran], new: Sequence[Ran]) -> Iterator[tuple[Moved, str]]:

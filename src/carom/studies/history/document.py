@@ -136,7 +136,7 @@ def _lead(found: History) -> Iterator[str]:
     for step in reversed(moved):
         counts = Counter(change.moved for change in step.real.values())
         said = [f"{counts[kind]} {kind.value}" for kind in (Moved.WORSE, Moved.BETTER, Moved.OTHERWISE) if counts[kind]]
-        yield f"{engine} {step.old.version} → {step.new.version}: {formatting.listed(said)}."
+        yield f"{engine} {step.old.version} → {step.new.version}: {formatting.join_words(said)}."
     cells = formatting.count(max((len(one.seen) for one in ran), default=0), "cell")
     releases = formatting.count(len(ran), "release")
     yield f"{releases} of {engine} ran (of {len(found.releases)} requested), each on {cells}."

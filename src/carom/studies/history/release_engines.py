@@ -92,8 +92,8 @@ def laid(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -
             shutil.copy(file, folder)
     (folder / "package.json").write_text('{"private": true, "type": "module"}\n', encoding="utf-8")
     (folder / "node_modules").symlink_to(overlay / "node_modules", target_is_directory=True)
-    told = tomllib.loads(manifest.read_text(encoding="utf-8")) | {"name": name, "version": version}
-    (there / MANIFEST).write_text(tomli_w.dumps(told), encoding="utf-8")
+    renamed = tomllib.loads(manifest.read_text(encoding="utf-8")) | {"name": name, "version": version}
+    (there / MANIFEST).write_text(tomli_w.dumps(renamed), encoding="utf-8")
     return there / MANIFEST
 
 

@@ -35,7 +35,7 @@ from carom.support.escaping import is_older
 PURPOSE, JOURNAL = "history", "journal.jsonl"
 
 
-def listing(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, tuple[str, ...]]:
+def list_releases(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, tuple[str, ...]]:
     """Return the origin of an engine, and the releases that its registry lists, from the oldest to the newest.
 
     Raises:
@@ -67,8 +67,8 @@ def _listed(origin: Origin, options: HistoryOptions, kept: Kept) -> Sequence[str
         asked = {word.strip() for text in options.versions or () for word in text.split(",")} - {""}
         if asked and asked <= set(there):
             return there
-        told = f"; cached releases can be named by --versions: {', '.join(there)}" if there else ""
-        raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{told}") from None
+        hint = f"; cached releases can be named by --versions: {', '.join(there)}" if there else ""
+        raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{hint}") from None
 
 
 class _Study:
@@ -251,7 +251,7 @@ def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> 
     return origin, versions
 
 
-def bisected(
+def bisect_change(
     engine: str,
     scene: Scene,
     profile: str,

@@ -134,7 +134,7 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
 
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
-    for group, own in formatting.together((line.group, line) for line in attacks).items():
+    for group, own in formatting.group_by((line.group, line) for line in attacks).items():
         columns.append(Column(group or WORDS["attack"], partial(_heat, results, own), f"of {len(own)}"))
     columns += counted("attack", "passed", SpotEnding.STANDS)
     columns += counted("relation", "hold", SpotEnding.HOLDS)
@@ -216,7 +216,7 @@ def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Sec
 
 def _why(results: StressResults, line: Line) -> Iterator[str]:
     """Yield the reasons of a line's results, each with its methods."""
-    found = formatting.together((spot.reason, method.name) for method, spot in _spots(results, line))
+    found = formatting.group_by((spot.reason, method.name) for method, spot in _spots(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
@@ -297,10 +297,10 @@ def _cell(results: StressResults, method: Method, line: Line) -> Cell:
 
 def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[str]:
     asked = [formatting.count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
-    told = kinds["attack"] if len(results.methods) <= SENTENCES else ()
-    yield from (_sentence(results, kinds["attack"], method) for method in results.methods if told)
+    attacked = kinds["attack"] if len(results.methods) <= SENTENCES else ()
+    yield from (_sentence(results, kinds["attack"], method) for method in results.methods if attacked)
     for kind, good, does in (("attack", SpotEnding.STANDS, "passed"), ("relation", SpotEnding.HOLDS, "kept")):
-        if told and kind == "attack":
+        if attacked and kind == "attack":
             continue
         passed: dict[int, list[str]] = {}
         partly: list[str] = []  # methods that could not run every test are not ranked
@@ -320,7 +320,7 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
                 best, worst = f"{each}{does} {most}", ""
             yield f"{_named(passed[most])} {best} of {formatting.count(len(kinds[kind]), WORDS[kind])}{worst}."
         if partly and (kind != "attack" or len(partly) <= FEW):  # the numbers are in the sentences about each method
-            said = f": {formatting.listed(partly)}" if len(partly) <= FEW else ""
+            said = f": {formatting.join_words(partly)}" if len(partly) <= FEW else ""
             methods = formatting.count(len(partly), "method")
             yield (
                 f"{methods} {'is' if len(partly) == 1 else 'are'} not ranked, because not every {WORDS[kind]} could "
@@ -330,13 +330,13 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
         yield _complaints(results, kinds["complaint"])
     methods, form = formatting.count(len(results.methods), "method"), "quick" if results.quick else "full"
     yield (
-        f"This campaign ran {methods} on {formatting.listed(asked)} in the {form} form, in "
+        f"This campaign ran {methods} on {formatting.join_words(asked)} in the {form} form, in "
         f"{formatting.seconds(results.elapsed_s)}."
     )
 
 
 def _named(methods: list[str]) -> str:
-    return formatting.listed(methods) if len(methods) <= FEW else f"{len(methods)} methods"
+    return formatting.join_words(methods) if len(methods) <= FEW else f"{len(methods)} methods"
 
 
 def _complaints(results: StressResults, complaints: list[Line]) -> str:
@@ -347,7 +347,7 @@ def _complaints(results: StressResults, complaints: list[Line]) -> str:
         own = [spot.ending for method, spot in _spots(results, line) if method.engine == line.about]
         if any(ending is not SpotEnding.NOT_RUN for ending in own):
             (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
-    here, seen = len(still) + len(not_any_more), f": {formatting.listed(still)}" if 0 < len(still) <= FEW else ""
+    here, seen = len(still) + len(not_any_more), f": {formatting.join_words(still)}" if 0 < len(still) <= FEW else ""
     of = f"{formatting.count(len(complaints), WORDS['complaint'])}: {here} concern one of these engines"
     return f"{of}; {len(still)} are still seen{seen}."
 

@@ -74,7 +74,7 @@ def attacks() -> list[tuple[str, Attack]]:
     ]
 
 
-def listing(*, quick: bool = False) -> list[Line]:
+def list_lines(*, quick: bool = False) -> list[Line]:
     """Return all lines of the table: attacks, relations and complaints."""
     return [line for line, _ in _all_tasks(quick)]
 
@@ -203,7 +203,7 @@ def _complaint_line(entry: Complaint) -> Line:
 
 
 def _chosen(names: Sequence[str], quick: bool) -> tuple[Line, ...]:
-    everything = listing(quick=quick)
+    everything = list_lines(quick=quick)
     if not names:
         return tuple(everything)
     kinds = {"attacks": "attack", "relations": "relation", "complaints": "complaint"}

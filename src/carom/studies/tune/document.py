@@ -120,9 +120,9 @@ def _ties(found: Tuning) -> Iterator[str]:
     alike = [name for name, merit in others.items() if merit.respects == found.best.merit.respects]
     better = [name for name, merit in others.items() if merit.respects < found.best.merit.respects]
     if alike:
-        yield f"{formatting.listed([own, *alike])} are equally good."
+        yield f"{formatting.join_words([own, *alike])} are equally good."
     if better:
-        yield f"Existing profiles that are better: {formatting.listed(better)}."
+        yield f"Existing profiles that are better: {formatting.join_words(better)}."
 
 
 def _tally(found: Found) -> str:
@@ -142,7 +142,7 @@ def _word(judged: Judged) -> str:
 def _graded(judged: Judged) -> Cell:
     if judged.grade is None:
         return Cell(_word(judged), judged.reason)
-    return Cell(f"{_word(judged)} {formatting.lost(judged.missed, judged.spurious)}".rstrip())
+    return Cell(f"{_word(judged)} {formatting.missed_and_invented(judged.missed, judged.spurious)}".rstrip())
 
 
 def _error(judged: Judged) -> str:
@@ -172,12 +172,12 @@ def _profiles(found: Tuning) -> Section:
         Column("not run", lambda row: _count(one.grade is None for one in row.found.judged), number=True),
         Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
     )
-    refused = formatting.together(
+    refused = formatting.group_by(
         (reason, name)
         for name, other in found.others.items()
         for reason in dict.fromkeys(one.reason for one in other.judged if one.grade is None)
     )
-    lines = tuple(f"Not run: {formatting.listed(names)} ({reason})." for reason, names in refused.items())
+    lines = tuple(f"Not run: {formatting.join_words(names)} ({reason})." for reason, names in refused.items())
     return Section(
         "Comparison with the existing profiles", (Table(columns, _rows(found), note=MERIT_NOTE), Lines(lines))
     )

@@ -20,7 +20,7 @@ from carom.studies.history.compare_cells import Moved, history_journal
 from carom.studies.history.document import history_document
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import Kept
-from carom.studies.history.run import bisected, history
+from carom.studies.history.run import bisect_change, history
 
 PAIR = staged("pair", disc_at(-1, 0, 1, r=0.25), disc_at(1, 0, -1, 0.125, r=0.25), duration_s=2.0, frame_rate_hz=20.0)
 
@@ -114,14 +114,14 @@ def test_the_release_that_changed_a_cell_is_found(
     first: str,
 ) -> None:
     """It is the first that does not as the oldest does."""
-    found = sure(bisected("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked(*versions)))
+    found = sure(bisect_change("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked(*versions)))
     assert (found.last, found.first) == (last, first)
 
 
 @pytest.mark.release
 def test_where_nothing_changed_no_release_is_found(registry: Toys, tmp_path: Path) -> None:
     """Two releases are asked, and no more."""
-    assert bisected("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked("1.2", "1.3")) is None
+    assert bisect_change("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked("1.2", "1.3")) is None
     assert registry.installed == ["1.2", "1.3"]
 
 

@@ -14,7 +14,7 @@ from carom.studies.stress import run as campaign
 from carom.studies.stress.document import write_stress
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.result import SpotEnding, StressResults
-from carom.studies.stress.run import JOURNAL, listing, stress
+from carom.studies.stress.run import JOURNAL, list_lines, stress
 
 #: What is asked of Carom's own two methods.
 BOTH = StressOptions(["pic", "pit"], quick=True)
@@ -107,7 +107,7 @@ def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
 
 def test_no_two_lines_share_a_name() -> None:
     """Every attack, relation, check and complaint has a name of its own, since the command line takes them by name."""
-    names = [line.name for line in listing()]
+    names = [line.name for line in list_lines()]
     assert len(set(names)) == len(names)
 
 
