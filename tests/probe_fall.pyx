@@ -64,9 +64,9 @@ cdef extern from "carom/core/fall_bounds.h" nogil:
     int sign_of_gap(Falls *falls)
     void set_start(Falls *falls, int sign_now)
     double c_next_fall "next_fall"(Falls *falls)
-    double c_disc_fall_time "disc_fall_time_within"(
+    double c_disc_fall_time "disc_fall_time"(
         const ExactQuartic *exact, const FallingDisc *disc, double fixed_x, double fixed_y, double fixed_radius,
-        double ax, double ay, c_bool has_just_left, double leaving, double horizon
+        double ax, double ay, c_bool has_just_left, double leaving
     )
     double c_feature_fall_time "feature_fall_time"(
         const ExactQuartic *exact, const Mover *disc, const Feature *feature, double ax, double ay,
@@ -110,11 +110,11 @@ cdef Feature _feature(numbers):
     return feature_from(row)
 
 
-def disc_fall_time(disc, fixed, acceleration, leaving=None, double horizon=inf):
+def disc_fall_time(disc, fixed, acceleration, leaving=None):
     cdef FallingDisc falling = _falling_disc(disc)
     x, y, radius = fixed
     ax, ay = acceleration
-    return c_disc_fall_time(&exact, &falling, x, y, radius, ax, ay, leaving is not None, leaving or 0.0, horizon)
+    return c_disc_fall_time(&exact, &falling, x, y, radius, ax, ay, leaving is not None, leaving or 0.0)
 
 
 def feature_fall_time(numbers, disc, acceleration, leaving=None):

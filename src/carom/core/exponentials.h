@@ -340,9 +340,3 @@ static inline double nearest_log1p_from(LogAnchor *anchor, double x) {
     bool is_certain = round_pair(anchor->log, anchor->error, &nearest);
     return CAROM_LIKELY(is_certain) ? nearest : decide_log1p(x, anchor->log.high);
 }
-
-/* Return the natural logarithm of 1 + x, as `nearest_log1p_from` does. */
-static inline double nearest_log1p(double x) {
-    LogAnchor anchor = first_anchor();
-    return nearest_log1p_from(&anchor, x);
-}

@@ -143,11 +143,9 @@ typedef struct FallingDisc { /* relative to a body that does not accelerate */
     double radius;
 } FallingDisc;
 
-/* Return the seconds until a disc touches a fixed one. If that is not before the horizon, the result may be
-   infinity. */
-static inline double disc_fall_time_within(const ExactQuartic *exact, const FallingDisc *disc, double fixed_x,
-                                           double fixed_y, double fixed_radius, double ax, double ay,
-                                           bool has_just_left, double leaving, double horizon) {
+/* Return the seconds until a disc touches a fixed one. */
+static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc *disc, double fixed_x, double fixed_y,
+                                    double fixed_radius, double ax, double ay, bool has_just_left, double leaving) {
     CircleGap gap = {
         .path = {{disc->x, 0.0},
                  {disc->y, 0.0},
@@ -163,18 +161,11 @@ static inline double disc_fall_time_within(const ExactQuartic *exact, const Fall
     };
     Gap form = circle_form(&gap);
     Falls falls;
-    begin_falls(&falls, exact, &form, horizon);
+    begin_falls(&falls, exact, &form);
     write_circle_floats(&gap, &falls.floats);
     int sign = has_just_left ? 0 : sign_of_gap(&falls);
     start_falls(&falls, &gap, sign, sign <= 0);
     return next_fall(&falls);
-}
-
-/* Return the seconds until a disc touches a fixed one. */
-static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc *disc, double fixed_x, double fixed_y,
-                                    double fixed_radius, double ax, double ay, bool has_just_left, double leaving) {
-    return disc_fall_time_within(exact, disc, fixed_x, fixed_y, fixed_radius, ax, ay, has_just_left, leaving,
-                                 CAROM_INF);
 }
 
 /* ---- arcs ---- */
@@ -209,7 +200,7 @@ static inline double first_in_sector(Falls *falls, double from, const Feature *a
 
 /* Compute the pairs of a gap, and then its floats from them. */
 static inline void begin_with_pairs(Falls *falls, const ExactQuartic *exact, const Gap *form) {
-    begin_falls(falls, exact, form, CAROM_INF);
+    begin_falls(falls, exact, form);
     need_pairs(falls);
     falls->floats = round_polynomial(&falls->pairs);
 }
@@ -233,7 +224,7 @@ static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, c
                         ACROSS};
         Gap edge_form = line_form(&edge);
         Falls entries;
-        begin_falls(&entries, exact, &edge_form, CAROM_INF);
+        begin_falls(&entries, exact, &edge_form);
         if (!write_line_floats(&edge, &entries.floats))
             begin_with_pairs(&entries, exact, &edge_form);
         set_start(&entries, sign_of_gap(&entries));
@@ -258,10 +249,9 @@ static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, c
     return first;
 }
 
-/* Return the seconds until a disc touches an arc or a vertex. If that is not before the horizon, the result may be
-   infinity. */
-static inline double arc_fall_time_within(const ExactQuartic *exact, const Mover *disc, const Feature *arc, double ax,
-                                          double ay, bool has_just_left, double leaving, double horizon) {
+/* Return the seconds until a disc touches an arc or a vertex. */
+static inline double arc_fall_time(const ExactQuartic *exact, const Mover *disc, const Feature *arc, double ax,
+                                   double ay, bool has_just_left, double leaving) {
     const bool is_inside = arc->kind == INNER_ARC;
     if ((disc->radius < arc->fits_below) != is_inside)
         return CAROM_INF;
@@ -274,7 +264,7 @@ static inline double arc_fall_time_within(const ExactQuartic *exact, const Mover
     };
     Gap form = circle_form(&gap);
     Falls falls;
-    begin_falls(&falls, exact, &form, horizon);
+    begin_falls(&falls, exact, &form);
     write_circle_floats(&gap, &falls.floats);
     int sign = has_just_left ? 0 : sign_of_gap(&falls);
     start_falls(&falls, &gap, sign, has_just_left || (sign <= 0 && is_before_arc(disc, arc)));
@@ -282,12 +272,6 @@ static inline double arc_fall_time_within(const ExactQuartic *exact, const Mover
     if (!is_inside || arc->whole || sign > 0)
         return found;
     return lesser(sector_entry_fall_time(exact, &gap, disc, arc), found);
-}
-
-/* Return the seconds until a disc touches an arc, or a vertex. */
-static inline double arc_fall_time(const ExactQuartic *exact, const Mover *disc, const Feature *arc, double ax,
-                                   double ay, bool has_just_left, double leaving) {
-    return arc_fall_time_within(exact, disc, arc, ax, ay, has_just_left, leaving, CAROM_INF);
 }
 
 /* ---- features ---- */

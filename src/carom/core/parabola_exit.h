@@ -52,32 +52,32 @@ static inline AxisExit axis_exit(double place, double v, double a, double width,
     return (AxisExit){greater(later_edge_root(falls_up ? width - place : -place, v, a), since), falls_up};
 }
 
+/* Return when a coordinate leaves cell number `cell` of `cells` in a row, as `axis_exit` does.
+
+   A cell at the rim has no outer edge. The disc may still reverse and leave on the other side. To predict that, the outer
+   edge is moved out of reach. */
+static inline AxisExit grid_axis_exit(double place, double v, double a, double width, double since, Index cell,
+                                      Index cells) {
+    AxisExit exit = axis_exit(place, v, a, width, since);
+    if (cell == (exit.is_upper ? cells - 1 : 0)) {
+        exit.wait = CAROM_INF;
+        if (cells > 1 && a != 0.0 && (a > 0.0) != exit.is_upper) {
+            exit.is_upper = !exit.is_upper;
+            exit.wait = greater(later_edge_root((exit.is_upper ? width : 0.0) - place, v, a), since);
+        }
+    }
+    return exit;
+}
+
 /* Return the edge of its cell that a disc crosses first, and when. Row and column do not count the ring. */
 static inline CellExit parabola_cell_exit(const State *s, Index i, Index row, Index column) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
     double since = greater(p->entered - a->time, 0.0);
-    AxisExit x = axis_exit(a->x - (g->x0 + (double)column * g->width), a->vx, p->ax, g->width, since);
-    AxisExit y = axis_exit(a->y - (g->y0 + (double)row * g->width), a->vy, p->ay, g->width, since);
-    /* A cell at the rim has no outer edge. The disc may still reverse and leave on the other side. To predict that, the
-       outer edge is moved out of reach. */
-    if (column == (x.is_upper ? g->columns - 1 : 0)) {
-        x.wait = CAROM_INF;
-        if (g->columns > 1 && p->ax != 0.0 && (p->ax > 0.0) != x.is_upper) {
-            x.is_upper = !x.is_upper;
-            x.wait = greater(later_edge_root((x.is_upper ? g->width : 0.0) -
-                                                 (a->x - (g->x0 + (double)column * g->width)), a->vx, p->ax), since);
-        }
-    }
-    if (row == (y.is_upper ? g->rows - 1 : 0)) {
-        y.wait = CAROM_INF;
-        if (g->rows > 1 && p->ay != 0.0 && (p->ay > 0.0) != y.is_upper) {
-            y.is_upper = !y.is_upper;
-            y.wait = greater(later_edge_root((y.is_upper ? g->width : 0.0) -
-                                                 (a->y - (g->y0 + (double)row * g->width)), a->vy, p->ay), since);
-        }
-    }
+    AxisExit x = grid_axis_exit(a->x - (g->x0 + (double)column * g->width), a->vx, p->ax, g->width, since, column,
+                                g->columns);
+    AxisExit y = grid_axis_exit(a->y - (g->y0 + (double)row * g->width), a->vy, p->ay, g->width, since, row, g->rows);
     return y.wait < x.wait ? (CellExit){y.wait, y.is_upper ? UP : DOWN} : (CellExit){x.wait, x.is_upper ? RIGHT : LEFT};
 }
 

@@ -36,7 +36,6 @@ enum {
 typedef struct Falls {
     const ExactQuartic *exact;
     const Gap *gap;
-    double horizon;    /* falls at this time or later may be left out */
     Polynomial floats; /* divided by as many powers of t as the gap contains */
     PairPolynomial pairs;
     int dropped; /* number of powers of t that were divided out */
@@ -85,7 +84,7 @@ static inline bool keeps_sign(const Polynomial *p, int start, double error) {
 /* Isolate the roots t > 0 in pairs, at most `most` of them. Return their number or QUARTIC_UNDECIDED.
 
    The first interval ends at `end`. The next interval begins there, and its polynomial counts time from there. */
-static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, double end, double horizon, int most,
+static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, double end, int most,
                                          Bracket *brackets) {
     PairPolynomial rest = *p;
     double from = 0.0;
@@ -95,15 +94,13 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
         if (keeps_sign(&floats, start, CAROM_QUARTIC_PAIR_ERROR))
             return found;
         double width = step == 0 ? end : time_scale(&floats, start);
-        bool is_last = !(from + width < 0.9 * horizon);
-        width = is_last ? horizon - from : width;
         if (!(width >= CAROM_LEAST_SCALE && width <= CAROM_MOST_SCALE && rest.size[0] >= CAROM_LEAST_SIZE))
             return QUARTIC_UNDECIDED;
         int count = isolate_roots_of_part(&rest, start, from, width, most - found, brackets + found);
         if (count == QUARTIC_UNDECIDED)
             return QUARTIC_UNDECIDED;
         found += count;
-        if (found == most || is_last)
+        if (found == most)
             return found;
         shift_origin(&rest, width);
         if (fabs(rest.power[0].high) <= CAROM_QUARTIC_PAIR_ERROR * rest.size[0])
@@ -115,11 +112,9 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
 }
 
 /* Isolate roots in floats; if that fails, in pairs. The pairs are also computed if there is a root. */
-static inline int isolate_in_stages(Falls *falls, double horizon, int most, Bracket *brackets) {
+static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
     double scale = time_scale(&falls->floats, falls->start), doubt;
-    if (!(scale < 0.9 * horizon))
-        scale = 0.5 * horizon;
-    int count = isolate_roots(&falls->floats, falls->start, scale, horizon, most, brackets, &doubt);
+    int count = isolate_roots(&falls->floats, falls->start, scale, most, brackets, &doubt);
     if (count == 0) {
         CAROM_STAGE_DECIDED(1);
         return 0;
@@ -130,7 +125,7 @@ static inline int isolate_in_stages(Falls *falls, double horizon, int most, Brac
         double end = sharpen_turn(&falls->pairs, &falls->floats, doubt);
         if (!(end >= CAROM_LEAST_SCALE && end <= CAROM_MOST_SCALE))
             end = time_scale(&falls->floats, falls->start);
-        count = isolate_roots_of_pairs(&falls->pairs, falls->start, end, horizon, most, brackets);
+        count = isolate_roots_of_pairs(&falls->pairs, falls->start, end, most, brackets);
         if (count == 0)
             CAROM_STAGE_DECIDED(2);
     }
@@ -142,7 +137,7 @@ static inline double find_first_fall(Falls *falls) {
     Bracket bracket;
     QuarticRoot root;
     double time;
-    int found = isolate_in_stages(falls, falls->horizon, 1, &bracket);
+    int found = isolate_in_stages(falls, 1, &bracket);
     if (found <= 0)
         return found == 0 ? CAROM_INF : CAROM_UNCERTAIN;
     if (!refine_quartic_root(&falls->pairs, &falls->floats, &bracket, &root) || !round_quartic_root(&root, &time) ||
@@ -156,7 +151,7 @@ static inline double find_first_fall(Falls *falls) {
 static inline int find_all_falls(Falls *falls, double *times) {
     Bracket brackets[QUARTIC_POWERS];
     QuarticRoot roots[QUARTIC_POWERS];
-    int count = isolate_in_stages(falls, CAROM_INF, QUARTIC_POWERS, brackets);
+    int count = isolate_in_stages(falls, QUARTIC_POWERS, brackets);
     if (count == 1 && !brackets[0].is_fall) {
         CAROM_STAGE_DECIDED(2);
         return 0;
@@ -214,10 +209,9 @@ static inline int sign_of_gap(Falls *falls) {
 }
 
 /* Begin with a gap. Next, the caller must set its float form, or its float form and its pairs. */
-static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Gap *gap, double horizon) {
+static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Gap *gap) {
     falls->exact = exact;
     falls->gap = gap;
-    falls->horizon = horizon;
     falls->dropped = falls->index = 0;
     falls->has_pairs = falls->falls_now = falls->is_closed = falls->has_times = false;
 }
@@ -244,8 +238,7 @@ static inline void set_start(Falls *falls, int sign_now) {
     falls->needs_exact = falls->start == UNKNOWN_SIGN || (falls->start != 0 && !is_in_range);
 }
 
-/* Return the seconds until the next fall; infinity for none. The first fall may be left out if it is not before the
-   horizon. */
+/* Return the seconds until the next fall; infinity for none. */
 static inline double next_fall(Falls *falls) {
     int index = falls->index++;
     if (falls->start == 0)

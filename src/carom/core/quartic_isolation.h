@@ -1,17 +1,13 @@
 /* Isolation of roots: intervals that contain exactly one root t > 0 of a polynomial of degree 4 or less, proved by
    error bounds.
 
-   The half line t >= 0, or the interval up to a horizon, is mapped to 0 <= s <= 1 by
-
-       t = c s / ((1 - s) (1 - r) + r s),   r = c / horizon,
-
-   so that s = 1/2 is the instant c. The polynomial is multiplied by the n-th power of the denominator. The result has
-   Bernstein coefficients b. By Descartes' rule, it has no root in the interval if all b have one sign, and exactly one
-   if they change sign once. Otherwise the interval is halved by de Casteljau's algorithm, which computes means of
-   neighbouring coefficients. A sign counts only if the coefficient exceeds its error bound. If a sign that matters is
-   uncertain, the result is QUARTIC_UNDECIDED. Any c is correct. With c near a minimum of the polynomial, few halvings
-   are needed. In pairs, intervals are finite, and quartic.h proceeds from one interval to the next. So the roots may
-   differ by many orders of magnitude.
+   The half line t >= 0 is mapped to 0 <= s <= 1 by t = c s / (1 - s), so that s = 1/2 is the instant c. The polynomial
+   is multiplied by the n-th power of the denominator. The result has Bernstein coefficients b. By Descartes' rule, it
+   has no root in the interval if all b have one sign, and exactly one if they change sign once. Otherwise the interval
+   is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients. A sign counts only if the
+   coefficient exceeds its error bound. If a sign that matters is uncertain, the result is QUARTIC_UNDECIDED. Any c is
+   correct. With c near a minimum of the polynomial, few halvings are needed. In pairs, intervals are finite, and
+   quartic.h proceeds from one interval to the next. So the roots may differ by many orders of magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */
@@ -49,14 +45,9 @@ static const double BINOMIAL_RATIO[QUARTIC_POWERS][QUARTIC_POWERS][QUARTIC_POWER
     {{1.0}, {1.0, 0.25}, {1.0, 0.5, 1.0 / 6.0}, {1.0, 0.75, 0.5, 0.25}, {1.0, 1.0, 1.0, 1.0, 1.0}},
 };
 
-typedef struct Substitution {
-    double scale; /* c */
-    double ratio; /* r */
-} Substitution;
-
-static inline double instant_of(const Substitution *map, double s) {
-    double rest = (1.0 - s) * (1.0 - map->ratio) + map->ratio * s;
-    return rest > 0.0 ? map->scale * s / rest : CAROM_INF;
+/* Return the instant of a number s. */
+static inline double instant_of(double scale, double s) {
+    return s < 1.0 ? scale * s / (1.0 - s) : CAROM_INF;
 }
 
 typedef enum SignChanges {
@@ -94,32 +85,12 @@ typedef struct BernsteinPiece {
 } BernsteinPiece;
 
 /* Write the coefficients of the whole interval. Return the largest sum of the magnitudes of one coefficient's terms. */
-static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, const Substitution *map,
-                                                  double *b) {
-    double term[QUARTIC_POWERS], size[QUARTIC_POWERS];
-    double scale = 1.0, largest = 0.0;
+static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, double scale, double *b) {
+    double power = 1.0, largest = 0.0;
     for (int k = 0; k <= n; k++) {
-        term[k] = p->power[k] * scale;
-        size[k] = p->size[k] * scale;
-        scale *= map->scale;
-    }
-    if (map->ratio == 0.0) {
-        for (int k = 0; k <= n; k++) {
-            b[k] = term[k] * BINOMIAL_RATIO[n][k][k];
-            largest = greater(largest, size[k] * BINOMIAL_RATIO[n][k][k]);
-        }
-        return largest;
-    }
-    double weight = 1.0;
-    for (int j = n; j >= 0; j--) {
-        double value = 0.0, total = 0.0;
-        for (int k = 0; k <= j; k++) {
-            value = value * map->ratio + term[k] * BINOMIAL_RATIO[n][j][k];
-            total = total * map->ratio + size[k] * BINOMIAL_RATIO[n][j][k];
-        }
-        b[j] = value * weight;
-        largest = greater(largest, total * weight);
-        weight *= 1.0 - map->ratio;
+        b[k] = p->power[k] * power * BINOMIAL_RATIO[n][k][k];
+        largest = greater(largest, p->size[k] * power * BINOMIAL_RATIO[n][k][k]);
+        power *= scale;
     }
     return largest;
 }
@@ -143,22 +114,20 @@ static CAROM_ALWAYS_INLINE void halve(BernsteinPiece *piece, BernsteinPiece *sec
 
 /* Do the same as `isolate_roots` for a polynomial of degree n. */
 static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, const int n, int start, double scale,
-                                                       double horizon, int most, Bracket *brackets,
-                                                       double *doubt) {
-    Substitution map = {scale, scale / horizon};
+                                                       int most, Bracket *brackets, double *doubt) {
     *doubt = scale;
-    if (!(scale >= CAROM_LEAST_SCALE && scale <= CAROM_MOST_SCALE && p->size[0] >= CAROM_LEAST_SIZE && map.ratio < 1.0))
+    if (!(scale >= CAROM_LEAST_SCALE && scale <= CAROM_MOST_SCALE && p->size[0] >= CAROM_LEAST_SIZE))
         return QUARTIC_UNDECIDED;
     BernsteinPiece piece = {.begin = 0.0, .end = 1.0}, rest[MOST_WAITING];
-    double error = CAROM_BERNSTEIN_ERROR * write_bernstein(p, n, &map, piece.b);
+    double error = CAROM_BERNSTEIN_ERROR * write_bernstein(p, n, scale, piece.b);
     if (!(error < CAROM_INF))
         return QUARTIC_UNDECIDED;
-    const int last = map.ratio > 0.0 ? 0 : p->power[n] > 0.0 ? 1 : -1;
+    const int last = p->power[n] > 0.0 ? 1 : -1;
     int rest_count = 0, found = 0;
     for (int halvings = 0; halvings <= MOST_HALVINGS;) {
         const int first_sign = piece.begin == 0.0 ? start : piece.b[0] > 0.0 ? 1 : -1;
         SignChanges changes = count_sign_changes(piece.b, n, error, first_sign, piece.end == 1.0 ? last : 0);
-        if (changes == SEVERAL_CHANGES || (changes == ONE_CHANGE && piece.end == 1.0 && map.ratio == 0.0)) {
+        if (changes == SEVERAL_CHANGES || (changes == ONE_CHANGE && piece.end == 1.0)) {
             if (rest_count == MOST_WAITING || halvings == MOST_HALVINGS)
                 break;
             halve(&piece, &rest[rest_count], n);
@@ -169,26 +138,26 @@ static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, cons
             continue;
         }
         if (changes == ONE_CHANGE) {
-            brackets[found] = (Bracket){instant_of(&map, piece.begin), instant_of(&map, piece.end), first_sign > 0};
+            brackets[found] = (Bracket){instant_of(scale, piece.begin), instant_of(scale, piece.end), first_sign > 0};
             found += 1;
         }
         if (found == most || rest_count == 0)
             return found;
         piece = rest[--rest_count];
     }
-    *doubt = instant_of(&map, piece.end < 1.0 ? piece.end : 0.5 * (piece.begin + piece.end));
+    *doubt = instant_of(scale, piece.end < 1.0 ? piece.end : 0.5 * (piece.begin + piece.end));
     return QUARTIC_UNDECIDED;
 }
 
 /* Isolate the roots t > 0 in ascending order, at most `most` of them. Return their number or QUARTIC_UNDECIDED.
 
-   `start` is the exact sign of the polynomial at 0, and `scale` is c. Roots at the horizon or later may be left out. If
-   a sign is uncertain, `doubt` is set to about the instant of the first such sign. */
-static inline int isolate_roots(const Polynomial *p, int start, double scale, double horizon, int most,
-                                Bracket *brackets, double *doubt) {
+   `start` is the exact sign of the polynomial at 0, and `scale` is c. If a sign is uncertain, `doubt` is set to about the
+   instant of the first such sign. */
+static inline int isolate_roots(const Polynomial *p, int start, double scale, int most, Bracket *brackets,
+                                double *doubt) {
     if (p->degree == 4) /* a constant, so that the compiler unrolls all loops */
-        return isolate_roots_of_degree(p, 4, start, scale, horizon, most, brackets, doubt);
-    return isolate_roots_of_degree(p, p->degree, start, scale, horizon, most, brackets, doubt);
+        return isolate_roots_of_degree(p, 4, start, scale, most, brackets, doubt);
+    return isolate_roots_of_degree(p, p->degree, start, scale, most, brackets, doubt);
 }
 
 /* ---- in pairs ---- */

@@ -294,7 +294,11 @@ class Scene(Drawn, Model):
     @property
     def undamped(self) -> Self:
         """The scene without damping; the scene itself if it has none."""
-        return self.model_copy(update={"damping_per_s": 0.0}) if self.damping_per_s else self
+        if not self.damping_per_s:
+            return self
+        undamped = self.model_copy(update={"damping_per_s": 0.0})
+        undamped.__dict__["arrays"] = self.arrays  # which do not include damping
+        return undamped
 
     @property
     def needs(self) -> frozenset[Need]:

@@ -32,8 +32,8 @@ core = pytest.importorskip("tests.probe_fall")
 NEVER = math.inf
 
 
-def disc_time(case: Encounter, horizon: float = NEVER) -> float:
-    found: float = core.disc_fall_time(case.disc, case.fixed, case.acceleration, case.leaving, horizon)
+def disc_time(case: Encounter) -> float:
+    found: float = core.disc_fall_time(case.disc, case.fixed, case.acceleration, case.leaving)
     return found
 
 
@@ -188,19 +188,6 @@ def test_all_falls_of_a_polynomial_have_the_bits_of_the_exact_solver(kind: str) 
             factors[:2] = [[roots[0] ** 2 + Fraction(10 ** rnd.uniform(-18, 1)), -2 * roots[0], Fraction(1)]]
         powers = pairs_of(product(*factors[: rnd.choice([3, 4, 4])]))
         assert core.falls(powers) == list(find_closings([Fraction(high) + Fraction(low) for high, low in powers]))
-
-
-@each("make", [free, *ENCOUNTERS[1:4]])
-def test_a_horizon_leaves_out_only_later_falls(make: Callable[[random.Random], Encounter]) -> None:
-    """A fall before the horizon is found as without it; from the horizon on, a fall may be left out."""
-    rnd = random.Random(8)
-    for _ in range(100):
-        case = make(rnd)
-        time = disc_time(case)
-        scale = time if time < NEVER else case.disc[4]
-        for part in (0.5, 0.999, 1.001, 2.0):
-            found = disc_time(case, part * scale)
-            assert found == time or (found == NEVER and time >= part * scale)
 
 
 # Lower bounds ---------------------------------------------------------------------------------------------------------
