@@ -233,7 +233,7 @@ class Box2dWorld:
         """Read every body, and the contacts that Box2D reported to its listener.
 
         Box2D finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``. The first
-        observation creates the listener, so a world that is only timed has none.
+        observation creates the listener, so a world that is only timed has no listener.
         """
         if self._listener is None:
             self._listen()

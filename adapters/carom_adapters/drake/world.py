@@ -105,7 +105,7 @@ class DrakeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from Drake. ``point_stiffness`` is that of bodies without one of their own."""
+        """The settings, read back from Drake. ``point_stiffness`` is the default for bodies without their own value."""
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
@@ -130,7 +130,7 @@ class DrakeWorld:
         """Read every body, and the contacts that a monitor found in the integrator's steps.
 
         A contact can begin and end within a step, so the state at the end of the step may not show it. The first
-        observation creates the monitor, so a world that is only timed has none.
+        observation creates the monitor, so a world that is only timed has no monitor.
         """
         if not self._watched:
             self._watched = True

@@ -35,8 +35,8 @@ def time_of_impact(
         r2: Radius of disc 2.
 
     Returns:
-        The broadcast shape of all (a float where none is an array): 0 where the discs touch or overlap and approach,
-        infinity where they never collide, or only after more seconds than the largest float.
+        Seconds, in the broadcast shape of all arguments; a float if no argument is an array. 0 where the discs touch or
+        overlap and approach; infinity where they never collide, or only after more seconds than the largest float.
 
     Raises:
         InputError: A value is not finite, a radius is not positive, or a last axis is not of length 2.

@@ -41,7 +41,8 @@ class FreeFlight:
     If both conditions are met, the final state is at the end of these straight paths.
 
     Attributes:
-        needed_from_s: Time from which `begins` needs every step. Before that time, it needs only steps with contacts.
+        needed_from_s: Time from which `begins` must be called after every step. Before that time, only steps with
+            contacts are needed.
 
     Args:
         scene: The scene.

@@ -279,7 +279,7 @@ def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[in
         slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
     turned = rubbed = primitives.tangential_impulse(*law, slip, inverse_effective_mass, pressed)
-    if resists:  # on a wall, per unit of the disc's mass
+    if resists:  # for an impact on a wall, impulses are per unit of the disc's mass
         rim, weight = motion[row[first], 2], weights[first]
         friction, rolling, _ = primitives.frictional_impulses(
             *law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weight

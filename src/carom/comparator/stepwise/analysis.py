@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 ROUNDINGS = 16
 
 #: Rounding of velocities. This is larger than the rounding of floats, because a 64-bit engine may compute in other
-#: units and solve several contacts together. But it is far below any error that matters for a grade.
+#: units and solve several contacts together. But this rounding is far below any error that matters for a grade.
 ROUNDING_OF_VELOCITIES = 1e-11
 
 #: Largest count of numbers in the states of a block: about 40 MB with derived arrays.

@@ -37,8 +37,8 @@ _EDGE_KINDS = 4
 class FrameRun:
     """A PIT run in progress; implements `carom.solvers.run.Run`.
 
-    The stored state is that of the last passed frame. States at other times are computed from it, so pieces that end
-    between frames don't change the result.
+    The stored state is that of the last passed frame. States at other times are computed from that frame, so pieces
+    that end between frames don't change the result.
 
     Args:
         loop: The loop over the frames.

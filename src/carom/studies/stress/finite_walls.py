@@ -162,7 +162,7 @@ def _seam(value: float, phase: float) -> Trial:
 def _corner(value: float, phase: float) -> Trial:
     """Make a trial of a disc thrown into a corner past its apex.
 
-    The known motion follows from the half-planes through the sides.
+    The known motion is computed with half-planes through the corner's sides.
     """
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)
