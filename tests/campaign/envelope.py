@@ -28,15 +28,15 @@ from carom.model.trace import NO_EDGE, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.contact_state import BallMode
 from carom.solvers.certified.contacts import BallContacts
-from carom.solvers.certified.exact import contact_at_start
-from carom.solvers.certified.finite_walls import finite_contact_at_start
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.impacts import BallEvent, BallImpact, carry_out
 from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
+from carom.solvers.certified.recording import damped
 from carom.solvers.certified.result import Degeneracy, Undecided
+from carom.solvers.certified.run import trouble_at_start
 from carom.solvers.certified.selection import OutOfTime, Selection
-from carom.solvers.certified.slowing import kept, slow, undamped
+from carom.solvers.certified.slowing import damped_time, kept, slow, undamped
 
 #: Bits of the balls: far more than the 53 of the roundings that they hold.
 PRECISION = 192
@@ -197,7 +197,7 @@ class _Widened:
         """Return the envelope, with a limit of events."""
         found, bodies = self.found, self.bodies
         try:
-            if (trouble := self._trouble_at_start()) is not None:
+            if (trouble := trouble_at_start(bodies)) is not None:
                 raise Undecided(trouble)
             self._begin()
             selection = Selection(bodies)
@@ -223,13 +223,6 @@ class _Widened:
         except OutOfTime:
             pass
         return found
-
-    def _trouble_at_start(self) -> Degeneracy | None:
-        bodies, scene = self.bodies, self.scene
-        lying = BallContacts(bodies).lying() if bodies.falls else ()
-        begun = {i: bodies.trace_body(ground.body) for i, ground in lying}
-        found = contact_at_start(bodies, begun)
-        return found if found or scene.arrays.has_half_planes else finite_contact_at_start(scene, begun)
 
     def _begin(self) -> None:
         """Begin the motion on a table, and the contacts of discs that lie on something; widen all other centres."""
@@ -342,14 +335,9 @@ class _Widened:
             return
         own_s = clock_resolution(_size(impact.time))
         if damping := self.scene.damping_per_s:
-            left = kept(damping, impact.time)
-            own_s = own_s / max(_least(left), UNIT) + clock_resolution(self._clock(impact.time))
-            impact = impact._replace(
-                time=_damped(damping, impact.time),
-                after=_times(impact.after, left),
-                before=None if impact.before is None else _times(impact.before, left),
-                spins_after=(impact.spins_after[0] * left, impact.spins_after[1] * left),
-            )
+            left = float(kept(damping, impact.time).lower())
+            own_s = own_s / max(left, UNIT) + clock_resolution(self._clock(impact.time))
+            impact = damped(damping, impact)
         if impact.edge != NO_EDGE and meeting is not None:
             is_on_one_edge &= len(self.bodies.obstacles[wall_index(meeting.second)].edges) == 1
         position = len(events) - len(event.modes)  # an impact comes before the modes that it begins or ends
@@ -357,8 +345,7 @@ class _Widened:
 
     def _clock(self, time: arb) -> float:
         """Return a time of the undamped run as a clock has it, seconds."""
-        damping = self.scene.damping_per_s
-        shown = _damped(damping, time) if damping else time
+        shown = damped_time(self.scene.damping_per_s, time)
         return float(shown.mid()) if shown.is_finite() else math.inf
 
     def _earliest_s(self, selection: Selection) -> float:
@@ -393,16 +380,3 @@ class _Widened:
 def _size(ball: arb) -> float:
     """Return a bound on the magnitude of what a ball holds."""
     return float(abs(ball).upper())
-
-
-def _least(ball: arb) -> float:
-    return float(ball.lower())
-
-
-def _damped(damping_per_s: float, time: arb) -> arb:
-    return ZERO - (ZERO - damping_per_s * time).log1p() / damping_per_s
-
-
-def _times(parts: Iterable[arb], left: arb) -> tuple[arb, arb, arb, arb]:
-    a, b, c, d = (part * left for part in parts)
-    return a, b, c, d

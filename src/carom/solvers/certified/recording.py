@@ -10,8 +10,7 @@ from flint import arb, ctx
 from carom.model.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
 from carom.solvers.certified.ball_bodies import greatest_speed
 from carom.solvers.certified.floats import nearest, quotient
-from carom.solvers.certified.legs import ZERO
-from carom.solvers.certified.slowing import kept
+from carom.solvers.certified.slowing import damped_time, kept
 
 if TYPE_CHECKING:
     import numpy as np
@@ -180,7 +179,7 @@ class Recording:
         )
 
     def _convert(self, undamped: BallImpact) -> bool:
-        impact = _damped(self._damping_per_s, undamped)
+        impact = damped(self._damping_per_s, undamped)
         first, second = impact.first, impact.second
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = nearest(time)
@@ -240,14 +239,14 @@ class Recording:
         return normal
 
 
-def _damped(damping_per_s: float, impact: BallImpact) -> BallImpact:
+def damped(damping_per_s: float, impact: BallImpact) -> BallImpact:
     """Convert an impact of the undamped run to the impact of the damped run."""
     if not damping_per_s:
         return impact
     left = kept(damping_per_s, impact.time)
     before, spins = impact.before, impact.spins_before
     return impact._replace(
-        time=ZERO - (ZERO - damping_per_s * impact.time).log1p() / damping_per_s,
+        time=damped_time(damping_per_s, impact.time),
         after=_times(impact.after, left),
         before=None if before is None else _times(before, left),
         spins_after=(impact.spins_after[0] * left, impact.spins_after[1] * left),

@@ -145,7 +145,8 @@ class CertifiedRun:
         begin_s = time.perf_counter()
         deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
         goal = Goal(self._undamped(time_s), math.inf if max_impacts is None else max_impacts, deadline_s, progress)
-        start = self._attempt.trouble_at_start() if self.ending is None else None
+        with ctx.workprec(self._attempt.precision):
+            start = trouble_at_start(self._attempt.bodies) if self.ending is None else None
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
         while stop.ending is None:
@@ -298,18 +299,6 @@ class Attempt:
         self._log = log
         log.begin_again()
 
-    def trouble_at_start(self) -> Degeneracy | None:
-        """Return the degeneracy of the start, if any. Contact is degenerate, except with a wall below the disc."""
-        bodies, scene = self.bodies, self.bodies.scene
-        with ctx.workprec(self.precision):
-            begun = (
-                {i: bodies.trace_body(ground.body) for i, ground in BallContacts(bodies).lying()}
-                if bodies.falls
-                else {}
-            )
-        found = contact_at_start(bodies, begun)
-        return found if found or scene.arrays.has_half_planes else finite_contact_at_start(scene, begun)
-
     def _begin(self) -> None:
         """Start the contact of each disc that touches a wall below it, or apply its impact if it approaches."""
         contacts = BallContacts(self.bodies)
@@ -415,3 +404,11 @@ class Attempt:
             self.bodies.lower_precision(max(enough, 64))
         endless = without_end(self._log, self.bodies)
         return None if endless is None else Stop(Ending.DEGENERATE, endless)
+
+
+def trouble_at_start(bodies: BallBodies) -> Degeneracy | None:
+    """Return the degeneracy of the start, if any. Contact is degenerate, except with a wall below the disc."""
+    lying = BallContacts(bodies).lying() if bodies.falls else ()
+    begun = {i: bodies.trace_body(ground.body) for i, ground in lying}
+    found = contact_at_start(bodies, begun)
+    return found if found or bodies.scene.arrays.has_half_planes else finite_contact_at_start(bodies.scene, begun)

@@ -24,6 +24,11 @@ def undamped(damping_per_s: float, time: arb) -> arb:
     return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
+def damped_time(damping_per_s: float, undamped_time: arb) -> arb:
+    """Return the inverse of `undamped`."""
+    return undamped_time if not damping_per_s else ZERO - (ZERO - damping_per_s * undamped_time).log1p() / damping_per_s
+
+
 def kept(damping_per_s: float, undamped_time: arb) -> arb:
     """Return the fraction of a speed that remains at a time of the undamped run."""
     return 1 - damping_per_s * undamped_time
