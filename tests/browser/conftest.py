@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import shutil
 from collections import ChainMap
 from collections.abc import Callable, Iterator
@@ -15,7 +17,7 @@ from tests.processes import PATIENT_S
 
 import carom
 from carom.catalogue import CatalogueScene, all_scenes
-from carom.studies.cross_check.document import report_of
+from carom.studies.cross_check.document import Report, report_of
 
 #: Nothing is fetched, and nothing is asked of a graphics card or of a sandbox that a container does not allow.
 FLAGS = (
@@ -51,9 +53,26 @@ def hostile_scenes() -> list[carom.Scene]:
     return [carom.Scene(name=name, description=name, duration_s=1.0, discs=discs) for name in HOSTILE]
 
 
+def made_once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[], Report]) -> Path:
+    """Return the page of a report, which the first process of the session makes and the others wait for."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    page = shared / name / "index.html"
+    with (shared / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not page.exists():
+            make().write(tmp_path_factory.mktemp(name)).parent.rename(page.parent)
+    return page
+
+
 @pytest.fixture(scope="session")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of every scene that has a name, and of the hostile ones, by PIC, PIT and pymunk at their best."""
+    return made_once(tmp_path_factory, "report", report_of_scenes)
+
+
+def report_of_scenes() -> Report:
+    """Return the report of every scene that has a name, and of the hostile ones."""
     by_frame: dict[float, list[carom.Scene | CatalogueScene]] = {}
     for entry in all_scenes().values():
         by_frame.setdefault(1.0 / entry.scene.frame_rate_hz, []).append(entry)
@@ -71,7 +90,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
         certified=ChainMap(*(dict(results.certified) for results in found)),
         horizons=ChainMap(*(dict(results.horizons) for results in found)),
     )
-    return report_of(every).write(tmp_path_factory.mktemp("report"))
+    return report_of(every)
 
 
 @pytest.fixture(scope="session")
@@ -79,7 +98,9 @@ def wide_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of four engines with three profiles each."""
     scenes = [entry for entry in all_scenes().values() if entry.name.startswith(("paper/", "gravity/"))]
     engines = ["pic", "pit", "box2d", "mujoco", "pybullet", "pymunk"]
-    return report_of(carom.cross_check(scenes, engines, timing=False, jobs=2)).write(tmp_path_factory.mktemp("wide"))
+    return made_once(
+        tmp_path_factory, "wide", lambda: report_of(carom.cross_check(scenes, engines, timing=False, jobs=2))
+    )
 
 
 @pytest.fixture(scope="session")
