@@ -31,7 +31,7 @@ def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, tur
 
 
 def _channel(start: complex, velocity: complex, radius: float, width: float, length: float, pieces: int) -> Staged:
-    """Stage a disc that bounces between two walls in pieces, while it moves from one end to the other."""
+    """Stage a disc that bounces along a channel, from one end to the other, between two walls made of pieces."""
     walls = [edges(-length / 2, length / 2, pieces=pieces)]
     walls.append(edges(complex(-length / 2, width), complex(length / 2, width), pieces=pieces))
     time, way = (start.imag - radius) / -velocity.imag, (width - 2 * radius) / abs(velocity.imag)

@@ -127,8 +127,8 @@ def _corner_of_forty_five() -> Staged:
     walls = [edges(8, 0, 8 + 8j)]
     scene = scene_of([disc(apex - velocity * time, velocity, radius)], walls=walls, duration_s=2 * time)
     source = (
-        "Reflections in two lines at an angle of pi/n form a group of 2 n: for even n a disc in the apex goes back, "
-        "in whatever order it meets the sides"
+        "Reflections in two lines at an angle of pi/n form a group with 2 n elements. For even n a disc leaves the "
+        "apex in the direction from which it came, whichever side it meets first"
     )
     end = (vector(apex - velocity * time),)
     return Staged(scene, KnownAnswer(source, count=4, final_velocity_m_s=(vector(-velocity),), final_position_m=end))

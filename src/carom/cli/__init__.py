@@ -54,7 +54,7 @@ class CommandGroup(TyperGroup):
 def app_of(names: Sequence[str]) -> typer.Typer:
     """Return the command line with the given commands.
 
-    Fewer commands start faster, because Typer reads the options of each.
+    A command line with fewer commands starts faster, because Typer reads the options of each command.
     """
     found = typer.Typer(
         cls=CommandGroup,

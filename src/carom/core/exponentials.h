@@ -122,7 +122,7 @@ static inline Exponential expand_exponential(double x) {
     return (Exponential){EXP_TABLE[shifted % EXP_STEPS], expand_growth(r), exponent, step == 0};
 }
 
-/* Return base + growth base, from 0.98 to 2.03, with a relative error of 2^-102. */
+/* Return base + growth * base, which is from 0.98 to 2.03, with a relative error of 2^-102. */
 static inline DoubleDouble combine_exponential(Exponential e) {
     return pair_sum(e.base, pair_product(e.base, e.growth));
 }

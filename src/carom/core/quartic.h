@@ -36,7 +36,7 @@ enum {
 typedef struct Falls {
     const ExactQuartic *exact;
     const Gap *gap;
-    Polynomial floats; /* divided by as many powers of t as the gap contains */
+    Polynomial floats; /* the gap, divided by t as often as possible */
     PairPolynomial pairs;
     int dropped; /* number of powers of t that were divided out */
     int start;   /* sign of the gap just after t = 0; 0 for a gap that stays 0 */

@@ -23,7 +23,7 @@
    two are orthogonal, the new impact is orthogonal to no impact that is not parallel to `furthest`. Only the one of
    those whose interval ends last matters: `Recent.across`. */
 
-/* Return whether an impact, at `begin` or later, may be simultaneous with an earlier one that changes its result. */
+/* Return whether an earlier impact may be simultaneous with a later one, at `begin` or after, and change its result. */
 static inline bool has_influence(const LastContact *earlier, double begin, const LastContact *later,
                                  const Corners *corners) {
     if (!(begin <= earlier->latest && later->nx * earlier->nx + later->ny * earlier->ny != 0.0))
@@ -138,7 +138,7 @@ static inline void write_impact_row(Record *r, double time, Index first, Index s
 
 /* The data that decide whether an impact is ambiguous. */
 typedef struct Ambiguity {
-    double resolution; /* of its time, seconds */
+    double resolution; /* of the impact's time, seconds */
     bool slides;       /* whether friction acts between the bodies */
     bool moves1;       /* whether the first and the second body are movable discs */
     bool moves2;

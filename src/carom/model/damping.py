@@ -1,4 +1,4 @@
-"""Linear damping ``v' = -c v`` as a change of time, in which damped discs move straight at constant speeds.
+"""Linear damping ``v' = -c v`` by another time variable s, in which damped discs move at constant velocities.
 
 With ``s = (1 - exp(-c t)) / c`` a damped path ``x + v s`` is linear in s. Every velocity is ``exp(-c t) = 1 - c s``
 times the undamped one. Impacts don't change: restitution, Coulomb's law and tangential restitution are homogeneous in

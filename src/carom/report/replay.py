@@ -125,7 +125,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
 
 
 def _sampler(reference: Trace, trace: Trace) -> Json | None:
-    """Return data for PIT at other steps on the page.
+    """Return data with which the page runs PIT at other steps.
 
     Return None unless the method is PIT and the scene has two free discs.
 

@@ -138,7 +138,7 @@ class SeenLog:
 
     Args:
         log: The impacts of the wrapped run.
-        rows: Converts impacts, their spins, or modes.
+        rows: Function that converts rows of impacts, of their spins, or of modes to those of the run.
     """
 
     def __init__(self, log: RunImpacts, rows: SeenRows) -> None:

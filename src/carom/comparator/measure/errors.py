@@ -52,7 +52,7 @@ class ImpactError:
             A body that rests in either trace is ignored.
         normal_rad: Angle between observed and reference normal.
         restitution: Effective coefficient of restitution along the observed normal; NaN if the bodies did not approach.
-        restitution_error: `restitution` minus the reference's, which is along the reference's normal.
+        restitution_error: `restitution` minus the restitution of the reference along the reference's normal.
     """
 
     reference: int

@@ -154,7 +154,7 @@ def _find_own_phases(own: Measured, cost: SamplingCost, known: float) -> tuple[f
 def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> Array:
     """Return the errors at the first impacts of a reference, shape ``(2, m)``.
 
-    A missed impact counts as its whole change. The errors of undecided impacts are 0.
+    The error of a missed impact is its whole change of velocity or spin. The errors of undecided impacts are 0.
     """
     found, missed = np.zeros((2, impacts)), list(measured.alignment.missed)
     for error in measured.errors:

@@ -85,7 +85,7 @@ def judge(
         activity: The activity of the pairs in the steps.
         found_by_pit: Whether PIT found the pairs of a cut chain from the state at the chain's beginning.
         ends: Whether the run ends with the block.
-        speed_before: Greatest earlier speed of the discs of a continuing chain, metres a second.
+        speed_before: Greatest speed of the discs before the window, if the window continues a chain, metres a second.
     """
     if not block.is_possible(chain.begin, block.law.pairs_of(chain.discs)):
         return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due

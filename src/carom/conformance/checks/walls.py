@@ -74,7 +74,7 @@ def belts_as_declared(subject: Subject) -> None:
 
 
 def edge_belts_as_declared(subject: Subject) -> None:
-    """A disc that slips on a conveyor edge gains the same speed along it: up on one side, and down on the other."""
+    """A disc that slips on a conveyor edge gains the same speed along it on either side, in opposite directions."""
     can = declared(subject, "edge_belts")
     e, friction = can.restitution[1], min(0.25, can.friction[1])
     setup, up = supported(subject, edge_belt(friction, e)), 3 * (1 + e) * friction

@@ -299,7 +299,7 @@ class BallBodies:
         return self.less(leg, at, *self.place(i, at), *self.velocity(i, arb(at), at))
 
     def less(self, leg: BallLeg | None, at: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
-        """Return a state relative to a driven body on a leg at an instant."""
+        """Return a state relative to a driven body that is on a leg, at an instant."""
         if leg is None:
             return x, y, vx, vy
         moved_x, moved_y = leg.moved_at(arb(at))

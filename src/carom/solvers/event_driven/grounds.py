@@ -52,7 +52,7 @@ def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature
     surroundings = {
         wall: _Surroundings(outline, parts)
         for wall, parts in of_wall.items()
-        if isinstance(outline := start.walls[wall], Outline) and outline.edges  # a circle has none
+        if isinstance(outline := start.walls[wall], Outline) and outline.edges  # a circle has no edges
     }
     for number, wall in enumerate(walls):
         belt = 0.0 if start.belts_m_s is None else start.belts_m_s[wall]

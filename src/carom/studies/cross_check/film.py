@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: Duration of a film, slowdown before the first fault and pause at it, seconds, as in the page's replay; and frame
-#: rate. A GIF counts hundredths of a second, so a frame lasts four of them.
+#: Seconds of a film, of the slow part before the first fault, and of the pause at the fault, as in the page's replay.
+#: Then the frame rate: a GIF counts hundredths of a second, and a frame lasts four of them.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
 _SLOWEST = 1.0 / 8.0
 #: Flashes of frames, as in the page: duration, largest number at once, and number of discs above which only failing

@@ -131,7 +131,7 @@ def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, st
     if not method.tried:
         return own
     values = ", ".join(f"{name} = {formatting.setting(value)}" for name, value in method.tried)
-    return f"With settings of no profile: {values}. Other settings are those of {method.profile}: {own}"
+    return f"With settings that no profile has: {values}. Other settings are those of {method.profile}: {own}"
 
 
 def _settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:

@@ -91,8 +91,8 @@ class Change:
         scene: Name of the scene.
         method: Engine and profile, of both runs if they differ.
         dt_s: Step, seconds.
-        old: The cell's mark before.
-        new: The cell's mark after.
+        old: The cell's mark in the old report.
+        new: The cell's mark in the new report.
         measures: The numbers that changed.
         verdicts: Verdicts that only one run has.
         changed: Changed settings, versions and reference values: name, and text of before and after.
