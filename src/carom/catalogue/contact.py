@@ -17,7 +17,10 @@ from carom.model.trace import Vector, wall_body
 # Discs that gravity presses on a wall --------------------------------------------------------------------------------
 
 _RADIUS_M, _G = 0.5, 10.0
-_ROLLING = "Rolling resistance is a torque of at most c P R against the spin, so u' = -c g/(1 + k); Ai et al., Powder Technol. 206 (2011) 269, A"
+_ROLLING = (
+    "Rolling resistance is a torque of at most c P R against the spin, so u' = -c g/(1 + k); Ai et al., Powder "
+    "Technol. 206 (2011) 269, A"
+)
 _COULOMB = "Coulomb's law: while a disc slips, friction is f P; it rolls if f P (1 + 1/k) is enough to hold its slip"
 
 

@@ -58,7 +58,7 @@ class JudgeTask(JobTask):
             UnsupportedError: There is no reference.
         """
         job, tried = self.job, self.job.method.tried
-        # Declarations hold for the profile's own settings only, so a scene runs even if the profile does not support it.
+        # Declarations hold only for a profile's own settings, so a scene runs even if the profile does not support it.
         adapter = load_adapter(job.engine)
         reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)
