@@ -97,7 +97,7 @@ def _options(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    del version  # its callback has printed the version
+    del version  # the callback of the option has printed the version
 
 
 def command() -> str | int | None:

@@ -32,8 +32,8 @@ def limit_error(error: BaseException) -> CaromError:
 def require_address_space() -> None:
     """Test in a child process whether NumPy loads, if address space is limited.
 
-    OpenBLAS allocates memory while it is loaded. If that fails, it ends the process with exit code 1 and without a
-    message.
+    OpenBLAS allocates memory while it is loaded. If memory is missing, OpenBLAS ends the process with exit code 1 and
+    without a message.
 
     Raises:
         InputError: NumPy can't be loaded within the limit.

@@ -92,7 +92,10 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
 
 
 def drop_unwritten(*streams: TextIO) -> None:
-    """Discard buffered output that can't be written. Otherwise the interpreter fails when it writes it at exit."""
+    """Discard buffered output that can't be written.
+
+    Otherwise the interpreter tries to write the output at exit, and fails.
+    """
     for stream in streams:
         try:
             stream.flush()
@@ -112,7 +115,7 @@ def say_error(error: CaromError) -> None:
 
 
 def say_lines(lines: Iterable[str]) -> None:
-    """Print lines without wrapping. On a terminal they are cut at its width."""
+    """Print lines without wrapping. On a terminal, lines are cut at the width of the terminal."""
     out = console()
     for line in map(visible, lines):
         cut = out.is_terminal and len(line) > out.width

@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 class Subject(Closeable):
-    """The adapter under test. As a context manager it ends the worker process at exit.
+    """The adapter under test. A `with` statement ends the worker process at its end.
 
     Methods that run the engine raise `Violation` if the worker process crashes or hangs, or if the adapter raises an
     error. Some methods return the adapter's error instead.

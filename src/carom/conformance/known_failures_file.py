@@ -16,7 +16,7 @@ from carom.support.dataclass import dataclass
 from carom.support.escaping import visible
 from carom.support.folders import write_file
 
-#: Beginning of a new entry's reason. The user replaces it.
+#: Beginning of a new entry's reason. The user replaces this text.
 TO_BE_WRITTEN = "reason: to be written"
 
 #: First line of an entry, with the comment lines directly above it.

@@ -1,6 +1,7 @@
-"""Pytest plug-in. Without ``--carom-engine`` it adds only its options and imports no other module.
+"""Pytest plug-in. Without ``--carom-engine`` the plug-in adds only its options and imports no other module.
 
-With ``--carom-engine`` it adds the suite's cases to the collected tests. The adapter's repository needs no test file.
+With ``--carom-engine`` the plug-in adds the suite's cases to the collected tests. The adapter's repository needs no
+test file.
 """
 
 from __future__ import annotations

@@ -129,7 +129,10 @@ def at_a_circle(restitution: float) -> Scene:
 
 
 def starting_paddle(restitution: float) -> Scene:
-    """Return a half-plane that moves at 1 m/s after 0.25 s. A disc meets it at -3 m/s and leaves at 1 + 4 e."""
+    """Return a half-plane that moves at 1 m/s after 0.25 s.
+
+    A disc meets the half-plane at -3 m/s and leaves at 1 + 4 e.
+    """
     legs = [{"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.25, "velocity_m_s": (1.0, 0.0)}]
     wall = Wall(point_m=(0, 0), normal=(1, 0), legs=legs)
     laws = {"wall_restitution": restitution, "duration_s": 0.8}
@@ -160,7 +163,7 @@ def two_walls(first: float, second: float) -> Scene:
 
 
 def paddle(restitution: float, *, edge: bool = False) -> Scene:
-    """Return a half-plane or edge that moves at 1 m/s. A disc meets it head-on at -3 m/s, and leaves at 1 + 4 e."""
+    """Return a half-plane or edge that moves at 1 m/s. A disc meets the wall at -3 m/s, and leaves at 1 + 4 e."""
     shape = {"points_m": [(0, -2), (0, 2)]} if edge else {"point_m": (0, 0), "normal": (1, 0)}
     wall = {**shape, "velocity_m_s": (1, 0)}
     name = f"paddle-{'edge' if edge else 'wall'}-{restitution:g}"
@@ -168,7 +171,7 @@ def paddle(restitution: float, *, edge: bool = False) -> Scene:
 
 
 def mallet(restitution: float) -> Scene:
-    """Return a driven disc at 1 m/s. A disc meets it head-on at -3 m/s, and leaves at 1 + 4 e."""
+    """Return a driven disc at 1 m/s. A free disc meets the driven disc at -3 m/s, and leaves at 1 + 4 e."""
     return Scene(
         name=f"conformance-mallet-{restitution:g}",
         discs=[

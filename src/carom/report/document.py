@@ -148,7 +148,7 @@ class Text:
     Attributes:
         text: The text.
         only: Media that show the paragraph.
-        folded: Whether a page shows it only after a click on *How is this computed?*.
+        folded: Whether a page shows the paragraph only after a click on *How is this computed?*.
     """
 
     text: str
@@ -291,8 +291,8 @@ class Headline:
     """The first sentences of a document, which answer the study's question.
 
     Attributes:
-        sentence: The answer. A terminal prints it on the first line.
-        more: Further sentences. A terminal prints them last, so that they stay visible.
+        sentence: The answer, which a terminal prints on the first line.
+        more: Further sentences, which a terminal prints last, so that they stay visible.
     """
 
     sentence: str
@@ -318,7 +318,7 @@ class Document:
         title: The title.
         answer: The first sentences.
         sections: The sections.
-        about: The method in two sentences, for first-time readers. A terminal does not show it.
+        about: The method in two sentences, for first-time readers. A terminal does not show this text.
         watch: Link to the replay to watch first; None for none.
     """
 

@@ -61,7 +61,8 @@ def exact_paths(trace: Trace) -> Paths:
 
     The paths are exact for a trace without steps.
 
-    A free flight is straight without gravity. With gravity it is a parabola, drawn as a chain of short lines.
+    A free flight is straight without gravity. With gravity a flight is a parabola, which is drawn as a chain of short
+    lines.
     """
     tracks = reference_tracks(trace)
     turns = _turns(trace, trace.impacts["time_s"])

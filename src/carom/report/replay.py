@@ -1,7 +1,7 @@
 """Replay data: everything that a page needs to animate a run next to its reference, with evidence for each impact.
 
-The data of a scene, and of all cells that ran it, are a single packed JSON block. The page's script unpacks the block
-when a reader opens one of the cells.
+The data of a scene and of all cells that ran it are one packed JSON block. The page's script unpacks the block when a
+reader opens one of the cells.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ def standstill_impacts(bodies: int) -> int:
 
     The limit must allow all finite sequences. n equal discs that touch in a line have at most n(n-1)/2 impacts at one
     instant. Two discs with masses 1:100 in front of a wall have 31 impacts, with masses 1:10,000 314. For few bodies
-    the limit is a hundred times the square of their number, which takes milliseconds. For many bodies it is ten million
-    more than a line has, which takes seconds.
+    the limit is a hundred times the square of their number, which takes milliseconds. For many bodies the limit is ten
+    million more impacts than a line has, which takes seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 

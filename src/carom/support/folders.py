@@ -141,7 +141,7 @@ def write_file(path: Path, content: str | bytes) -> Path:
 
 
 def temporary(name: str) -> Path:
-    """Return a path with this name in a new temporary folder. Call it only if there is content to write."""
+    """Return a path with this name in a new temporary folder. Call this function only if there is content to write."""
     return Path(tempfile.mkdtemp(prefix="carom-")) / name
 
 

@@ -34,7 +34,7 @@ class PageEngine:
         script: Script for the page.
         licence: Text of the package's licence, which must accompany the package.
         lacks: Scene features that the page can show, but the engine does not support.
-        shared: Script shared by all adapters. The page runs it once before the engines.
+        shared: Script shared by all adapters. The page runs this script once before the engines.
     """
 
     name: str

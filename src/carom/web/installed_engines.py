@@ -45,7 +45,7 @@ def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
                 Need.EDGE_BELTS: has.edge_belts,
                 Need.ROLLING_RESISTANCE: has.rolling_resistance,
                 Need.DAMPING: has.damping,
-                Need.TABLE_FRICTION: False,  # no engine has it
+                Need.TABLE_FRICTION: False,  # no engine supports table friction
             }
             found.append(replace(engine, lacks=tuple(need.value for need, there in needed.items() if not there)))
         elif required:

@@ -116,7 +116,7 @@ def _carried_out(
         found = execute(plan, pool, notes=journal, progress=progress, command=command_line())
         made = report_of(found, fail_on)
         page = made.write(report)
-        journal.discard()  # the report contains all its results
+        journal.discard()  # the report contains all results of the journal
     common.print_document(made.document, full=verbose, report=page)
     return made.results
 

@@ -49,7 +49,8 @@ FAST_M_S = 1e5
 SMALL_M = 1e-5
 SLOW_M_S = 1e-4
 
-#: Number of start positions of the fast disc within a step. Without continuous detection, most of them miss the impact.
+#: Number of start positions of the fast disc within a step. Without continuous detection, the disc misses the impact
+#: from most of these positions.
 PHASES = 8
 
 

@@ -10,7 +10,7 @@ from carom.report.document import Block, Document, Medium, Table
 
 
 def markdown(document: Document) -> str:
-    """Return a document as Markdown. Every name in it is text, never markup."""
+    """Return a document as Markdown. Names in the document are escaped, so that they are never markup."""
     return "\n".join(_lines(document)) + "\n"
 
 

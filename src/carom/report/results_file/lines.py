@@ -39,7 +39,7 @@ class Summary:
 
     Attributes:
         rows: Number of the following lines.
-        verdicts: Meaning of each verdict by name, because a file may have other verdicts than this version.
+        verdicts: Meaning of each verdict by name, because other versions of Carom may have other verdicts.
         scenes: Values of each scene by name.
         sampling: PIT's errors at each step of each scene. Every cell with the same scene and step is compared with
             these errors.

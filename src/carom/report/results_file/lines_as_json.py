@@ -45,7 +45,7 @@ _LATER = frozenset({"ends"})
 
 
 def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
-    """Return a line as strict JSON without line break. With `spins`, it includes the fields of spins."""
+    """Return a line as strict JSON without line break. With `spins`, the line includes the fields of spins."""
     parts = ("total", "against_pit", "consistency")
     leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:

@@ -52,7 +52,7 @@ cdef struct Path:  # a disc on its present path, in scaled float64 numbers
     double rim  # the radius, rounded up
     Py_ssize_t met  # column of the body that the disc has just met and cannot meet again on this path, or NOBODY
     bint immovable
-    bint bends  # its path is not straight, so no bounds are computed
+    bint bends  # whether the path is not straight, so that no bounds are computed
 
 cdef struct Wall:  # an obstacle
     Form form
@@ -302,7 +302,8 @@ cdef class LowerBounds:
             wall.round.error += tiny(self.length)
             return
         law = self.bodies.wall_law(k, 0.0)  # the level for a disc of radius 0
-        # A face's normal is as long as its edge. Scale it to a length of about 1; the margins cover the rounding.
+        # A face's normal is as long as its edge. Scale the normal to a length of about 1; the margins cover the
+        # rounding.
         _, size = frexp(float_above(law.length))
         scale = arb((1, -size))
         wall.nx, wall.ny = law.nx * scale, law.ny * scale

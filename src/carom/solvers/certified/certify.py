@@ -37,8 +37,8 @@ def certify(
         max_impacts: Stop after this many impacts; None for no limit.
         time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
         max_precision_bits: Greatest precision, bits.
-        tie_bits: An event is degenerate if it is still undecided when the states of its bodies are accurate to this
-            many bits.
+        tie_bits: An event is degenerate if the states of its bodies are accurate to this many bits and don't decide the
+            event.
         progress: Called at intervals with impacts so far, time reached in seconds, and bits of precision.
 
     Returns:

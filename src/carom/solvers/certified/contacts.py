@@ -136,7 +136,7 @@ class BallContacts:
     def after_impact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
         """Return disc `i` to its wall after an impact, or let it leave.
 
-        Return its new mode; None if the mode is unchanged.
+        Return the disc's new mode; None if the mode is unchanged.
 
         Raises:
             Undecided: The disc is pushed into its wall, where the result is not unique, or the precision does not
@@ -175,7 +175,7 @@ class BallContacts:
         return (alike and theirs == ground.body) or ground.off_it(*normal).is_zero()
 
     def strike(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
-        """Release those discs of an impact that are in contact. Return their contacts by disc."""
+        """Release those discs of an impact that are in contact. Return the contacts of these discs by disc number."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:

@@ -163,7 +163,8 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         return dot(away, away)
 
     facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
-    # A disc never changes its side of a wall, so of two vertices on its line it meets the nearer one.
+    # A disc never changes its side of a wall. So if two vertices are on the line of the row, the disc meets the nearer
+    # one.
     rounds = [
         (away2(shape), one)
         for one in fits

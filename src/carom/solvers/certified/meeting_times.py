@@ -110,7 +110,9 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     time = arb(at) + wait
     begin = bodies.began(i, j, at)
     if begin is not None and not time > begin:
-        if root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin:  # they separate before both paths start
+        if (
+            root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin
+        ):  # the discs separate before both paths start
             return None
         touching = bool((time - begin).is_zero()) and not bodies.untouched(i, j)
         # Discs that already overlap and approach each other meet at once.

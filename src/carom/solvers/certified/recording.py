@@ -184,7 +184,7 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = nearest(time)
         velocities = [enclosed(*after[:2]), enclosed(*after[2:])]
-        # These radii include float64 rounding. If they exceed the limit, check the radii of the balls alone.
+        # These radii include float64 rounding. If the radii exceed the limit, check those of the balls alone.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False

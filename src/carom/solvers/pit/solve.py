@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
 
-#: Skipping is turned off once it has wasted this many times the work of one search around all discs. A search around
-#: all discs takes place at the start and whenever bounds have expired. The number is a guess and not tuned.
+#: Skipping is turned off when the work that skipping wastes exceeds this many searches around all discs. A search
+#: around all discs takes place at the start and whenever bounds have expired. The number is a guess and not tuned.
 MOST_WASTE = 2.0
 #: Tests per call of the loop, which take some hundredths of a second. Progress and Ctrl-C are handled between calls.
 _WORK = 2.0**23

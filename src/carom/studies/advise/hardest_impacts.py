@@ -1,4 +1,4 @@
-"""Accuracy target, and the largest step for each impact of a reference if a method checks once per step."""
+"""Accuracy target, and the largest step at which checking once per step meets the target for an impact."""
 
 from __future__ import annotations
 

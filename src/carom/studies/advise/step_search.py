@@ -24,7 +24,7 @@ IN_AN_OCTAVE = (1.0, 1.5)
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
-#: All steps down to one step per frame are tested, because this is the usual step. If checking once per step needs
+#: All steps down to one step per frame are tested, because one step per frame is usual. If checking once per step needs
 #: smaller steps, tests continue down to this number of octaves below a frame. An engine that sweeps only fast discs
 #: does not sweep at small steps, so it may miss impacts that it finds at larger steps.
 OCTAVES_COVERED = 3

@@ -29,7 +29,7 @@ class Diagram(StrEnum):
 
 
 class ErrorKind(StrEnum):
-    """Kind of error. The value is its name on the command line."""
+    """Kind of error. The value is the name on the command line."""
 
     IMPACT = "impact"
     TIME = "time"

@@ -23,7 +23,7 @@ def with_own_methods(
     Args:
         infos: Descriptions of the engines.
         asked: Names of the requested adapters; None for all.
-        pool: Pool for describing adapters; it stays open.
+        pool: Pool for describing adapters, which stays open.
         own: Whether PIC and PIT run in addition to the requested engines.
     """
     added = [method.engine for method in OWN_METHODS if method.engine not in (asked or ())]

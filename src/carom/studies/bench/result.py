@@ -33,8 +33,8 @@ class Point:
         missed: Number of missed impacts, over all starts.
         spurious: Number of invented impacts, over all starts.
         reason: Reason why there is no error; empty if there is one.
-        timing: Run times; None if the method was not timed.
-        untimed: Reason why the method was not timed at this step.
+        timing: Run times; None if the point was not timed.
+        untimed: Reason why the point was not timed; empty if it was timed.
     """
 
     engine: str

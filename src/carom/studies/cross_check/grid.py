@@ -1,4 +1,4 @@
-"""The grid of a cross-check: its runs as frozen cells, from results or from results.jsonl. All sections read it."""
+"""Grid of a cross-check: its runs as frozen cells, from results or from results.jsonl, for all sections."""
 
 from __future__ import annotations
 

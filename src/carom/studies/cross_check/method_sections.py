@@ -82,7 +82,7 @@ def methods_section(grid: Grid) -> Section:
 def _method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_Impact]) -> Table:
     """Return one row per method: grades, missed and invented impacts, error over PIT's, and groups of scenes.
 
-    For a single scene, the given impacts are further columns.
+    For a single scene, the table also has a column for each given impact.
     """
     numbers = (
         Column("impacts", lambda method: _format_lost(grid.cells(method)), "- +", number=True),

@@ -263,7 +263,7 @@ def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
 
 
 def _row(job: Job, answer: Answer[Trace], usable: Mapping[str, Reference], pit: Trace | None) -> Row:
-    """Return the row of a job. If the job has a trace, the trace is scored against the reference and PIT."""
+    """Return the row of a job. A trace is scored against the reference and PIT."""
     row = Row(job, answer.status, answer.reason, answer.value)
     if answer.value is None:
         return row

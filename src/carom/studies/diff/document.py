@@ -43,7 +43,9 @@ _Group = list[Change]
 
 
 def diff_document(found: Diff, old: str, new: str) -> Document:
-    """Return a document of the cells that changed, with their numbers. A terminal shows some of them in 25 lines.
+    """Return a document of the cells that changed, with their numbers.
+
+    A terminal shows the most important of these cells in 25 lines.
 
     Args:
         found: The changes.

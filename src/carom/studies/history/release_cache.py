@@ -58,7 +58,7 @@ class Kept:
         try:
             (new / _NOTE).write_text(json.dumps(client.install(package, version, new)), encoding="utf-8")
             if place.is_dir() and not place.is_symlink():
-                shutil.rmtree(place, ignore_errors=True)  # incomplete without its list
+                shutil.rmtree(place, ignore_errors=True)  # a folder without the list of packages is incomplete
             else:
                 place.unlink(missing_ok=True)
             try:

@@ -192,7 +192,7 @@ def _rolling_resistance(value: float) -> Sequence[Trial]:
 
 
 def _both(value: float) -> Sequence[float]:
-    """Return a coefficient and its reciprocal, unless it is 0."""
+    """Return a coefficient and its reciprocal; for 0, only the coefficient."""
     return [value, 1.0 / value] if value else [value]
 
 

@@ -21,7 +21,7 @@ from carom.support.formatting import number
 
 _RADIUS_M = 0.25
 _SPEED_M_S = 1.2
-#: A coefficient at which no impact of these attacks slides. Every engine supports it.
+#: A coefficient at which no impact of these attacks slides. Every engine supports this coefficient.
 _GRIP = 10.0
 
 _MOTION = "a final velocity or rim speed is wrong by more than a tenth of the change by the impact"

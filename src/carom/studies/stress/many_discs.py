@@ -166,7 +166,8 @@ def _duration(impacts: float) -> list[Trial]:
 #: (2006)).
 VIRIAL = (0.782004, 0.53223180, 0.33355604, 0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537)
 PACKING = 0.3
-#: p V / N k T at this packing by the ten-term series: 2.0632. In it, B_2 times the density is twice the packing.
+#: p V / N k T at this packing by the ten-term series: 2.0632. In the series, B_2 times the density is twice the
+#: packing.
 COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enumerate(VIRIAL, 2))
 
 
@@ -237,8 +238,9 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
     count = math.ceil(math.pi / angle) - 1
-    # In the plane (root V, v) the initial direction has the angle pi. Unfolded, it is constant. After an even number of
-    # impacts, the angle of the velocities is pi - count angle; after an odd number, it is mirrored.
+    # In the plane (root V, v) the initial direction has the angle pi. If reflections are unfolded, the direction is
+    # constant. After an even number of impacts, the angle of the velocities is pi - count angle; after an odd number,
+    # it is mirrored.
     out = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(out) * speed, 0.0), (math.cos(out) * speed, 0.0)]
     # At its greatest speed the light disc has all the energy. The heavy disc reverses its velocity.

@@ -30,7 +30,7 @@ from carom.support.formatting import number
 #: hundred steps add as much. The effect of an absolute slop is larger by orders of magnitude.
 HOLDS = 1e-9
 
-#: A coefficient at which no impact of `superballs` slides. Every engine supports it.
+#: A coefficient at which no impact of `superballs` slides. Every engine supports this coefficient.
 _GRIP = 10.0
 
 Run = Callable[[Scene], Trace]

@@ -193,7 +193,10 @@ class KnobSearch:
         return min(self._whole, key=lambda one: one.rank)
 
     def tried(self, point: Point) -> tuple[Merit, bool]:
-        """Evaluate a point. Return its merit, and whether it was abandoned, in which case the merit is only a bound."""
+        """Evaluate a point.
+
+        Return the point's merit, and whether the evaluation was abandoned, in which case the merit is only a bound.
+        """
         tried = self.space.tried(point)
         if tried not in self._seen:
             self.trials += 1
