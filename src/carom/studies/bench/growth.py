@@ -139,8 +139,8 @@ class GrowthPoint:
             run.
         peak_bytes: Peak memory of the process; NaN if the gas was not run.
         ratio: `advance_s` over PIT's with the same number of discs; NaN unless the same session ran both methods.
-        reason: Reason why the method was not run; empty if it was run.
-        sitting: Start of the session that ran it, UTC; empty if it was not run.
+        reason: Reason why the gas was not run; empty if it was run.
+        sitting: Start of the session that ran the gas, UTC; empty if the gas was not run.
     """
 
     discs: int
