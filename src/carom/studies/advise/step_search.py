@@ -19,8 +19,8 @@ CONFIRM = 64
 #: numbers.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: A step is a result only if all smaller steps of the grid also pass, down to this number of octaves below. If the
-#: error is not proportional to the step there, one more octave is required.
+#: A step is a result only if all smaller steps of the grid also pass, down to this number of octaves below. One more
+#: octave is required if the error is not proportional to the step in these octaves.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 

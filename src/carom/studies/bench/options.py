@@ -24,7 +24,7 @@ def step_series(text: str) -> tuple[float, ...]:
     """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``.
 
     Raises:
-        ValueError: The text is neither.
+        ValueError: The text is neither a step nor a series.
     """
     if ".." not in text:
         return (fraction(text),)

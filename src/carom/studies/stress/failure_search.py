@@ -21,7 +21,7 @@ class NotRunError(Exception):
     """The method can't be tested: it is unavailable, or does not support the scene.
 
     Attributes:
-        status: The status that shows which of the two is the case.
+        status: Status of the run: unavailable or unsupported.
     """
 
     def __init__(self, answer: Answer[Any]) -> None:

@@ -85,7 +85,7 @@ class Jury:
             reliable to their end.
         pool: Worker pool, which stays open.
         notes: Journal of results, to which new ones are added.
-        timed: Whether steps are timed. If so, only one job runs at a time.
+        timed: Whether steps are timed, which requires that only one job runs at a time.
     """
 
     def __init__(
