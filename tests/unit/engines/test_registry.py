@@ -251,7 +251,7 @@ def test_spoilt_metadata_costs_its_own_line_alone(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     lines = {line.split()[0]: line for line in done.stdout.splitlines() if line.strip()}
     for name in ("bytes", "words"):
-        assert "the entry points of a distribution there can't be read" in lines[str(tmp_path / name)]
+        assert "can't read the entry points of an installed distribution" in lines[str(tmp_path / name)]
     for name in ("q", "r"):
         assert "unavailable: an entry point must name an object, as module:object, got" in lines[name]
     assert "unavailable: the adapter 'u' can't be loaded" in lines["u"]
