@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 
 from carom.catalogue.entry import CatalogueScene, listed
-from carom.support.dataclass import dataclass
 
 
 class Symptom(StrEnum):

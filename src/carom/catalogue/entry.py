@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -15,7 +16,6 @@ from carom.model.energy import kinetic_energy
 from carom.model.scene import Need, Scene, Wall
 from carom.model.trace import Trace, Vector
 from carom.model.walls import moved_by
-from carom.support.dataclass import dataclass
 
 
 class Tag(StrEnum):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ from carom.comparator.comparison_range import ComparedRun
 from carom.comparator.impact_matching import LATEST_STAMP_STEPS, Alignment, Pair, match_impacts
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace
-from carom.support.dataclass import dataclass
 
 #: Largest edit distance that is computed. Sequences that differ more are unrelated.
 MOST_EDITS = 64

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from operator import attrgetter
 
 import numpy as np
@@ -29,7 +29,6 @@ from carom.comparator.verdicts.derive_verdicts import derive_verdicts
 from carom.errors import InputError
 from carom.model.trace import Trace
 from carom.support.checks import instance
-from carom.support.dataclass import dataclass
 from carom.support.display import Shown
 
 

@@ -8,7 +8,7 @@ the bounces.
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any, Self
 
 import numpy as np
@@ -24,7 +24,6 @@ from carom.errors import InputError
 from carom.model.flights import free_flights
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Outcome, Trace, wall_index
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.judged_run import JudgedRun
 from carom.model.trace import Outcome
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

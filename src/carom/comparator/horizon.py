@@ -6,6 +6,7 @@ A horizon is certified, or estimated from perturbed starts.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,6 @@ from carom.model.trace import Mode, Outcome, Trace, rim_speeds, velocities
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
-from carom.support.dataclass import dataclass
 
 # Largest error of a reliable reference: of times over the scene's duration, of velocities over its speed. It is a
 # thousand times the rounding threshold of the verdicts, and a thousandth of the cost of sampling at any usual step. So

@@ -13,13 +13,13 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.trace import Trace
-from carom.support.dataclass import dataclass
 
 #: Largest lateness of a time stamp: one step to notice an overlap, and one more if the engine stamps the end of its
 #: step.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 from carom.model.energy import kinetic_energy, work_of_driven
 from carom.model.scene import Scene
 from carom.model.trace import Trace, rim_speeds, velocities
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -16,13 +17,12 @@ from numpy.typing import NDArray
 
 from carom.model.damping import Damping
 from carom.model.scene import Scene
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 _Speed = TypeVar("_Speed", float, Array)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Slowing:
     """The law that slows the discs of a scene down.
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from carom.engines.api.checks import MANTISSA_BITS
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
-
-from carom.support.dataclass import dataclass
 
 
 class Verdict(Enum):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from typing import Any
@@ -21,7 +22,6 @@ from carom.conformance.checks import (
     walls,
 )
 from carom.conformance.known_answers import CATALOGUE_SCENES, LOCATED_SCENES
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,12 @@ from __future__ import annotations
 import platform
 import sys
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from carom.errors import InputError
 from carom.support.checks import shown
 from carom.support.data_files import read_data
-from carom.support.dataclass import dataclass
 from carom.support.escaping import named_hints, near, release_numbers
 from carom.support.versions import version_conditions
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import tomli_w
 
 from carom.conformance.known_failures import KnownFailure
 from carom.errors import InputError
-from carom.support.dataclass import dataclass
 from carom.support.escaping import visible
 from carom.support.folders import write_file
 

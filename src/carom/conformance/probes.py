@@ -9,7 +9,7 @@ import ctypes
 import gc
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
 from typing import TypeVar
@@ -21,7 +21,6 @@ from carom.execution.codec import CarriedObservation
 from carom.execution.environment import resident_bytes
 from carom.model.scene import Scene
 from carom.model.trace import Setting
-from carom.support.dataclass import dataclass
 
 #: Number of worlds after which an engine's memory pools no longer grow.
 WARM_UP_WORLDS = 10

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from carom.conformance.adapter_under_test import Subject
@@ -23,7 +23,6 @@ from carom.execution.describe_engines import describe_engines
 from carom.execution.options import LimitOptions
 from carom.execution.plan import DEFAULT_PROFILES
 from carom.execution.pool import Pool
-from carom.support.dataclass import dataclass
 
 ALL = "all"
 

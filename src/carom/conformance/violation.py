@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from carom.conformance.suite_scenes import DT_S
 from carom.errors import CaromError
 from carom.model.scene import Scene
-from carom.support.dataclass import dataclass
 
 
 def step_text(dt_s: float) -> str:

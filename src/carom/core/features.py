@@ -11,11 +11,11 @@ file. An exact value is stored as a pair ``(high, low)`` of its nearest floats: 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.core import primitives
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from carom.model.chain_geometry import ExactCircle
@@ -55,7 +55,7 @@ class Mover(NamedTuple):
         return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Face:
     """The left side of a straight edge, as seen from its start a towards its end b.
 
@@ -85,7 +85,7 @@ class Face:
         return cls(a, b, half_width, along, root_of(length2), normal)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Sector:
     """The directions from an arc's centre to its points: counterclockwise from `first` to `last`.
 
@@ -100,7 +100,7 @@ class Sector:
     reflex: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Arc:
     """One side of an arc, or of a whole circle; or a vertex.
 

@@ -7,7 +7,7 @@ import inspect
 import os
 import sys
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -17,7 +17,6 @@ from carom.engines.api import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
 from carom.model.trace import canonical_profile
 from carom.support.checks import instance
-from carom.support.dataclass import dataclass
 from carom.support.escaping import is_older, named_hints
 
 if TYPE_CHECKING:

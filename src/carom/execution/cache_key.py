@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import metadata
 
@@ -11,7 +12,6 @@ from carom.engines.registry import adapter_points
 from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
 from carom.model.scene import Scene
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ unavailable for that reason. Other adapters are not affected.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import groupby
 from types import MappingProxyType
 from typing import Any
@@ -30,7 +31,6 @@ from carom.execution.pool import LocalPool, Pool, TaskRunner
 from carom.execution.validate_adapter import plain_text, validate_adapter
 from carom.model.trace import Setting
 from carom.support.checks import shown
-from carom.support.dataclass import dataclass
 from carom.support.display import Shown
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,6 @@ from carom.execution.validate_adapter import Validator, adapter_error, plain_cou
 from carom.model.scene import Scene
 from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, canonical_profile
-from carom.support.dataclass import dataclass
 
 #: Largest number of discs for which states are kept if discs may come to rest, and largest number of such states.
 MOST_LOOKED_AT = 10

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
 
 from carom.engines.registry import EngineInfo
-from carom.support.dataclass import dataclass
 from carom.support.system import available_cores
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,6 @@ from carom.comparator.stepwise.rest import RESTING_STEPS
 from carom.engines.api import Observation
 from carom.execution.open_contact import gravity_of
 from carom.model.scene import Scene
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar, Generic, Protocol, TypeVar
 
 from carom.errors import CaromError
 from carom.model.scene import Scene
 from carom.model.trace import Setting, canonical_profile, profile_shown
-from carom.support.dataclass import dataclass
 
 #: Called with (done, total, description) as work finishes.
 Progress = Callable[[int, int, str], None]

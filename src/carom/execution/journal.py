@@ -12,6 +12,7 @@ import errno
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
@@ -23,7 +24,6 @@ from carom.errors import InputError
 from carom.execution.codec import Codec
 from carom.execution.job import Answer
 from carom.execution.pool import Closeable
-from carom.support.dataclass import dataclass
 from carom.support.escaping import shortened, visible
 from carom.support.limits import MOST_VALUES, values_in
 

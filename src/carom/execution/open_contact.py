@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ from carom.engines.api import Contact, Observation
 from carom.model.prescribed_motion import Course
 from carom.model.scene import Scene
 from carom.model.trace import Vector
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY
+from dataclasses import KW_ONLY, dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import InputError
-from carom.support.dataclass import dataclass
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS, MOST_PHASES
 from carom.support.options import DeclaredOptions, ValueKind, flag, megabytes, name, option, seconds, step, whole
 

@@ -8,19 +8,19 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from carom.comparator import Score
 from carom.model.scene import Scene
-from carom.support.dataclass import dataclass
 
 #: No number is harder to approximate by fractions than the golden ratio, so its multiples fill the interval most
 #: evenly.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PhaseSpread:
     """The scores of one cell over many phases.
 

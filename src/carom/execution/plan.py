@@ -7,6 +7,7 @@ and no engine is imported. Runs and the output of ``--explain`` use the same pla
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from carom.catalogue import CatalogueScene, KnownAnswer, find_scenes
 from carom.engines.api import Capabilities, ContactTimes
@@ -22,7 +23,6 @@ from carom.execution.settings_override import resolve_settings
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.support.checks import shown
-from carom.support.dataclass import dataclass
 from carom.support.escaping import named_hints
 
 __all__ = [

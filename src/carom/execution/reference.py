@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from carom.comparator import Horizon, horizon_of
 from carom.comparator.horizon import estimate_horizon
@@ -16,7 +16,6 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
-from carom.support.dataclass import dataclass
 from carom.support.formatting import instant
 
 #: Most impacts of a reference in a cross-check. Memory is needed for every impact.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from carom.catalogue import KnownAnswer
 from carom.comparator import Grade, Horizon, Score
@@ -14,7 +14,6 @@ from carom.execution.phases import PhaseSpread
 from carom.execution.time_saved import SceneSkips
 from carom.execution.timing import Timing
 from carom.model.trace import Trace
-from carom.support.dataclass import dataclass
 from carom.support.display import Tabular
 
 

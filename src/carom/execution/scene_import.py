@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from carom.engines.api import Imported, ReadingAdapter
@@ -14,7 +15,6 @@ from carom.execution.validate_adapter import plain_text
 from carom.model.scene import Scene
 from carom.model.walls import with_lengths, with_speeds
 from carom.support.checks import number
-from carom.support.dataclass import dataclass
 
 #: Name of the adapter that reads a file, by the file's ending.
 READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}

@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from carom.execution.job import Answer, Task
 from carom.execution.journal import JournalEntry, MemoryJournal
 from carom.execution.pool import Pool, TaskRunner
-from carom.support.dataclass import dataclass
 
 #: Largest number of steps in a batch, over all its tasks: about a second of work. So the cost of sending a batch is
 #: negligible, and little work is lost with a batch. The limit on the number of tasks keeps the workers evenly busy to

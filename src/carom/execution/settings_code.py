@@ -5,6 +5,8 @@ The code is written by the adapter, in a worker process.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from carom.engines.api import CodedAdapter, unsupported_reason
 from carom.engines.registry import load_adapter, require_profile
 from carom.errors import AdapterError
@@ -16,7 +18,6 @@ from carom.execution.pool import LocalPool, Pool
 from carom.execution.step_code import changed_lines, step_lines
 from carom.execution.validate_adapter import plain_text
 from carom.model.scene import Disc, Scene, Wall
-from carom.support.dataclass import dataclass
 
 #: Largest number of characters of a program: a line of 100 characters for each of 100,000 discs.
 MOST_CODE = 10_000_000

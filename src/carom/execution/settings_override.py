@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from carom.engines.registry import EngineInfo, load_adapter
 from carom.errors import AdapterError, InputError, UnknownNameError
@@ -11,7 +12,6 @@ from carom.execution.adapter_profile import profile_settings
 from carom.execution.job import AdapterTask, SettingOverrides
 from carom.execution.pool import TaskRunner
 from carom.model.trace import Setting, setting_text
-from carom.support.dataclass import dataclass
 from carom.support.escaping import named_hints
 
 #: The step is not replaced like a setting: it has an option of its own, since it is part of a job.

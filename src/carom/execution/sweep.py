@@ -6,6 +6,7 @@ The worker that runs a job also scores it. Each score is journalled as soon as i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
@@ -18,7 +19,6 @@ from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.pool import Pool
 from carom.execution.reference import require_reference, scene_at_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.support.dataclass import dataclass
 
 #: Number of references that a worker keeps. A few references are enough, since the jobs of a batch are sorted by scene
 #: and phase.

@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,7 +24,6 @@ from carom.execution.job import JobTask, SettingOverrides, UnsupportedError
 from carom.execution.step_cutter import Cutter
 from carom.execution.validate_adapter import adapter_error
 from carom.model.scene import Scene
-from carom.support.dataclass import dataclass
 
 #: Timed runs of a job. The median of three ignores one disturbed run.
 TIMING_RUNS = 3
@@ -38,7 +38,7 @@ _TOO_SHORT = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Timing:
     """Run times, each the median of several runs.
 

@@ -8,18 +8,19 @@ see `core/exponentials.h`.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.core import damped_time
-from carom.support.dataclass import dataclass
 
 #: If a product c t is below this, damping changes a time by less than half a unit in its last place:
 #: ``s = t (1 - c t / 2 + ...)``.
 _NOTHING = 2.0**-54
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Damping:
     """A rate of damping, and conversions between damped time (clock time) and undamped time.
 

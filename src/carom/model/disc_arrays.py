@@ -7,6 +7,7 @@ milliseconds.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -17,7 +18,6 @@ from carom.errors import InputError
 from carom.model.chain_geometry import Outline
 from carom.model.overlap import Overlap, overlaps
 from carom.model.prescribed_motion import Drive
-from carom.support.dataclass import dataclass
 from carom.support.escaping import shown
 from carom.support.formatting import number
 from carom.support.limits import LARGEST, ORDINARY, require_within

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.damping import Damping
 from carom.model.trace import Trace
-from carom.support.dataclass import dataclass
 from carom.support.equality import ByValue
 
 

@@ -7,10 +7,9 @@ terminal. A block names the media that show it in `only`; every other block appe
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
-
-from carom.support.dataclass import dataclass
 
 
 class Medium(Enum):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.errors import UnknownNameError
 from carom.report.outcome_marks import GRADED, Mark
-from carom.support.dataclass import dataclass
 
 #: Common terms, each with the word that reports use instead.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.trace import Trace
 from carom.report.tracks import Track, Turning, reference_tracks, turnings
-from carom.support.dataclass import dataclass
 
 #: Number of straight pieces of a parabola. A piece differs from the parabola by at most 1/576 of the parabola's height,
 #: which is less than a line's width in any picture.

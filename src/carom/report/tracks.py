@@ -7,13 +7,13 @@ Between two knots, a disc moves on the straight line or, under gravity, on the p
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.flights import Flight, free_flights
 from carom.model.trace import Trace
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

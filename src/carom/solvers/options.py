@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import InputError
 from carom.support.checks import count, number, shown
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from carom.solvers.units import Units
@@ -17,7 +17,7 @@ ALWAYS = (-math.inf, math.inf)
 NO_LIMIT = 2**62
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class RunOptions:
     """Options of a run: the impacts to record, and the contact time.
 

@@ -11,12 +11,12 @@ import dataclasses
 import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from numbers import Real
 from typing import Any, ClassVar, Self
 
 from carom.errors import InputError
-from carom.support.dataclass import dataclass
 from carom.support.escaping import named_hints, shown
 from carom.support.formatting import number
 from carom.support.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST

@@ -9,11 +9,11 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from carom.errors import InputError
-from carom.support.dataclass import dataclass
 from carom.web.packages import PACKAGES, package_script
 
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
 from carom.errors import InputError
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

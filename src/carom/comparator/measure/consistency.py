@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +18,11 @@ from carom.comparator.slowing import Slowing
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.scene import Wall
 from carom.model.trace import Trace, rim_speeds, velocities, wall_index
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Deviation:
     """The largest deviation of one kind, and the disc and time at which it was found.
 
@@ -37,7 +37,7 @@ class Deviation:
     since_s: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Consistency:
     """Deviations of a run from the consequences of its own impacts and states; 0 if nothing can be checked.
 

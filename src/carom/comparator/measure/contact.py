@@ -10,7 +10,7 @@ a step.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -35,7 +35,6 @@ from carom.model.step_windows import States
 from carom.model.trace import Outcome, Trace, wall_index
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

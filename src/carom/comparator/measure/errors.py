@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +18,6 @@ from carom.core.rough_impact import ContactFrictions, RoughBodies
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Need
 from carom.model.trace import Trace, rim_speeds, velocities
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 
@@ -80,7 +79,7 @@ def _metric(name: str) -> float:
     return metric
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Errors:
     """For each kind of error, the largest error of one trace against another; NaN if there is none.
 

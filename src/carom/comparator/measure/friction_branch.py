@@ -8,6 +8,8 @@ wrong branch. If both candidates are equal, neither branch is wrong.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from carom.comparator.measure.errors import impact_bodies
@@ -15,7 +17,6 @@ from carom.comparator.non_finite import finite_impacts
 from carom.comparator.scales import Scales
 from carom.core.rough_impact import branches
 from carom.model.trace import Trace, rim_speeds, velocities
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ along the line of centres at that boundary. So the local error can be separated 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 
@@ -28,7 +29,6 @@ from carom.core.time_of_impact import time_of_impact
 from carom.model.disc_arrays import HalfPlane
 from carom.model.flights import free_flights
 from carom.model.trace import STATE_DTYPE, Trace, rim_speeds, velocities, wall_index
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float]

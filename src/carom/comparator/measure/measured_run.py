@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,6 @@ from carom.comparator.measure.stepwise_score import LocalScore, score_steps
 from carom.comparator.non_finite import find_non_finite
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.trace import Outcome
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ import math
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace, body_name
-from carom.support.dataclass import dataclass
 from carom.support.formatting import instant
 
 #: Largest distance in steps between a report and its window. Engines report a contact up to two steps before or after

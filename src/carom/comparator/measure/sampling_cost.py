@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -27,7 +27,6 @@ from carom.model.scene import Scene
 from carom.model.trace import Trace, rim_speeds, velocities
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
 
@@ -24,7 +25,6 @@ from carom.core.rough_impact import ContactFriction
 from carom.model.flights import free_flights
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector, body_name, rim_speeds, wall_body, wall_index
-from carom.support.dataclass import dataclass
 
 #: Contacts count as simultaneous up to this difference: of times over the duration, of positions over the scene's
 #: extent, of velocities over the scene's speed.

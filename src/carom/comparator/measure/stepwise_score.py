@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,12 @@ from carom.comparator.stepwise.judge_window import PASSED
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import pair_name
-from carom.support.dataclass import dataclass
 from carom.support.formatting import instant
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class LocalScore:
     """Score of the steps of a run, each compared with PIC from the run's own state at its start.
 

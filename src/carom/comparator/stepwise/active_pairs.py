@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from heapq import heapify, heappop, heappush
 
 import numpy as np
@@ -17,7 +17,6 @@ from carom.comparator.stepwise.near_pairs import MARGIN_STEPS, NearPairs, disc_p
 from carom.comparator.stepwise.rest import RESTING_STEPS, Rest, find_resting_pairs
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.window_runs import MOST_IMPACTS
-from carom.support.dataclass import dataclass
 
 Flags = NDArray[np.bool_]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,6 @@ from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window import Difference, Window, relative
 from carom.comparator.stepwise.window_runs import sampled_run
 from carom.comparator.thresholds import THRESHOLDS
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +15,6 @@ from carom.comparator.stepwise.step_block import Block
 from carom.model.broad_phase import near_pairs, near_walls
 from carom.model.disc_arrays import STANDS, wall_lengths
 from carom.model.prescribed_motion import Drive
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 Bodies = NDArray[np.intp]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.near_pairs import RESTING_GAP, NearPairs
 from carom.comparator.stepwise.step_block import Block
-from carom.support.dataclass import dataclass
 
 Flags = NDArray[np.bool_]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +14,6 @@ from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.law import Law, Pair
 from carom.model.scene import Scene
 from carom.model.step_windows import States
-from carom.support.dataclass import dataclass
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

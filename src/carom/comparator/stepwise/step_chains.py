@@ -10,10 +10,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from carom.comparator.stepwise.law import Law, Pair
-from carom.support.dataclass import dataclass
 
 #: Largest number of steps of a chain. Later steps form a new chain, which starts from the run's own state there. If a
 #: contact lasts longer, its lateness can't be explained by sampling. In crowds, soft contacts form chains that do not

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from carom.comparator.stepwise.active_pairs import Activity
 from carom.comparator.stepwise.bodies import BodyStates
@@ -12,7 +13,6 @@ from carom.comparator.stepwise.near_pairs import MARGIN_STEPS
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import Met, exact_run
-from carom.support.dataclass import dataclass
 
 #: In a window, PIC lets a disc rest if its closing speed is at most the speed gained by falling for this fraction of a
 #: step.

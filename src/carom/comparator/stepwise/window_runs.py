@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from carom.comparator.stepwise.bodies import BodyStates, Separation
 from carom.comparator.stepwise.law import NO_FEATURE, TOUCH, Pair
-from carom.support.dataclass import dataclass
 
 #: Largest number of impacts within a window; an inelastic collapse has infinitely many.
 MOST_IMPACTS = 2000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Met:
     """One impact in a window: seconds since the window's start, pair, contact, and the state just after."""
 

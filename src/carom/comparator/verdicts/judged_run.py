@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from carom.comparator.grade import Grade
 from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

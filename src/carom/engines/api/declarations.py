@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import Enum
 
 from carom.errors import InputError
 from carom.model.trace import Setting
-from carom.support.dataclass import dataclass
 
 
 class ContactTimes(Enum):

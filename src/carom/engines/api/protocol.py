@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from carom.engines.api.declarations import Capabilities, Engine, Profile
 from carom.model.scene import Scene
 from carom.model.trace import Setting
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Vector = tuple[float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Contact:
     """One contact that an engine reports for its last step.
 
@@ -47,7 +47,7 @@ class Contact:
     spins_rad_s: tuple[float, float, float, float] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Observation:
     """State of a world after its last step, and the contacts of that step.
 

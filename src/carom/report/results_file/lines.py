@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -16,7 +17,6 @@ from carom.execution.job import Status
 from carom.execution.phases import PhaseSpread
 from carom.execution.timing import Timing
 from carom.model.trace import Outcome, Setting
-from carom.support.dataclass import dataclass
 from carom.support.limits import LARGEST, SMALLEST
 
 #: Type of a step: seconds, in the range that a run can have.
@@ -55,7 +55,7 @@ class Summary:
     sampling: tuple[Mapping[str, str | int | float | None], ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class VerdictLine:
     """A verdict by name, and its reason as a sentence with numbers."""
 
@@ -63,7 +63,7 @@ class VerdictLine:
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Taken:
     """Comparison of a run with the possible outcomes of a scene that has no unique answer."""
 
@@ -73,7 +73,7 @@ class Taken:
     matches: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class RowLine:
     """A line of the file after the first: one cell, which is a scene, a method and a step.
 

@@ -10,6 +10,7 @@ import dataclasses
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -34,7 +35,6 @@ from carom.comparator import Grade, LocalScore
 from carom.errors import InputError
 from carom.report.files import FORMATS
 from carom.report.results_file.lines import RowLine, Summary
-from carom.support.dataclass import dataclass
 from carom.support.escaping import shortened, shown
 
 #: Fields of a score for spins. These fields are written only if a disc of the scene spins.

@@ -8,14 +8,13 @@ face or arc if the joint is smooth. At a smooth joint a disc touches both at the
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.core.wall_features import Exact, JoinedEdges, exact, goes_smoothly, quarters_of, runs_of, stops_of
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind, wall_body
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
@@ -63,7 +62,7 @@ class Round(NamedTuple):
     stops2: Fraction = _NOWHERE
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Obstacle:
     """A feature of a wall that a disc can meet.
 

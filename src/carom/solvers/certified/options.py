@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from carom.support.dataclass import dataclass
+from dataclasses import dataclass
+
 from carom.support.options import DeclaredOptions, option, seconds, whole
 
 MOST_DIGITS = 10_000

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
 from carom.model.trace import body_name
-from carom.support.dataclass import dataclass
 from carom.support.display import Drawn
 from carom.support.equality import ByValue
 

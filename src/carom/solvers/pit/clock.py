@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
 from carom.model.scene import steps_to_cover
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from carom.solvers.units import Units

@@ -11,6 +11,7 @@ possible, and supports all bodies and motions.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
@@ -18,7 +19,6 @@ from carom.model.scene import Scene, as_scene
 from carom.model.trace import ImpactRecord, wall_body
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import frames_of
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from carom.model.disc_arrays import HalfPlane

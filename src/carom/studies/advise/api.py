@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,6 @@ from carom.studies.advise.figure import draw_advice, title_of
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import Advice
 from carom.studies.advise.run import advise as found_by
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

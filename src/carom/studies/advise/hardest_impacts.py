@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from enum import Enum
 
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, wall_index
 from carom.studies.advise.sampling_limit import ContactWindow, PairLimit, pair_limit
-from carom.support.dataclass import dataclass
 
 #: Smallest impact parameter of a graze, as a fraction of the contact distance: cos 30°. In a graze the overlap lasts
 #: less than half as long as in a head-on impact.

@@ -11,6 +11,7 @@ import math
 import time
 from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 
@@ -29,7 +30,6 @@ from carom.studies.advise.hardest_impacts import Cause, Demand, HardImpact, hard
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, StepSearch
 from carom.studies.advise.step_trial import StepTrial, starts_of, try_starts
-from carom.support.dataclass import dataclass
 
 __all__ = [
     "Advice",

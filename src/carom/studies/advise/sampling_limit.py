@@ -11,8 +11,7 @@ be the relative velocity, ``k = (1 + e) mu / m``, and n the unit line of centres
 from __future__ import annotations
 
 import math
-
-from carom.support.dataclass import dataclass
+from dataclasses import dataclass
 
 Vector = tuple[float, float]
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 from carom.execution.job import Method
 from carom.model.scene import Scene
 from carom.studies.advise.hardest_impacts import Demand
 from carom.studies.advise.step_trial import StepTrial, most_steps
-from carom.support.dataclass import dataclass
 
 #: Number of evenly spread starts at which a result is confirmed.
 CONFIRM = 64

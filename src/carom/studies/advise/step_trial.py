@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 from carom.comparator.comparison_range import comparison_range
@@ -23,7 +24,6 @@ from carom.execution.sweep import sort_by_start, steps_of
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.studies.advise.hardest_impacts import Demand
-from carom.support.dataclass import dataclass
 
 #: A chosen start has a check this fraction of a step before an impact. So checking once per step finds the impact
 #: almost a whole step late.

@@ -9,6 +9,7 @@ import json
 import math
 import statistics
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,7 +24,6 @@ from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import CONFIDENCE, student_quantile
 from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import error_text, point_name
-from carom.support.dataclass import dataclass
 
 #: A ratio of run times counts as a change if its whole confidence interval is farther from 1 than this. Smaller
 #: differences between two sessions have other causes, such as the program's position in memory and other work of the

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.support.dataclass import dataclass
 
 CONFIDENCE = 0.95
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from carom.comparator.thresholds import THRESHOLDS
@@ -27,7 +27,6 @@ from carom.report.svg import (
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.result import Curve, Point, SceneBench, run_s
 from carom.studies.bench.tables import EXACT, milliseconds, point_anchor, point_name
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 from carom.engines.api import unsupported_reason
@@ -23,7 +23,6 @@ from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import gas_scene
 from carom.studies.bench.options import GrowthOptions
 from carom.studies.bench.own_methods import OWN_METHODS, with_own_methods
-from carom.support.dataclass import dataclass
 
 #: Numbers of discs for engines, and for Carom's own methods.
 SIZES = (10, 100, 300, 1_000, 3_000, 10_000)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import statistics
 import time
+from dataclasses import dataclass
 
 import numpy as np
-
-from carom.support.dataclass import dataclass
 
 #: Intended time of one piece of fixed work on a quiet machine, seconds. This time is much longer than the clock's
 #: resolution, and much shorter than the measurements.

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY
+from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 from carom.execution.options import MOST_SEED, LimitOptions, engine_names, no_scheduler, profile_names
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.series import STEPS, geometric_steps
-from carom.support.dataclass import dataclass
 from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
 from carom.support.options import flag, fraction, measure, name, one_of, option, seconds, step, whole
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.environment import Environment
@@ -14,7 +15,6 @@ from carom.studies.bench.noise import Noise
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.own_methods import EXACT_METHOD
 from carom.studies.bench.timing_pass import At, CellTiming
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from carom.execution.cache_key import JobKey, job_key
 from carom.execution.describe_engines import Methods
@@ -14,7 +15,6 @@ from carom.execution.pool import Pool
 from carom.execution.sweep import Measures, steps_of, sweep
 from carom.report import formatting
 from carom.studies.bench.timing_pass import At
-from carom.support.dataclass import dataclass
 
 
 @dataclass

@@ -11,6 +11,7 @@ import math
 import statistics
 import time
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -27,7 +28,6 @@ from carom.model.scene import Disc, Scene
 from carom.report import formatting
 from carom.studies.bench.noise import Noise, NoiseProbe, Spread, spread
 from carom.studies.bench.options import LEAST_ROUNDS
-from carom.support.dataclass import dataclass
 from carom.support.formatting import seconds
 
 #: A visit repeats a short run for this many seconds to reduce effects of clock and caches.

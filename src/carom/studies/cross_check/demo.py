@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from carom.catalogue import all_scenes
@@ -12,7 +13,6 @@ from carom.execution.job import PIT_METHOD
 from carom.report import formatting
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.replay import Replay, replay
-from carom.support.dataclass import dataclass
 from carom.support.folders import temporary, write_file
 from carom.web.installed_engines import DEFAULT_ENGINES, page_engines
 from carom.web.open_page import open_page

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from carom.comparator import Grade
@@ -26,7 +26,6 @@ from carom.studies.cross_check.sampling_cost_section import sampling_cost_sectio
 from carom.studies.cross_check.skipping_section import skipping_section
 from carom.studies.cross_check.stepwise_section import steps_section
 from carom.studies.cross_check.trend_section import trend_section
-from carom.support.dataclass import dataclass
 from carom.support.folders import write_files
 
 ABOUT = (

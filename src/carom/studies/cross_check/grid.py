@@ -8,6 +8,7 @@ import math
 import re
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeVar
 from urllib.parse import quote
 
@@ -20,7 +21,6 @@ from carom.report.outcome_marks import BROKEN, Mark, parse_mark
 from carom.report.replay import replay_key
 from carom.report.results_file.lines import RowLine, SceneLine, Summary
 from carom.report.results_file.lines_of_rows import line_of, reasons_of, summary_of
-from carom.support.dataclass import dataclass
 
 T = TypeVar("T")
 
@@ -66,7 +66,7 @@ class GridColumn(NamedTuple):
         return f"{self.label} {self.profile}".rstrip()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class GridCell:
     """A run of a scene by a method at a step, or the reason why there is none.
 

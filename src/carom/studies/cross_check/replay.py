@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
@@ -22,7 +23,6 @@ from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.film import FRAMES_PER_S, film
 from carom.studies.cross_check.run import run
 from carom.support.checks import instance
-from carom.support.dataclass import dataclass
 from carom.support.escaping import visible
 from carom.support.folders import write_file
 from carom.support.limits import MOST_DISCS_DRAWN

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 from carom.report import formatting
 from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Cell, Column, Figure, Figures, Section, Table, Text
 from carom.report.svg import SURFACE, drawing, error_scale, finish, line_style, new_figure, render
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
-from carom.support.dataclass import dataclass
 
 #: Width of the chart, width on a phone, height of a line, and margins for names and for the axis, inches.
 _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5

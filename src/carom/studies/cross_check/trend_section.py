@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,7 +15,6 @@ from carom.report.document import ON_PAPER, Cell, Column, Figure, Figures, Lines
 from carom.report.outcome_marks import Mark
 from carom.report.svg import INK, drawing, error_scale, finish, framed, line_style, render
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

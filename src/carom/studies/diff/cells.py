@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,7 +21,6 @@ from carom.execution.job import Method
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
 from carom.report.results_file.file import stream_records
 from carom.report.results_file.lines import RowLine, SceneLine, Summary
-from carom.support.dataclass import dataclass
 
 #: Verdicts that are compared without a number: present or not.
 _FLAGS = (
@@ -41,7 +41,7 @@ class Measure(NamedTuple):
     unit: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class DiffCell:
     """A row of the records with the data of its scene from the header. Cells share equal values to save memory."""
 

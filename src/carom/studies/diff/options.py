@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from carom.execution.options import FailOn
-from carom.support.dataclass import dataclass
 from carom.support.options import DeclaredOptions, ValueKind, one_of, option
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,6 @@ from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, GRADED, Mark
 from carom.studies.diff.cells import DiffCell, read_cells
 from carom.studies.diff.options import DiffOptions
-from carom.support.dataclass import dataclass
 
 
 class Kind(Enum):

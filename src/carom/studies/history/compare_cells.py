@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache, partial
 from operator import attrgetter
@@ -23,7 +24,6 @@ from carom.execution.reference import build_reference, require_reference, scene_
 from carom.model.flights import free_flights
 from carom.model.trace import Outcome, Trace
 from carom.studies.history.options import FEWEST_PHASES
-from carom.support.dataclass import dataclass
 from carom.support.formatting import number
 
 #: Number of references, and of runs of PIT, that a worker caches.

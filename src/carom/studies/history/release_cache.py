@@ -15,10 +15,10 @@ import sysconfig
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from carom.studies.history.clients import Client
-from carom.support.dataclass import dataclass
 
 #: Name of a file next to the packages, with a list of names and versions.
 _NOTE = "carom-release.json"

@@ -9,6 +9,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 import tomli_w
@@ -18,7 +19,6 @@ from carom.engines.protocol.manifest import MANIFEST
 from carom.engines.protocol.serve import served_manifest
 from carom.engines.registry import MANIFESTS, adapter_points, distribution_of, load_adapter, resolve_engine, version_of
 from carom.execution.job import AdapterTask
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
@@ -11,7 +11,6 @@ from carom.execution.environment import Environment
 from carom.studies.history.compare_cells import CellChange, Moved, SeenCell, change_of
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_engines import Origin
-from carom.support.dataclass import dataclass
 
 
 @dataclass(frozen=True, order=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from carom.model.energy import kinetic_energy
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, Vector
 from carom.studies.stress.true_motion import TrueMotion
-from carom.support.dataclass import dataclass
 from carom.support.formatting import number
 
 #: Error at which a method fails: a tenth of the change of velocity by impacts. An error of this size is too large for

@@ -9,7 +9,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +23,6 @@ from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
 from carom.studies.stress.failure_search import NotRunError, named_scene
 from carom.studies.stress.result import FoundSpot, Spot, SpotEnding
-from carom.support.dataclass import dataclass
 from carom.support.formatting import number
 
 #: Largest deviation at which a relation holds. Three impacts multiply rounding by a few hundred, and sums over a few

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -13,7 +13,6 @@ from carom.execution.environment import Environment
 from carom.execution.job import Method, Status
 from carom.model.scene import Scene
 from carom.model.scene_file import save_scene
-from carom.support.dataclass import dataclass
 from carom.support.folders import file_name
 
 #: Folder of scenes within the folder of results, and prefix of the names of generated scenes.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,6 @@ from carom.studies.stress.options import StressOptions
 from carom.studies.stress.pairs import RATE_HZ, pair_attacks
 from carom.studies.stress.relations import HOLDS, relation_spot, relations
 from carom.studies.stress.result import FoundSpot, Line, Spot, SpotEnding, StressResults
-from carom.support.dataclass import dataclass
 from carom.support.escaping import named_hints
 from carom.support.folders import claimed
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
 from itertools import combinations
 from typing import NamedTuple
@@ -20,7 +21,6 @@ from numpy.typing import NDArray
 from carom.errors import InputError
 from carom.model.scene import Need, Scene
 from carom.model.trace import Vector, wall_body, wall_index
-from carom.support.dataclass import dataclass
 
 #: Number of decimal digits of the first pass. The smallest relative distance in an attack, a graze of 1e-15, costs 30
 #: digits in the discriminant. A chain of impacts loses about one digit per impact.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,6 @@ from carom.studies.tune.objective import Judged
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.run import SCENES, Tuning
 from carom.studies.tune.run import tune as found_by
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 from carom.comparator import Score, compare
@@ -18,7 +18,6 @@ from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.timing import time_run
 from carom.model.scene import Scene
 from carom.studies.tune.objective import Judged
-from carom.support.dataclass import dataclass
 
 #: Number of references, and of runs of PIT, that a worker caches. This number is larger than the number of scenes in a
 #: search.

@@ -16,10 +16,10 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
-from carom.support.dataclass import dataclass
 
 #: Number of parts of the scale from `THRESHOLDS.rounding` to its reciprocal. Each part is a factor of 1.7.
 _PARTS = 100

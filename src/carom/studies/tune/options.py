@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
 from carom.execution.options import MOST_SEED, LimitOptions
-from carom.support.dataclass import dataclass
 from carom.support.escaping import shown
 from carom.support.options import flag, name, option, step, whole
 

@@ -6,6 +6,7 @@ import math
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from carom.engines.api import unsupported_reason
 from carom.engines.registry import EngineInfo, require_profile
@@ -26,7 +27,6 @@ from carom.studies.tune.objective import Judged, merit_of
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import Found, KnobSearch
 from carom.studies.tune.search_space import Space, values_of
-from carom.support.dataclass import dataclass
 
 #: Name of the study in its output folders, and file name of its journal.
 PURPOSE, JOURNAL = "tune", "journal.jsonl"

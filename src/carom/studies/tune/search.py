@@ -12,7 +12,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from carom.comparator import Grade
@@ -22,7 +22,6 @@ from carom.model.scene import Scene
 from carom.studies.tune.evaluate import Jury
 from carom.studies.tune.objective import Judged, Merit, merit_of
 from carom.studies.tune.search_space import Point, Space
-from carom.support.dataclass import dataclass
 
 if TYPE_CHECKING:
     from optuna import Study

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from carom.engines.api import Knob
 from carom.execution.job import SettingOverrides
 from carom.model.trace import Setting
-from carom.support.dataclass import dataclass
 
 #: Number of values between the two ends of a range, evenly spread on the scale of the knob. Both ends are also tested,
 #: because an end often disables a feature.
