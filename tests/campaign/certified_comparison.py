@@ -109,7 +109,8 @@ class _Comparison:
         if not latest_s < self._certified_s or self._is_in_landing(event):
             return
         if event.closing_m_s <= event.closing_own_m_s:
-            yield Difference(Kind.ROUNDING, event.time_s, f"{event.told}, closes at {event.closing_m_s!r} m/s")
+            if event.is_impact:  # PIC leaves out an impact that is rounding, but rounding may end a slip
+                yield Difference(Kind.ROUNDING, event.time_s, f"{event.told}, closes at {event.closing_m_s!r} m/s")
         elif latest_s < until_s:
             kind = Kind.SPURIOUS if event.is_impact else Kind.MODE
             bounces = [other for other in self.theirs if other.key == event.key[:2] and other.time_s > latest_s]
@@ -163,6 +164,8 @@ class _Comparison:
         """Yield an event that the run does not have although it goes on beyond it."""
         for event in left:
             if event.time_s > self._landed_s and self._follows_low_hop(event):
+                continue
+            if not event.is_impact and event.closing_m_s <= event.closing_own_m_s:
                 continue
             if event.time_s < min(until_s, self.record.end_time_s - known_s):
                 kind = Kind.MISSED if event.is_impact else Kind.MODE

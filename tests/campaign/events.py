@@ -35,7 +35,8 @@ class Event(NamedTuple):
         time_s: When it is.
         values: What is compared: velocities and spins after an impact; position, velocity and spin of a mode.
         own: How far the roundings of this event alone may have each value off.
-        closing_m_s: Speed at which the two bodies of an impact approach; infinity of a mode.
+        closing_m_s: Speed at which the two bodies of an impact approach; speed that a disc loses from the change before
+            to a reversal of its slip; infinity of other changes.
         closing_own_m_s: How far roundings may have that off.
         can_bounce: Whether it is an impact on a wall whose restitution is above 0.
     """
@@ -92,7 +93,8 @@ def events_of(scene: Scene, record: Record, gap_m: float) -> list[Event]:
     modes = [] if record.modes is None else list(enumerate(record.modes))
     for k in range(len(record.impacts) + 1):
         while modes and modes[0][1]["impacts"] <= k:
-            found.append(_mode_event(scene, *modes.pop(0), gap_m))
+            number, row = modes.pop(0)
+            found.append(_mode_event(scene, record, number, row, gap_m))
         if k < len(record.impacts):
             found.append(_impact_event(scene, record, k))
     return list(_numbered(event for event in found if not is_in_landing(event, found, AS_LANDING)))
@@ -128,14 +130,19 @@ def _impact_event(scene: Scene, record: Record, k: int) -> Event:
     )
 
 
-def _mode_event(scene: Scene, k: int, row: np.void, gap_m: float) -> Event:
+def _mode_event(scene: Scene, record: Record, k: int, row: np.void, gap_m: float) -> Event:
     key = tuple(int(row[name]) for name in ("disc", "wall", "before", "after"))
     radius, pull, time_s = scene.discs[key[0]].radius_m, math.hypot(*scene.gravity_m_s2), float(row["time_s"])
     speed = float(np.hypot(*row["velocity"])) + abs(float(row["spin"])) * radius
     own_m_s = UNIT * (ROUNDINGS_OF_FALL * speed + (ROUNDINGS_OF_FALL + ROUNDINGS_OF_FALL_TIME) * pull * time_s)
     values = np.concatenate([row["position"], row["velocity"], [row["spin"]]])
     own = np.array([gap_m, gap_m, own_m_s, own_m_s, own_m_s / radius])
-    return Event(key, 0, 0, k, time_s, values, own, math.inf, 0.0)
+    lost_m_s = math.inf
+    if key[2:] == (Mode.SLIDE, Mode.SLIDE) and record.modes is not None:
+        # A slip that roundings can begin, or not, also ends by roundings alone.
+        before = next(other for other in record.modes[:k][::-1] if other["disc"] == row["disc"])
+        lost_m_s = float(np.hypot(*before["acceleration"])) * (time_s - float(before["time_s"]))
+    return Event(key, 0, 0, k, time_s, values, own, lost_m_s, own_m_s)
 
 
 def is_in_landing(event: Event, run: Iterable[Event], clocks: float = AS_LANDING) -> bool:

@@ -220,6 +220,28 @@ def test_contact_begins_where_hops_are_lower_than_the_resolution_of_the_gap() ->
     assert not found.low_hops
 
 
+def test_the_end_of_a_slip_that_is_rounding_is_told_from_others() -> None:
+    """Gravity along a slanted wall is rounding there, and so are a slip that an impact leaves, and when it ends."""
+    scene = Scene(
+        name="across the slope",
+        discs=[Disc(position_m=(2.01744849513864, 2.4495002648363497), radius_m=0.09769212210352762)],
+        walls=[Wall(point_m=(-1.4810976512154, -2.608898186507903), normal=(0.4936992170718, 0.8696327288359676))],
+        wall_restitution=0.0,
+        gravity_m_s2=(-0.1314417357473424, -0.23152970753906155),
+        duration_s=28.0,
+    )
+    assert check_scene(scene).findings == []
+
+    def turned_later(trace: Trace) -> Trace:
+        modes = sure(trace.modes).copy()
+        modes["time_s"][1] += 0.125
+        return replace(trace, modes=modes)
+
+    slope = SLIDE.model_copy(update={"gravity_m_s2": (-4.0, -10.0)})
+    assert check_scene(slope).findings == []
+    assert Kind.MODE.value in kinds_of(check_scene(slope, solve_with(turned_later)), Check.CERTIFIED)
+
+
 def test_an_impact_that_is_rounding_is_told_from_others() -> None:
     """A disc that restitution 0 has left with a driven wall's velocity, struck once more at a rounding's speed."""
     scene = Scene(

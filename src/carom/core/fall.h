@@ -102,9 +102,8 @@ static inline double face_fall_time(const Mover *disc, const Feature *face, doub
     }
     DoubleDouble gap = face_gap(disc, face);
     DoubleDouble speed = cross_product(face->ex, face->ey, disc->ux, disc->uy);
-    if (gap.high <= 0.0) {
-        if (is_before_face(disc, face))
-            return descent_time(gap, speed, pull);
+    const bool is_on_face = gap.high <= 0.0 && is_before_face(disc, face);
+    if (gap.high <= 0.0 && !is_on_face) {
         /* The disc is next to the face or behind it. It can hit the face only if it falls back. */
         if (!(speed.high > 0.0 && pull.high < 0.0))
             return CAROM_INF;
@@ -113,6 +112,8 @@ static inline double face_fall_time(const Mover *disc, const Feature *face, doub
             return CAROM_INF;
     }
     wait = descent_time(gap, speed, pull);
+    if (wait == 0.0 && is_on_face)
+        return 0.0;
     return wait < CAROM_INF && foot_is_on_face(disc, face, wait, ax, ay) ? wait : CAROM_INF;
 }
 

@@ -49,6 +49,21 @@ def test_a_wall_without_thickness_lets_nothing_through() -> None:
         assert edges(trace) == [(0, FACE)]
 
 
+def test_a_disc_that_hops_over_the_end_of_its_edge_does_not_hit_the_edge_again() -> None:
+    """A disc that starts on an edge and lands beyond its end falls past the end, or onto what follows the edge."""
+    hop = {"gravity_m_s2": (0.0, -0.25), "duration_s": 2.5}
+    for speed, bodies in ((0.25, 0), (0.1, 1)):  # it would come back to the edge's line after two seconds
+        trace = solve_pic(table(disc_at(1.75, 2.5, speed, 0.25, r=0.5), Chain(points_m=[(-2, 2), (2, 2)]), **hop))
+        assert trace.impacts["time_s"].tolist() == [2.0] * bodies
+    ramp = Chain(points_m=[(-2, 2), (2, 2), (4, 1)])
+    for solved in (solve_pic, lambda scene: solve_pit(scene, frame_rate_hz=1e5)):
+        trace = solved(table(disc_at(1.75, 2.5, 0.25, 0.25, r=0.5), ramp, **hop))
+        # The gap to the ramp's line, times sqrt(5): 0.75 (1 + t) - t^2 / 4 - sqrt(5) / 2.
+        met_s = 1.5 + 2.0 * math.sqrt(0.5625 - (0.5 * math.sqrt(5.0) - 0.75))
+        assert trace.impacts["time_s"].tolist() == pytest.approx([met_s], abs=1e-5 if trace.dt_s else 1e-14)
+        assert edges(trace) == [(1, FACE)]
+
+
 def test_the_edge_of_a_merged_face_is_the_one_that_holds_the_foot() -> None:
     """A floor in four pieces is one face; its impacts are on the piece below the disc, at a seam on the lower one."""
     floor = Chain(points_m=[(0, 0), (1, 0), (2, 0), (3, 0), (4, 0)])
