@@ -95,7 +95,7 @@ def test_every_profile_that_an_engine_lacks_has_its_reason() -> None:
             assert f"{info.name} has no profile {profile}" in reasons
     assert "two-dimensional" in reasons["pymunk has no profile cylinder"]
     assert "no continuous detection" in reasons["pymunk has no profile no-ccd"]
-    assert "not cut" in reasons["pit has no profile located"]
+    assert "does not shorten" in reasons["pit has no profile located"]
     plain = columns[Method("mujoco", "cylinder-plain")]
     assert [cell.mark for cell in grid.cells(plain)] == [Mark.UNGRADED]  # it has no impact
 
