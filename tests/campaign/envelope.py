@@ -191,6 +191,7 @@ class _Widened:
         self.found = Envelope(gap_m=gap_resolution(2.0 * reach_of(scene, trace, last_s)))
         self._final_gap_m = gap_resolution(2.0 * reach_of(scene, trace, trace.end_time_s))
         self._last_rounding = [(0.0, 0.0)] * len(scene.discs)
+        self._in_contact = [0] * len(scene.discs)
         self._pull = math.hypot(*scene.gravity_m_s2) + scene.table_deceleration_m_s2
 
     def envelope(self, most: int, deadline_s: float) -> Envelope:
@@ -273,10 +274,16 @@ class _Widened:
             BallContacts(bodies).consider_landing(i, arb(LANDING_PART))
 
     def _widen(self, i: int, meeting: Meeting, speed_m_s: float, spin_rad_s: float) -> None:
-        """Widen the state of a disc after an impact; in contact its path is that of its ground, which is exact."""
+        """Widen the state of a disc after an impact.
+
+        In contact its path is that of its ground, which is exact. How far it gets on this path is not, so the roundings
+        of time add up over its events there.
+        """
         bodies, gap_m = self.bodies, self.found.gap_m
         if bodies.contacts.gliding[i] is not None:
+            self._in_contact[i] += 1
             return
+        self._in_contact[i] = 0
         if not bodies.spin[i].is_exact():
             bodies.spin[i] = bodies.spin[i] + arb(0, spin_rad_s)
         if not self.scene.table_deceleration_m_s2:
@@ -328,12 +335,13 @@ class _Widened:
     ) -> None:
         impact, events = event.impact, self.found.events
         for mode in event.modes:
-            own_s = clock_resolution(_size(mode.time))
+            own_s = (1 + self._in_contact[mode.disc]) * clock_resolution(_size(mode.time))
             speed = self._fall_m_s(mode.disc, mode.time) + rounding.velocities[0]
             events.append(EnvelopeMode(mode, speed, own_s))
         if impact is None:
             return
-        own_s = clock_resolution(_size(impact.time))
+        in_contact = max(self._in_contact[body] for body in (impact.first, impact.second) if body >= 0)
+        own_s = (1 + in_contact) * clock_resolution(_size(impact.time))
         if damping := self.scene.damping_per_s:
             left = float(kept(damping, impact.time).lower())
             own_s = own_s / max(left, UNIT) + clock_resolution(self._clock(impact.time))

@@ -150,12 +150,10 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
     """Return the page; `versions` are of the engines measured."""
     lead = (
         "This page shows scenes in which engines go wrong. Each scene runs from many starts, which shift it within a "
-        "step. "
-        f"A cell shows from how many of {STARTS} starts the value is wrong by more than {percent(OFF)}, and the "
-        f"smallest "
-        "and largest value of all starts. Steps are 1/60 s unless stated otherwise. The rows of 'pit' show the errors "
-        "that follow from checking for overlap once per step alone. Values within "
-        f"{number(SHOWN_TO)} of a whole number are shown as this number.",
+        f"step. A cell shows from how many of {STARTS} starts the value is wrong by more than {percent(OFF)}, and the "
+        "smallest and largest value of all starts. Steps are 1/60 s unless stated otherwise. The rows of 'pit' show "
+        f"the errors that follow from checking for overlap once per step alone. Values within {number(SHOWN_TO)} of a "
+        "whole number are shown as this number.",
         f"Measured on {versions}. 'make hazards' writes this page. "
         "'make test-engines' compares it with new measurements.",
     )

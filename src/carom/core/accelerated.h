@@ -50,6 +50,7 @@ typedef struct Parabola { /* path of a disc: what its row `Disc` does not contai
     bool slip_ends;          /* whether the slip is 0 at `ends` */
     bool rim_ends;           /* whether the spin is 0 at `ends` */
     bool sticks;             /* whether friction has stopped all slip in its last bounce */
+    bool rubs;               /* whether there was an impulse of friction in its last bounce */
 } Parabola;
 
 typedef struct Ground { /* a half-plane or face, as a disc in contact with it needs it */

@@ -101,7 +101,7 @@ static inline NextObstacle first_feature_of_driven(const State *s, Index i, cons
         const Leg *leg = &s->driving.legs[n];
         double begin = n == first ? a->time : leg->begin;
         Disc seen = seen_from_leg(a, leg, begin);
-        FeatureImpact impact = first_impact_on_wall(s, i, &seen, wall, n == first, CAROM_INF);
+        FeatureImpact impact = first_impact_on_wall(s, i, &seen, wall, leg, n == first, CAROM_INF);
         if (begin + impact.wait < leg->end)
             return (NextObstacle){{begin + impact.wait, 0.0}, impact.feature};
     }

@@ -268,8 +268,9 @@ static inline bool end_mode(State *s, Index i, ModeRow *row) {
    stays in contact or leaves its wall. Return whether more than its velocity changes.
 
    The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. Between two
-   walls one such hop follows another, so there it stays only if there is no hop at all. A disc that is pushed into its
-   wall is also in flight, and hits the wall at once. */
+   walls one such hop follows another, so there it stays only if there is no hop at all. At a right angle between them
+   there is a hop if friction causes one. A disc that is pushed into its wall is also in flight, and hits the wall at
+   once. */
 static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
@@ -283,7 +284,8 @@ static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row)
     bool hops = false;
     if (struck != NO_OBSTACLE) {
         const Feature *other = &s->features[struck];
-        hops = approach < 0.0 && other->kind <= FACE && other->nx * f->nx + other->ny * f->ny != 0.0;
+        bool changes = p->rubs || other->nx * f->nx + other->ny * f->ny != 0.0;
+        hops = approach < 0.0 && other->kind <= FACE && changes;
     }
     if (!hops && approach * approach <= 2.0 * press_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
         Parabola before = *p;

@@ -32,7 +32,7 @@ typedef struct Press {
 /* The two friction forces or impulses, and whether each keeps its speed at 0. */
 typedef struct Frictions {
     double friction; /* f */
-    double rolling;  /* h */
+    double turning;  /* f + h: the rim speed changes by -(f + h) / k */
     bool sticks;     /* whether friction keeps the slip at 0 */
     bool blocks;     /* whether rolling resistance keeps the rim speed at 0; false for a disc that does not turn */
 } Frictions;
@@ -60,7 +60,8 @@ static inline double clip(double x, double most) {
    F and H are the largest values of f and h. f is F if s is positive, -F if s is negative, and between them if s is 0.
    The same rule connects h, H and q. q decreases as h grows, for any friction. To make q 0, f must be s1 - q1 limited
    to [-F, F]; the h that follows, limited to [-H, H], is the law's. If s or q is not 0 at present, its sign fixes f or
-   h. `signs` are these signs, and 0 for none. */
+   h. `signs` are these signs, and 0 for none. If s or q stays 0, f + h is (s1 + h) / (1 + y) or q1 / y. The sum of f and
+   h would lose digits for large y. */
 static inline Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs) {
     double f = 0.0, h = 0.0;
     bool blocks = false;
@@ -72,13 +73,15 @@ static inline Frictions share_frictions(double s1, double q1, double f_most, dou
         blocks = fabs(q1 / y - f) <= h_most;
     }
     if (signs.slip != 0.0) {
-        return (Frictions){signs.slip > 0.0 ? f_most : -f_most, h, false, blocks};
+        f = signs.slip > 0.0 ? f_most : -f_most;
+        return (Frictions){f, blocks ? q1 / y : f + h, false, blocks};
     }
     const double left = s1 - h * y;
     if (fabs(left) <= f_most * (1.0 + y)) {
-        return (Frictions){left / (1.0 + y), h, true, blocks};
+        return (Frictions){left / (1.0 + y), (s1 + h) / (1.0 + y), true, blocks};
     }
-    return (Frictions){left > 0.0 ? f_most : -f_most, h, false, blocks};
+    f = left > 0.0 ? f_most : -f_most;
+    return (Frictions){f, blocks ? q1 / y : f + h, false, blocks};
 }
 
 /* Return the rates of a disc in contact. A slip or rim speed that is 0 by the law must be passed as exactly 0. */
@@ -88,7 +91,7 @@ static inline ContactRates contact_rates(const Press *press, Slips now) {
     const double h_most = press->rolling_resistance * press->normal;
     const Slips signs = {now.slip, h_most != 0.0 ? now.rim : 0.0};
     const Frictions by = share_frictions(press->along, 0.0, f_most, h_most, y, signs);
-    const double turns = by.blocks ? 0.0 : 0.0 - (by.friction + by.rolling) * y;
+    const double turns = by.blocks ? 0.0 : 0.0 - by.turning * y;
     if (by.sticks) {
         return (ContactRates){0.0 - turns, turns, true, by.blocks};
     }
@@ -107,7 +110,8 @@ static inline Frictions frictional_impulses(
         );
     }
     const bool sticks = fabs((1.0 + contact->restitution) * before.slip / (1.0 + y)) <= contact->friction * pressed;
-    return (Frictions){tangential_impulse(contact, before.slip, 1.0 + y, pressed), 0.0, sticks, false};
+    const double impulse = tangential_impulse(contact, before.slip, 1.0 + y, pressed);
+    return (Frictions){impulse, impulse, sticks, false};
 }
 
 /* Return the seconds until a slip or rim speed with this rate is 0; infinity for never. */
@@ -155,7 +159,7 @@ static inline Slips both_after_bounces(const Press *press, Slips now, double app
         s1, now.rim, press->friction * pressed, press->rolling_resistance * pressed, y, free
     );
     return (Slips){
-        by.sticks ? 0.0 : s1 - by.friction * (1.0 + y) - by.rolling * y,
-        by.blocks ? 0.0 : now.rim - (by.friction + by.rolling) * y,
+        by.sticks ? 0.0 : s1 - by.friction - by.turning * y,
+        by.blocks ? 0.0 : now.rim - by.turning * y,
     };
 }

@@ -26,17 +26,17 @@ typedef struct FeatureImpact { /* impact of a disc with one of a wall's features
     Index feature;
 } FeatureImpact;
 
-/* Return the feature of a wall that a disc, given relative to the wall, hits first. Impacts that are certainly later
-   than `wait` are left out.
+/* Return the feature of a wall that a disc, given relative to the wall on a leg of its path, hits first. Impacts that
+   are certainly later than `wait` are left out.
 
    In a tie the lower number is first. `is_on_path` says that the disc is still on the path on which it hit its last
    feature. */
-static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const Disc *seen, const Driven *wall, bool is_on_path,
-                                                 double wait) {
+static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const Disc *seen, const Driven *wall,
+                                                 const Leg *leg, bool is_on_path, double wait) {
     Mover mover = mover_of(seen);
     FeatureImpact first = {CAROM_INF, NO_OBSTACLE};
     for (Index k = wall->first_feature; k < wall->first_feature + wall->feature_count; k++) {
-        if (is_on_path && s->touched != NULL && is_touched(&s->touched[i], -1 - k))
+        if (s->touched != NULL && find_touched(&s->touched[i], -1 - k, leg->begins) != NULL)
             continue;
         double found = feature_impact_wait(seen, &mover, &s->features[k], is_on_path && seen->last == -1 - k, wait);
         if (found < first.wait)
@@ -59,7 +59,7 @@ static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
         Disc seen = seen_from_leg(a, leg, begin);
         double within = lesser(leg->end, p->exit_time) - begin;
         FeatureImpact impact =
-            first_impact_on_wall(s, i, &seen, wall, n == first, within + CAROM_TIME_ERROR * (begin + within));
+            first_impact_on_wall(s, i, &seen, wall, leg, n == first, within + CAROM_TIME_ERROR * (begin + within));
         double at = begin + impact.wait;
         if (at < leg->end) {
             if (at < p->exit_time || (at == p->exit_time && p->edge == NO_EDGE && p->obstacle != NO_OBSTACLE &&
@@ -103,8 +103,8 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
         double begin = greater(start, leg->begin);
         if (begin > latest)
             break;
-        bool is_parting = s->discs[i].last == j || (s->touched != NULL && is_touched(&s->touched[i], j));
-        if (n == first && is_parting) /* the two separate on their present paths: see `last_partner` */
+        bool touches = s->touched != NULL && find_touched(&s->touched[i], j, leg->begins) != NULL;
+        if (touches || (n == first && s->discs[i].last == j)) /* they separate: see `last_partner` */
             continue;
         Disc a = s->discs[i];
         move_to(&a, begin);

@@ -102,7 +102,7 @@ cdef extern from "carom/core/impact.h" nogil:
 cdef extern from "carom/core/contact_law.h" nogil:
     struct Frictions:
         double friction
-        double rolling
+        double turning
         bint sticks
         bint blocks
 

@@ -131,9 +131,10 @@ static inline bool is_never_met(const State *s, Index i, Index k) {
     return false;
 }
 
-/* Return whether a disc touches a straight feature without normal speed, and nothing pulls it towards the feature. */
-static inline bool keeps_touching(const State *s, Index i, Index k) {
-    if (s->touched == NULL || !is_touched(&s->touched[i], -1 - k)) {
+/* Return whether a disc touches a straight feature without normal speed, and nothing pulls it towards the feature. The
+   time is the begin of the leg of a driven wall, since the start. */
+static inline bool keeps_touching(const State *s, Index i, Index k, double time) {
+    if (s->touched == NULL || find_touched(&s->touched[i], -1 - k, time) == NULL) {
         return false;
     }
     const Parabola *p = &s->accelerated.paths[i];
@@ -190,7 +191,7 @@ static inline Instant parabola_feature_meeting(const State *s, Index i, Index k,
     if (CAROM_UNLIKELY(p->left_ground == k)) {
         return return_to_left_ground(s, i);
     }
-    double wait = parabola_feature_wait(s, i, k, disc, a->last == -1 - k, keeps_touching(s, i, k), within);
+    double wait = parabola_feature_wait(s, i, k, disc, a->last == -1 - k, keeps_touching(s, i, k, 0.0), within);
     return wait < CAROM_INF ? instant_after(own_instant(a, p), wait) : NEVER;
 }
 
@@ -247,7 +248,7 @@ static inline NextObstacle first_of_driven_wall(const State *s, Index i, const D
             }
             bool is_table_plane = s->accelerated.deceleration > 0.0 && s->features[k].kind == PLANE;
             bool has_just_left = (n == first || is_table_plane) && a->last == -1 - k;
-            bool touches = n == first && keeps_touching(s, i, k);
+            bool touches = keeps_touching(s, i, k, leg->begins);
             double found = parabola_feature_wait(s, i, k, &disc, has_just_left, touches, within);
             if (found < wait) {
                 wait = found;

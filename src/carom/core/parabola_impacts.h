@@ -270,9 +270,10 @@ static inline void slide_on_wall(State *s, Index i, const Law *law, double belt,
     }
     Frictions by = frictional_impulses(&law->wall_contact, s->accelerated.rolling_resistance, (Slips){slip, rim}, y, pressed);
     s->accelerated.paths[i].sticks = by.sticks;
+    s->accelerated.paths[i].rubs = by.friction != 0.0;
     a->vx -= by.friction * n.y;
     a->vy += by.friction * n.x;
-    turning->spin = by.blocks ? 0.0 : turning->spin - (by.friction + by.rolling) * y / a->radius;
+    turning->spin = by.blocks ? 0.0 : turning->spin - by.turning * y / a->radius;
 }
 
 /* Begin lasting contact if the disc is in flight and feature k is straight. Return false and set `State.stopped` if the
@@ -338,7 +339,7 @@ static inline bool apply_parabola_wall(State *s, Index i, Index k, Instant at, b
     double gap = feature_gap(&disc, f);
     a->x -= gap * n.x;
     a->y -= gap * n.y;
-    p->sticks = false;
+    p->sticks = p->rubs = false;
     double restitution = law->wall_restitution;
     /* if rounding turns a very weak graze into a separation, there is no impulse: an impact never pulls */
     if (met.approach > 0.0) {

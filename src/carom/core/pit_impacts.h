@@ -167,7 +167,7 @@ static inline void apply_falling_friction(const State *s, const Law *law, const 
     Frictions by = frictional_impulses(&law->wall_contact, s->rolling_resistance, (Slips){slip, rim}, y, pressed);
     a->velocity[0] -= by.friction * wall->ny;
     a->velocity[1] += by.friction * wall->nx;
-    turning->spin = by.blocks ? 0.0 : turning->spin - (by.friction + by.rolling) * y / a->radius;
+    turning->spin = by.blocks ? 0.0 : turning->spin - by.turning * y / a->radius;
 }
 
 /* Apply the impact of a disc that falls onto a wall, like `collide_wall`, but with rolling resistance. */

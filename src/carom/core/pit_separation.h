@@ -18,15 +18,20 @@ static inline bool is_chain(const State *s, Index k) {
 
 /* Return the contact without normal speed of disc i and a body, or NULL. A wall is -1 - k. A feature of a chain that
    the disc touches is -1 - its number. */
-static inline const Touched *find_touched(const State *s, Index i, Index body) {
-    if (s->touched == NULL)
-        return NULL;
-    const TouchedBodies *t = &s->touched[i];
-    for (int k = 0; k < t->count; k++) {
-        if (t->bodies[k].body == body)
-            return s->now < t->bodies[k].until ? &t->bodies[k] : NULL;
-    }
-    return NULL;
+static inline const Touched *find_contact(const State *s, Index i, Index body) {
+    return s->touched != NULL ? find_touched(&s->touched[i], body, s->now) : NULL;
+}
+
+/* Return when the motion of a driven body can end a contact with normal n; infinity for never.
+
+   That is when it begins another leg of its path. A flat wall must also begin to move along the normal. */
+static inline double contact_end(const Path *path, bool is_flat, double nx, double ny) {
+    if (path == NULL)
+        return CAROM_INF;
+    const Leg *leg = &path->legs[path->leg], *next = leg;
+    while (is_flat && next->end < CAROM_INF && are_equal_along(leg->vx, leg->vy, next[1].vx, next[1].vy, nx, ny))
+        next += 1;
+    return next->end;
 }
 
 /* Return the speed at which disc j moves past disc i, to the left of a normal. */
@@ -41,7 +46,7 @@ static inline double slip_past(const State *s, Index i, Index j, double nx, doub
    PIT finds impacts late, with overlap. A disc that has moved past another one therefore approaches it on its way
    back. */
 static inline bool is_touching_disc(const State *s, Index i, Index j) {
-    const Touched *t = find_touched(s, i, j);
+    const Touched *t = find_contact(s, i, j);
     if (t == NULL)
         return false;
     double moved = t->nx * (s->discs[j].y - s->discs[i].y) - t->ny * (s->discs[j].x - s->discs[i].x);
@@ -76,8 +81,7 @@ static inline void note_pair_contact(State *s, Index i, Index j, double nx, doub
     if (s->motion == FALLING)
         stops = stops && s->discs[i].inverse_mass > 0.0 && s->discs[j].inverse_mass > 0.0;
     for (int k = 0; k < 2; k++) {
-        const Path *path = disc_path(s, pair[1 - k]);
-        double until = path != NULL ? path->legs[path->leg].end : CAROM_INF;
+        double until = contact_end(disc_path(s, pair[1 - k]), false, nx, ny);
         if (s->discs[pair[k]].inverse_mass > 0.0)
             note_contact(s, pair[k], (Touched){(int)pair[1 - k], nx, ny, until}, s->law.contact.friction > 0.0, stops);
     }
@@ -106,7 +110,7 @@ static inline bool are_separating(const State *s, Index i, Index j) {
 
 /* Return whether disc i does not approach half-plane k on its present path. */
 static inline bool is_leaving_plane(const State *s, Index i, Index k) {
-    return (s->motion != FALLING && s->discs[i].last == ON_WALL - k) || find_touched(s, i, -1 - k) != NULL;
+    return (s->motion != FALLING && s->discs[i].last == ON_WALL - k) || find_contact(s, i, -1 - k) != NULL;
 }
 
 /* Return an edge of chain k that is probably near disc i. */
@@ -141,21 +145,38 @@ static inline bool is_leaving_chain(const State *s, Index i, Index k, Index feat
     if (s->motion != FALLING && s->discs[i].last == ON_WALL - k && hit->feature == feature &&
         (!is_inside_arc(s, feature) || (nx == hit->nx && ny == hit->ny)))
         return true;
-    return find_touched(s, i, -1 - s->wall_count - feature) != NULL;
+    return find_contact(s, i, -1 - s->wall_count - feature) != NULL;
 }
 
-/* Store an impact of disc i on wall k that was just applied. n is the unit normal. */
+/* Return whether a feature is a side of a straight edge. */
+static inline bool is_flat_part(const State *s, Index feature) {
+    Index part = feature % CHAIN_PARTS;
+    return !s->edges[feature / CHAIN_PARTS].is_arc && (part == ON_LEFT || part == ON_RIGHT);
+}
+
+/* Store an impact of disc i on wall k that was just applied. n is the unit normal.
+
+   On a straight edge that is the direction to the nearest point, whose roundings grow with the coordinates. The normal
+   of the edge itself is stored instead. */
 static inline void note_wall_contact(State *s, Index i, Index k, double nx, double ny) {
     const Law *law = &s->wall_laws[k];
-    const Path *path = wall_path(s, k);
-    bool stops = law->wall_restitution == 0.0 && s->gx * nx + s->gy * ny == 0.0;
-    Index body = -1 - k;
     if (s->touched == NULL)
         return;
+    Index body = -1 - k;
+    bool is_flat = true, is_curved_inwards = false;
     if (is_chain(s, k)) {
-        body = -1 - s->wall_count - s->hits[i].feature;
-        stops = stops && !is_inside_arc(s, s->hits[i].feature);
+        Index feature = s->hits[i].feature;
+        body = -1 - s->wall_count - feature;
+        is_flat = is_flat_part(s, feature);
+        is_curved_inwards = is_inside_arc(s, feature);
+        if (is_flat) {
+            const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
+            double dx = edge->bx - edge->ax, dy = edge->by - edge->ay, length = sqrt(dx * dx + dy * dy);
+            nx = -dy / length;
+            ny = dx / length;
+        }
     }
-    double until = path != NULL ? path->legs[path->leg].end : CAROM_INF;
+    bool stops = law->wall_restitution == 0.0 && !is_curved_inwards && s->gx * nx + s->gy * ny == 0.0;
+    double until = contact_end(wall_path(s, k), is_flat, nx, ny);
     note_contact(s, i, (Touched){(int)body, nx, ny, until}, law->wall_contact.friction > 0.0, stops);
 }

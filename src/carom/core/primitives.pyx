@@ -230,10 +230,10 @@ def frictional_impulses(
     double friction, double restitution, double rolling_resistance, double slip, double rim, double inverse_inertia_ratio,
     double pressed,
 ):
-    """Return the impulses of friction and of rolling resistance on a disc that hits a wall, per unit of its mass.
+    """Return the impulses of friction on a disc that hits a wall, and on its rim, per unit of its mass.
 
-    The third result is whether rolling resistance stops the rim.
+    The impulse on the rim includes rolling resistance. The third result is whether rolling resistance stops the rim.
     """
     cdef ContactFriction contact = ContactFriction(friction, restitution)
     by = formulas.frictional_impulses(&contact, rolling_resistance, Slips(slip, rim), inverse_inertia_ratio, pressed)
-    return by.friction, by.rolling, by.blocks
+    return by.friction, by.turning, by.blocks

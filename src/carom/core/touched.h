@@ -7,7 +7,8 @@
 
    Each component of a unit normal has two roundings. If two such normals are orthogonal, their product is therefore at
    most CAROM_ERROR. A change of the velocity along a normal by less than that is smaller than the rounding of the
-   velocity itself. docs/theory/pic.md, section "Contacts after restitution 0". */
+   velocity itself. The same is true when a driven wall begins another leg of its path. docs/theory/pic.md, section
+   "Contacts after restitution 0". */
 
 #pragma once
 
@@ -25,7 +26,7 @@ typedef struct Touched {
     int body; /* disc i as i; obstacle or wall k as -1 - k */
     double nx; /* unit normal of the impact; its sense does not matter */
     double ny;
-    double until; /* when a driven body begins another leg of its path, since the start; otherwise infinity */
+    double until; /* when the motion of a driven body ends the contact, since the start; otherwise infinity */
 } Touched;
 
 typedef struct TouchedBodies {
@@ -33,13 +34,25 @@ typedef struct TouchedBodies {
     Touched bodies[MOST_TOUCHED]; /* oldest first */
 } TouchedBodies;
 
-static inline bool is_touched(const TouchedBodies *t, ptrdiff_t body) {
+/* Return the contact with a body that lasts at a time since the start, or NULL. */
+static inline const Touched *find_touched(const TouchedBodies *t, ptrdiff_t body, double time) {
     for (int k = 0; k < t->count; k++) {
         if (t->bodies[k].body == body) {
-            return true;
+            return time < t->bodies[k].until ? &t->bodies[k] : NULL;
         }
     }
-    return false;
+    return NULL;
+}
+
+/* Return whether a disc touches a body that is not driven. */
+static inline bool is_touched(const TouchedBodies *t, ptrdiff_t body) {
+    return find_touched(t, body, 0.0) != NULL;
+}
+
+/* Return whether two velocities have the same component along a unit normal, up to their roundings. */
+static inline bool are_equal_along(double vx1, double vy1, double vx2, double vy2, double nx, double ny) {
+    double sizes = fabs(vx1) + fabs(vy1) + fabs(vx2) + fabs(vy2);
+    return fabs((vx2 - vx1) * nx + (vy2 - vy1) * ny) <= CAROM_ERROR * sizes;
 }
 
 /* Store an impact of a disc on a body at a time since the start. `slides` says whether friction may have acted. `stops`

@@ -17,10 +17,17 @@ static inline bool are_parting(const State *s, Index i, Index j) {
     return parts_from(s, i, j) && parts_from(s, j, i);
 }
 
-/* Return when a body begins another leg of its path, since the start; infinity for never. */
-static inline double leg_end(const State *s, Index body, double time) {
+/* Return when the motion of a body can end a contact with normal n, since the start; infinity for never.
+
+   That is when it begins another leg of its path. A flat wall must also begin to move along the normal. */
+static inline double contact_end(const State *s, Index body, bool is_flat, double nx, double ny) {
     const Driven *row = driven_row(&s->driving, body);
-    return row == NULL || row->leg_count == 0 ? CAROM_INF : s->driving.legs[leg_at(&s->driving, row, time)].ends;
+    if (row == NULL || row->leg_count == 0)
+        return CAROM_INF;
+    const Leg *leg = &s->driving.legs[leg_at(&s->driving, row, s->clock.now)], *next = leg;
+    while (is_flat && next->ends < CAROM_INF && are_equal_along(leg->vx, leg->vy, next[1].vx, next[1].vy, nx, ny))
+        next += 1;
+    return next->ends;
 }
 
 /* Store an impact of two discs that was just applied. The normal is the unit vector from one to the other. */
@@ -29,7 +36,7 @@ static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, doubl
     Index pair[2] = {i, j};
     for (int k = 0; k < 2; k++) {
         Index other = pair[1 - k];
-        Touched touched = {(int)other, nx, ny, leg_end(s, other, s->clock.now)};
+        Touched touched = {(int)other, nx, ny, contact_end(s, other, false, nx, ny)};
         note_touched(&s->touched[pair[k]], touched, s->clock.reported, slides, stops);
     }
 }
@@ -43,7 +50,8 @@ static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double
     bool slides = law->wall_contact.friction > 0.0 && !is_elastic;
     bool stops = law->wall_restitution == 0.0 && !is_elastic && !is_bent_inwards;
     Index wall = s->feature_count > 0 ? s->features[k].wall : k;
-    Touched touched = {(int)(-1 - k), nx, ny, leg_end(s, -1 - wall, s->clock.now)};
+    bool is_flat = s->feature_count == 0 || s->features[k].kind <= FACE;
+    Touched touched = {(int)(-1 - k), nx, ny, contact_end(s, -1 - wall, is_flat, nx, ny)};
     note_touched(&s->touched[i], touched, s->clock.reported, slides, stops);
 }
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import pytest
 from tests.lengths import each
@@ -10,12 +13,13 @@ from tests.lengths import each
 import carom
 from carom import Chain, Disc, Scene, Wall
 from carom.model.trace import Outcome
+from carom.model.walls import Leg
 
 #: Directions of the first wall's normal, in radians: along an axis, and not.
 ANGLES = (0.0, 0.3, 1.0, math.pi / 3, 2.5)
 
 
-def wall(kind: str, at: complex, normal: complex, drive: complex = 0.0, **more: float) -> Wall | Chain:
+def wall(kind: str, at: complex, normal: complex, drive: complex = 0.0, **more: Any) -> Wall | Chain:
     """Return a half-plane, or a long straight edge, through a point."""
     velocity = (drive.real, drive.imag)
     if kind == "half-plane":
@@ -68,6 +72,54 @@ def test_discs_that_leave_each_other_along_a_tangent_do_not_meet_when_one_comes_
     assert (first["first"], first["second"]) == (0, 1)
     assert abs(float(first["normal"][0])) <= 0.2
     assert set(trace.impacts["second"][1:].tolist()) <= {-1, -2, 1}
+
+
+@each("kind", ["half-plane", "edge"])
+@each("angle", ANGLES)
+@each("solve", [carom.solve_pic, partial(carom.solve_pit, frame_rate_hz=240.0)])
+def test_a_wall_that_changes_its_speed_along_itself_does_not_hit_a_disc_that_touches_it(
+    kind: str, angle: float, solve: Callable[[Scene], carom.Trace]
+) -> None:
+    """After the impact with restitution 0 there is one more, when the wall begins to move towards the disc."""
+    normal = complex(math.cos(angle), math.sin(angle))
+    along = complex(-normal.imag, normal.real)
+    drives = {0.0: 0.3 * along, 2.0: -0.7 * along, 3.0: 0.2 * along, 4.0: 0.25 * normal}
+    legs = tuple(Leg(from_s=at, velocity_m_s=(drive.real, drive.imag)) for at, drive in drives.items())
+    place, velocity = 1.5 * normal, -1.9 * normal + 0.7 * along
+    scene = Scene(
+        name="sliding wall",
+        discs=[Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5)],
+        walls=[wall(kind, 0.0, normal, legs=legs)],
+        wall_restitution=0.0,
+        duration_s=6.0,
+    )
+    assert solve(scene).impacts["time_s"].tolist() == pytest.approx([1.0 / 1.9, 4.0], abs=1 / 240)
+
+
+def test_a_driven_disc_that_comes_back_hits_a_disc_that_it_has_touched_before() -> None:
+    """A contact with restitution 0 ends with the leg of the driven disc, also when the clock is reset after that.
+
+    From 2 s the driven disc slides past the other one. From 3 s it comes back, and at the distance of 1 m again after
+    t = 0.4 s: (1 - t/2)^2 + (1 - t)^2 = 1. In this time a third disc hits its walls more than 200 times.
+    """
+    legs = tuple(
+        Leg(from_s=at, velocity_m_s=velocity)
+        for at, velocity in ((0.0, (0.0, 0.0)), (2.0, (0.0, 1.0)), (3.0, (0.5, -1.0)))
+    )
+    scene = Scene(
+        name="back",
+        discs=[
+            Disc(position_m=(0.0, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True, legs=legs),
+            Disc(position_m=(2.0, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5),
+            Disc(position_m=(0.0, -9.0), velocity_m_s=(0.0, 1000.0), radius_m=0.1),
+        ],
+        walls=[Chain(points_m=[(-5.0, y), (5.0, y)]) for y in (-10.0, -8.0)],
+        restitution=0.0,
+        wall_restitution=1.0,
+        duration_s=3.5,
+    )
+    impacts = carom.solve_pic(scene).impacts
+    assert impacts["time_s"][impacts["second"] == 1].tolist() == pytest.approx([1.0, 3.4], rel=1e-12)
 
 
 def test_collapse_under_gravity_ends_by_name() -> None:
@@ -130,3 +182,29 @@ def test_a_corner_ends_when_its_impacts_do(opening: float) -> None:
     assert trace.outcome is Outcome.CORNER
     assert trace.end_time_s == pytest.approx(expected_s, rel=1e-12)
     assert trace.notes[0].startswith("disc 0 is wedged between edges 0 and 1 of wall 0")
+
+
+@each("tilt", [0.0, 0.3, 0.7])
+def test_a_corner_at_a_right_angle_ends_when_the_hops_do_that_friction_causes(tilt: float) -> None:
+    """A disc rolls into it, and friction lifts it off each wall in turn.
+
+    A disc that rolls into a wall at speed w rolls along this wall at w/3, with 2/3 of gravity's part g along it. So it
+    is back after w/g, at the speed w/3. The parts are 4 and 8 m/s^2 in turn. So all hops take 9/8 w (1/8 + 1/12)
+    seconds.
+    """
+    one = complex(math.cos(tilt), math.sin(tilt))
+    place, gravity = (0.5 + 0.25j) * one, -(4.0 + 8.0j) * one
+    scene = Scene(
+        name="rolling corner",
+        discs=[Disc(position_m=(place.real, place.imag), radius_m=0.25)],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(normal.real, normal.imag)) for normal in (one, 1j * one)],
+        wall_restitution=0.0,
+        wall_friction=1.0,
+        gravity_m_s2=(gravity.real, gravity.imag),
+        duration_s=4.0,
+    )
+    arrives_s = math.sqrt(2.0 * 0.25 / (4.0 * 2.0 / 3.0))
+    speed = arrives_s * 4.0 * 2.0 / 3.0
+    trace = carom.solve_pic(scene)
+    assert trace.outcome is Outcome.CORNER
+    assert trace.end_time_s == pytest.approx(arrives_s + 9.0 / 8.0 * speed * (1.0 / 8.0 + 1.0 / 12.0), rel=1e-12)

@@ -281,10 +281,10 @@ def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[in
     turned = rubbed = primitives.tangential_impulse(*law, slip, inverse_effective_mass, pressed)
     if resists:  # for an impact on a wall, impulses are per unit of the disc's mass
         rim, weight = motion[row[first], 2], weights[first]
-        friction, rolling, _ = primitives.frictional_impulses(
+        friction, turning, _ = primitives.frictional_impulses(
             *law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weight
         )
-        rubbed, turned = friction / weight, (friction + rolling) / weight
+        rubbed, turned = friction / weight, turning / weight
     for body, sign in sides:
         after[row[body], :2] += sign * rubbed * weights[body] * tangent
         after[row[body], 2] -= turned * weights[body] / start.inertia[body]

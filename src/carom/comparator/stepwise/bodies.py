@@ -261,11 +261,11 @@ class BodyStates:
             if contact.friction > 0.0 or law.rolling_resistance > 0.0:
                 rim, y = law.radius[i] * self.spin[i], law.inverse_inertia_ratio[i]
                 slip = before[0] * ny - before[1] * nx + rim + (0.0 if law.belts is None else law.belts[j - law.n])
-                friction, rolling, _ = primitives.frictional_impulses(
+                friction, turning, _ = primitives.frictional_impulses(
                     *contact, law.rolling_resistance, slip, rim, y, pressed
                 )
                 vx, vy = vx - friction * ny, vy + friction * nx
-                self.spin[i] -= (friction + rolling) * y / law.radius[i]
+                self.spin[i] -= turning * y / law.radius[i]
             self.velocity[i] = (vx, vy)
             return
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
