@@ -40,7 +40,6 @@ def require_address_space() -> None:
     """
     if not limit_mb() or "numpy" in sys.modules:
         return
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # each thread takes tens of megabytes
     child = os.fork()
     if not child:
         code = 1
