@@ -18,7 +18,7 @@
 
 #include "carom/core/carom_core.h"
 #include "carom/core/constants.h"
-#include "carom/core/impact.h"
+#include "carom/core/impact_law.h"
 
 /* What presses a disc against a wall, and what resists its motion. */
 typedef struct Press {

@@ -8,8 +8,8 @@
 #include <float.h>
 #include <string.h>
 
+#include "carom/core/arithmetic/exponentials.h"
 #include "carom/core/carom_core.h"
-#include "carom/core/exponentials.h"
 
 /* Return the factor by which a velocity has decreased after a time. For a negative time it is more than 1, up to
    infinity. */

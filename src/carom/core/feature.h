@@ -9,7 +9,7 @@
 
 #include <stdbool.h>
 
-#include "carom/core/double_double.h"
+#include "carom/core/arithmetic/double_double.h"
 
 /* `numbered.py` uses the same numbers. */
 typedef enum FeatureKind {

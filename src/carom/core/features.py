@@ -5,7 +5,7 @@ centre is at the distance half width plus radius from that line. Such centres fo
 circle for a vertex or for a side of an arc. So a vertex is represented as a circle of radius 0.
 
 Features are frozen. Features contain everything that times of impact need, precomputed from the numbers of the scene
-file. An exact value is stored as a pair ``(high, low)`` of its nearest floats: see `core/double_double.h`.
+file. An exact value is stored as a pair ``(high, low)`` of its nearest floats: see `core/arithmetic/double_double.h`.
 """
 
 from __future__ import annotations

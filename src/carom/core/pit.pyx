@@ -1,5 +1,5 @@
-# distutils: sources = src/carom/core/frame_sampled.c
-"""Python binding of the frame-sampled loop, `frame_sampled.c`: PIT for any number of discs and all kinds of motion."""
+# distutils: sources = src/carom/core/pit/frame_loop.c
+"""Python binding of the frame-sampled loop, `frame_loop.c`: PIT for any number of discs and all kinds of motion."""
 
 from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free
@@ -13,7 +13,7 @@ from carom.core.carom_core cimport Index, Record, Turning
 from carom.core.record_rows cimport ambiguous_rows, free_record, release_rows
 from carom.core.run_input cimport RunInput, floats, input_of
 
-cdef extern from "carom/core/pit_state.h" nogil:
+cdef extern from "carom/core/pit/state.h" nogil:
     struct Counts:
         Index frames
         Index tested

@@ -12,9 +12,9 @@
 
 #include <math.h>
 
+#include "carom/core/arithmetic/double_double.h"
 #include "carom/core/carom_core.h"
 #include "carom/core/constants.h"
-#include "carom/core/double_double.h"
 
 /* Return whether floats resolve the distance of two discs in contact. Farther from the origin an impact has no
    normal. */

@@ -1,4 +1,4 @@
-"""Impacts with friction on arrays, by the law of `core/impact.h`: many impacts at once, for comparisons.
+"""Impacts with friction on arrays, by the law of `core/impact_law.h`: many impacts at once, for comparisons.
 
 Spins are given as speeds of rims, ``R w`` in metres a second, since the law adds them to velocities.
 """

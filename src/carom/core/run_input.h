@@ -5,7 +5,7 @@
 #pragma once
 
 #include "carom/core/carom_core.h"
-#include "carom/core/quartic_forms.h"
+#include "carom/core/quartic/polynomial.h"
 
 enum { /* numbers per row */
     WALL_NUMBERS = 4,
@@ -68,7 +68,7 @@ typedef struct RunInput {
     double rate;
     double damping;  /* rate at which discs are damped, per second; 0 for none */
     bool skips;      /* whether tests that can find nothing are skipped. It changes no result */
-    double max_waste; /* how much work of skipping may be wasted: see `State.max_waste` in pit_state.h */
+    double max_waste; /* how much work of skipping may be wasted: see `State.max_waste` in pit/state.h */
 } RunInput;
 
 /* Return whether some impact has restitution 0. */

@@ -1,6 +1,6 @@
 """Time of impact of arrays of discs, in straight uniform motion: the public form.
 
-The core computes each time (`core/pair.h` describes the method and its guarantee), and
+The core computes each time (`core/straight/pair_time.h` describes the method and its guarantee), and
 `carom.core.pair_time_any_size` scales numbers that are not of moderate size.
 
 All decisions depend on whether the discs approach. No time or distance is compared with a tolerance.

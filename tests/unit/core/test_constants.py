@@ -32,7 +32,7 @@ NUMBERED = {
         **{name: f"carom.core.numbered._{name}" for name in ("PLANE", "FACE", "VERTEX", "OUTER_ARC", "INNER_ARC")},
         "FEATURE_NUMBERS": "carom.core.numbered.FEATURE_NUMBERS",
     },
-    "state.h": {
+    "pic/state.h": {
         "MOST_OBSTACLES": "carom.solvers.event_driven.obstacles.MOST_OBSTACLES",
         **{
             name: f"carom.solvers.event_driven.run._{name}"

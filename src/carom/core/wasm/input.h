@@ -60,7 +60,7 @@ typedef enum Result { /* addresses and counts of rows, and how the run has ended
     MODE_COUNT,
     AMBIGUOUS,
     AMBIGUOUS_COUNT,
-    ENDING, /* of PIC: `Ending` in state.h */
+    ENDING, /* of PIC: `Ending` in pic/state.h */
     REPORTED,
     NOW,
     NOW_LOW,

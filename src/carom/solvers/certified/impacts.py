@@ -255,7 +255,7 @@ def _restitution(bodies: BallBodies, meeting: Meeting) -> arb:
 
 
 def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
-    """Apply friction to two discs at contact, like `pair_tangential_impulse` of `core/impact.h`."""
+    """Apply friction to two discs at contact, like `pair_tangential_impulse` of `core/impact_law.h`."""
     i, j = meeting.first, meeting.second
     nx, ny, reach = normal
     law, scene = bodies.pair_law(i, j), bodies.scene

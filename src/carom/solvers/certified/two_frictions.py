@@ -1,6 +1,6 @@
 """Contact law of `core/contact_law.h` in balls: the slip and rim speed that friction and rolling resistance remove.
 
-`stick` repeats the friction of impacts in `core/impact.h`.
+`stick` repeats the friction of impacts in `core/impact_law.h`.
 
 Forces are limited, which is a continuous operation. If it is undecided whether a force exceeds its limit, its ball
 covers both cases.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from carom.core.wall_features import WallFeature
     from carom.model.disc_arrays import DiscArrays
 
-#: Marks an end of a face at which the wall continues smoothly, without a vertex: `NO_OBSTACLE` of state.h.
+#: Marks an end of a face at which the wall continues smoothly, without a vertex: `NO_OBSTACLE` of pic/state.h.
 NO_OBSTACLE = -1
 
 

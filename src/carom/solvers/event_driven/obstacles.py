@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from carom.model.disc_arrays import DiscArrays
 
-#: `MOST_OBSTACLES` of state.h.
+#: `MOST_OBSTACLES` of pic/state.h.
 MOST_OBSTACLES = 67_108_863
 
 

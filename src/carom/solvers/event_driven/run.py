@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 #: Events per call of the kernel, which take about a tenth of a second. Progress and Ctrl-C are handled between calls.
 _EVENTS = 100_000
-#: `Ending` of state.h.
+#: `Ending` of pic/state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
 _OUTCOMES = {
     _DONE: Outcome.COMPLETED,
@@ -208,7 +208,7 @@ class EventDrivenRun:
         return self._contact_note(ended, **self._kernel.contact_end)
 
     def _contact_note(self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool) -> str:
-        """Return the note on a run that ended early because of a contact: see `ContactEnd` in accelerated.h."""
+        """Return the note on a run that ended early because of a contact: see `ContactEnd` in accelerated_state.h."""
         why = ", after infinitely many impacts" if after_bounces else ""
         if ended == _EDGE:
             wall = body_name(other)

@@ -1,0 +1,59 @@
+/* Bodies of a run that touch without normal speed; touched_bodies.h explains the rule. */
+
+#pragma once
+
+#include "carom/core/pic/driven_path.h"
+#include "carom/core/pic/state.h"
+#include "carom/core/touched_bodies.h"
+
+/* Return whether disc `i` does not approach a body on its present path, because an impact has left it no normal
+   speed. */
+static inline bool parts_from(const State *s, Index i, Index body) {
+    return s->discs[i].inverse_mass == 0.0 || s->discs[i].last == body || is_touched(&s->touched[i], body);
+}
+
+/* Return whether two discs touch without normal speed, or are still on the paths that began at their own impact. */
+static inline bool are_parting(const State *s, Index i, Index j) {
+    return parts_from(s, i, j) && parts_from(s, j, i);
+}
+
+/* Return when a body begins another leg of its path, since the start; infinity for never. */
+static inline double leg_end(const State *s, Index body, double time) {
+    const Driven *row = driven_row(&s->driving, body);
+    return row == NULL || row->leg_count == 0 ? CAROM_INF : s->driving.legs[leg_at(&s->driving, row, time)].ends;
+}
+
+/* Store an impact of two discs that was just applied. The normal is the unit vector from one to the other. */
+static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, double nx, double ny, bool is_elastic) {
+    bool slides = s->law.contact.friction > 0.0 && !is_elastic, stops = s->law.restitution == 0.0 && !is_elastic;
+    Index pair[2] = {i, j};
+    for (int k = 0; k < 2; k++) {
+        Index other = pair[1 - k];
+        Touched touched = {(int)other, nx, ny, leg_end(s, other, s->clock.now)};
+        note_touched(&s->touched[pair[k]], touched, s->clock.reported, slides, stops);
+    }
+}
+
+/* Store an impact on wall or feature `k` that was just applied. n is the unit normal.
+
+   The inside of an arc is excluded. A disc that moves along it without normal speed is pressed against it. */
+static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double nx, double ny, bool is_elastic) {
+    const Law *law = s->feature_count > 0 ? &s->wall_laws[s->features[k].wall] : &s->law;
+    bool is_bent_inwards = s->feature_count > 0 && s->features[k].kind == INNER_ARC;
+    bool slides = law->wall_contact.friction > 0.0 && !is_elastic;
+    bool stops = law->wall_restitution == 0.0 && !is_elastic && !is_bent_inwards;
+    Index wall = s->feature_count > 0 ? s->features[k].wall : k;
+    Touched touched = {(int)(-1 - k), nx, ny, leg_end(s, -1 - wall, s->clock.now)};
+    note_touched(&s->touched[i], touched, s->clock.reported, slides, stops);
+}
+
+/* Remove from a scan the discs that disc `i` does not approach. Return how many remain. */
+static CAROM_NOINLINE Index remove_touching(State *s, Index i, Index count) {
+    Index kept = 0;
+    for (Index k = 0; k < count; k++) {
+        Index j = s->candidates.disc[k];
+        if (!are_parting(s, i, j))
+            s->candidates.disc[kept++] = (int)j;
+    }
+    return kept;
+}
