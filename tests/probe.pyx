@@ -85,8 +85,6 @@ cdef extern from "carom/core/impact_record.h" nogil:
         Recent *recent, double time, double resolution, double nx, double ny, int feature, bint elastic,
         const Corners *corners,
     )
-
-cdef extern from "carom/core/resolution.h" nogil:
     double pair_resolution(double sizes, double reach, double ux, double uy, double speed)
     double wall_resolution(double sizes, double speed)
     double clock_resolution(double time)

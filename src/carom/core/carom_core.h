@@ -56,101 +56,96 @@
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
      impact with restitution 0 (touched_bodies.h).
 
-   FILES. Each header contains the inlined functions of one concept.
+   FILES. Each header contains the inlined functions of one concept. A header includes its foundations, and these
+   include theirs: constants.h brings the C library, pic/state.h and pit/state.h the shared structs.
 
-   Numbers
-     constants.h                     constants, each with its unit and reason; macros for compilers
-     arithmetic/double_double.h      pairs: numbers as sums of two floats; error-free sums and products
-     arithmetic/wide_integer.h       integers of 256 bits
-     arithmetic/exponentials.h       exp, expm1 and log1p, rounded to the nearest float
-     arithmetic/instant.h            instants as pairs of floats
-   Times of impact in straight motion
-     straight/pair_time.h            two discs
-     feature.h                       features of walls, and a disc relative to a wall
-     straight/half_plane.h           the line of a half-plane
-     straight/line_time.h            one side of an edge
-     straight/arc_time.h             the outside or inside of an arc, or a vertex
-     straight/feature_time.h         any feature; also the gap to it and its normal
-   Times of impact on parabolas
-     parabola/fall_time.h            any feature, a fixed disc, or a disc with another acceleration
-     parabola/gap_polynomial.h       the gap as a polynomial in time
-     parabola/fall_bounds.h          lower bounds of these times
-     quartic/falls.h                 instants at which such a polynomial becomes negative, in three stages
-     quartic/polynomial.h            a polynomial in floats, in pairs, and as exact products
-     quartic/root_isolation.h        intervals that contain exactly one root
-     quartic/root_refinement.h       refinement and rounding of a root
-   Physical laws and records, for both solvers
-     run_input.h                     the input of a run
-     impact_law.h                    restitution and friction in an impact
-     contact_law.h                   Coulomb's law for a disc that is pressed against a straight wall
-     damping.h                       linear damping as a change of time
-     resolution.h                    uncertainty of an impact's time due to rounding
-     touched_bodies.h                bodies that a disc touches without normal speed
-     impact_record.h                 rows of recorded impacts; which of them are ambiguous
-     arena.h                         memory for rows of fixed number
-   The event-driven solver (PIC)
-     pic/state.h                     state of a run, kinds of events, functions for bindings; read it first
-     pic/accelerated_state.h         structs for discs that accelerate
-     pic/event_loop.c                the event loop and the set-up
-     pic/next_event.h                the next event of a disc, and of all discs
-     pic/event_queue.h               tournament tree of the times of next events
-     pic/grid.h                      cells
-     pic/obstacle_lists.h            lists of obstacles near each cell; when a disc leaves its cell
-     pic/straight_partner.h          the disc that a disc collides with next
-     pic/straight_motion.h           straight paths: positions, and waits until something is reached
-     pic/straight_impact.h           applying and recording an impact
-     pic/separation.h                touched_bodies.h for the discs of a run
-     pic/clock.h                     restarts of the time count
-     pic/prefetch.h                  loads memory for the next event
-     pic/set_up.h                    layout of a run's arena
-     pic/driven_impact.h             impacts with driven bodies; runs with features or spins
-     pic/driven_path.h               positions of driven bodies
-     pic/crush_count.h               discs that bounce between two closing bodies
-     pic/crush.h                     whether such a disc is crushed, and when
-     pic/crush_bodies.h              bodies as seen by that rule
-     pic/crushed_row.h               the same rule for a row of discs
-     pic/parabola_motion.h           paths of discs that accelerate: positions, and waits
-     pic/parabola_exit.h             when an accelerating disc leaves its cell
-     pic/parabola_partner.h          straight_partner.h for parabolas
-     pic/parabola_impact.h           straight_impact.h for parabolas; beginning and end of contact
-     pic/lasting_contact.h           discs in contact with a wall: modes, and when they change
-     pic/two_discs.h                 two discs without walls: a closed form
-     pic/all_pairs.h                 the all-pairs loop, which tests compare with the event loop
-   The frame-sampled solver (PIT)
-     pit/state.h                     state of a run, functions for bindings; read it first
-     pit/frame_loop.c                the frame loop
-     pit/set_up.h                    fills the rows of a run
-     pit/frame.h                     one frame
-     pit/pending_tests.h             pending tests of a frame, in the order of Algorithm 1
-     pit/impacts.h                   interference tests and impacts
-     pit/separation.h                bodies that a disc cannot approach on its present path
-     pit/motion.h                    motion between frames
-     pit/driven.h                    driven bodies at a frame
-     pit/search.h                    which tests a disc needs now, and at which time it needs the next ones
-     pit/bounds.h                    lower bounds of the time until a disc can hit something
-     pit/grid.h                      cells for discs of any sizes
-     pit/sweep.h                     all tests of a frame at once, if skipping costs too much
-     pit/work.h                      whether skipping saves work
-     pit/chain_distance.h            the point of a chain nearest to a disc
+   Shared by both solvers
+     constants.h                  constants, each with its unit and reason; macros for compilers
+     run_input.h                  the input of a run
+     feature.h                    features of walls, and a disc relative to a wall
+     impact_law.h                 restitution and friction in an impact
+     contact_law.h                Coulomb's law for a disc that is pressed against a straight wall
+     damping.h                    linear damping as a change of time
+     touched_bodies.h             bodies that a disc touches without normal speed
+     impact_record.h              recorded impacts: resolution of their times, which are ambiguous, rows
+   arithmetic/: numbers that floats do not represent
+     arithmetic/double_double.h   pairs: numbers as sums of two floats; error-free sums and products; instants
+     arithmetic/exponentials.h    exp, expm1 and log1p, rounded to the nearest float
+     arithmetic/wide_integer.h    integers of 256 bits, for exponentials that are hard to round
+   straight/: times of impact in straight motion
+     straight/pair_time.h         two discs
+     straight/line_time.h         a disc and the line of a half-plane, or a face
+     straight/feature_time.h      a disc and an arc, a vertex or any feature; the gap to a feature and its normal
+   parabola/ and quartic/: times of impact on parabolas
+     parabola/fall_time.h         any feature, a fixed disc, or a disc with another acceleration
+     parabola/fall_bounds.h       lower bounds of these times
+     parabola/gap_polynomial.h    the gap as a polynomial in time
+     quartic/falls.h              instants at which such a polynomial becomes negative, in three stages
+     quartic/polynomial.h         a polynomial in floats, in pairs, and as exact products
+     quartic/root_isolation.h     intervals that contain exactly one root
+     quartic/root_refinement.h    refinement and rounding of a root
+   pic/: the event-driven solver
+     pic/state.h                  state of a run, kinds of events, functions for bindings; read it first
+     pic/accelerated_state.h      structs for discs that accelerate
+     pic/event_loop.c             the event loop, and the functions for bindings
+     pic/set_up.h                 memory of a run, filled from its input
+     pic/clock.h                  reported times; epochs, in which time is counted from 0 again
+     pic/next_event.h             the next event of a disc, and of all discs
+     pic/event_queue.h            tournament tree of the times of next events
+     pic/grid.h                   cells
+     pic/obstacle_lists.h         lists of obstacles near each cell
+     pic/separation.h             bodies that a disc does not approach on its present path
+     pic/prefetch.h               loads memory for the next event
+     pic/all_pairs.h              the all-pairs loop, which tests compare with the event loop
+     pic/two_discs.h              two discs without walls: a closed form
+     Straight motion and parabolas have a file for each of four questions:
+     pic/straight_motion.h        where a disc is, and when it reaches another body
+     pic/parabola_motion.h
+     pic/straight_partner.h       which disc it collides with next
+     pic/parabola_partner.h
+     pic/straight_exit.h          when it leaves its cell, or hits an obstacle before that
+     pic/parabola_exit.h
+     pic/straight_impact.h        what an impact changes
+     pic/parabola_impact.h        also beginning and end of contact
+     pic/lasting_contact.h        discs in contact with a wall: modes, and when they change
+     pic/driven_path.h            positions of driven bodies
+     pic/driven_impact.h          impacts with driven bodies; runs with features or spins
+     pic/crush.h                  discs that bounce between two closing bodies, and when they are crushed
+     pic/crush_bodies.h           bodies as seen by that rule
+     pic/crushed_row.h            the same rule for a row of discs
+   pit/: the frame-sampled solver
+     pit/state.h                  state of a run, functions for bindings; read it first
+     pit/frame_loop.c             the frame loop, and the functions for bindings
+     pit/set_up.h                 memory of a run, filled from its input
+     pit/frame.h                  one frame: all its tests, or only those that can find something
+     pit/pending_tests.h          tests of a frame that remain, in the order of Algorithm 1
+     pit/motion.h                 motion between frames; driven bodies
+     pit/impacts.h                interference tests and impacts
+     pit/separation.h             bodies that a disc cannot approach on its present path
+     pit/search.h                 which tests a disc needs now, when it needs the next ones, and whether this saves work
+     pit/bounds.h                 lower bounds of the time until a disc can hit something
+     pit/grid.h                   cells for discs of any sizes
+     pit/sweep.h                  all tests of a frame at once, if searches cost too much
+     pit/chain_distance.h         the point of a chain nearest to a disc
    Bindings for Python: a .pyx file is a module, a .pyi file has its types, a .pxd file has declarations
-     pic.pyx, .pxd, .pyi             runs of PIC
-     pit.pyx, .pyi                   runs of PIT
-     primitives.pyx, .pyi            single formulas
-     damped_time.pyx, .pyi           damping
-     built.pyx, .pyi                 a digest of the sources that the extension was built from
-     carom_core.pxd                  declarations of this file
-     formulas.pxd                    declarations of formulas
-     run_input.pxd                   declarations of run_input.h; conversion of Python arrays
-     record_rows.pxd                 recorded impacts as arrays
-     exact_quartic.pxd               the third stage of quartics: exact integers, in Python
-     binding_memory.h                `Resize` for Python
-   The page, compiled to carom/web/core.wasm by `make generated`
-     wasm/input.h                    input and output of a run as arrays
-     wasm/memory.c                   memory, and replacements for the C library
-     wasm/pic.c                      runs of PIC
-     wasm/pit.c                      runs of PIT
-     wasm/include/math.h             the functions of math.h that the core uses
-     wasm/include/string.h           the functions of string.h that the core uses */
+     pic.pyx, .pxd, .pyi          runs of PIC
+     pit.pyx, .pyi                runs of PIT
+     primitives.pyx, .pyi         single formulas
+     damped_time.pyx, .pyi        damping
+     built.pyx, .pyi              a digest of the sources that the extension was built from
+     carom_core.pxd               declarations of this file
+     formulas.pxd                 declarations of formulas
+     run_input.pxd                declarations of run_input.h; conversion of Python arrays
+     record_rows.pxd              recorded impacts as arrays
+     exact_quartic.pxd            the third stage of quartics: exact integers, in Python
+     binding_memory.h             `Resize` for Python
+   wasm/: the page, compiled to carom/web/core.wasm by `make generated`
+     wasm/input.h                 input and output of a run as arrays
+     wasm/memory.c                memory, and replacements for the C library
+     wasm/pic.c                   runs of PIC
+     wasm/pit.c                   runs of PIT
+     wasm/include/math.h          the functions of math.h that the core uses
+     wasm/include/string.h        the functions of string.h that the core uses */
 
 #pragma once
 
@@ -165,10 +160,28 @@ enum {
     NO_FEATURE = -1, /* no feature of a wall, or none that matters */
 };
 
+/* ---- memory ---- */
+
 /* Resize a block of memory to `size` bytes and keep its first `used` bytes. Return NULL if there is no more memory; the
    old block is then unchanged. `memory` is NULL for a new block. With size 0 the block is freed and NULL is
    returned. */
 typedef void *(*Resize)(void *memory, size_t used, size_t size);
+
+typedef struct Arena { /* one block of memory for all rows whose number is fixed */
+    /* NULL to measure. A `lay_out` function runs twice: first it computes the size, then it places the rows */
+    char *memory;
+    size_t used; /* bytes */
+} Arena;
+
+/* Reserve `size` bytes for rows and return where they begin, which is at a cache line. */
+static inline void *reserve(Arena *arena, size_t size) {
+    void *begin = arena->memory == NULL ? NULL : arena->memory + arena->used;
+    arena->used += (size + 63) / 64 * 64;
+    return begin;
+}
+
+/* Reserve memory for a number of rows of a type. */
+#define RESERVE_ROWS(arena, type, count) ((type *)reserve((arena), (size_t)(count) * sizeof(type)))
 
 /* ---- bodies ---- */
 

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
 
 /* ---- compilers ---- */
 
@@ -71,7 +73,7 @@
 #define CAROM_ORDINARY 0x1p200
 #define CAROM_LEAST_ORDINARY 0x1p-200
 
-/* ---- resolution.h ---- */
+/* ---- impact_record.h ---- */
 
 /* The distance from 1 to the next float. Relative to any number, it is at least one unit in the last place of that
    number. */

@@ -13,10 +13,6 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-
-#include "carom/core/carom_core.h"
 #include "carom/core/constants.h"
 #include "carom/core/impact_law.h"
 

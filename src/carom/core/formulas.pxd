@@ -48,25 +48,23 @@ cdef extern from "carom/core/feature.h" nogil:
 
     Feature feature_from(const double *row)
 
-cdef extern from "carom/core/straight/half_plane.h" nogil:
+cdef extern from "carom/core/straight/line_time.h" nogil:
     DoubleDouble wall_gap(double x, double y, double radius, double qx, double qy, double nx, double ny)
     DoubleDouble wall_speed(double vx, double vy, double nx, double ny)
     double wall_time(
         double x, double y, double vx, double vy, double radius, double qx, double qy, double nx, double ny
     )
 
-cdef extern from "carom/core/straight/arc_time.h" nogil:
+cdef extern from "carom/core/straight/feature_time.h" nogil:
     struct Touch:
         double time
         bint glides
 
-    DoubleDouble reach_of(const Mover *disc, const Feature *arc)
-
-cdef extern from "carom/core/straight/feature_time.h" nogil:
     struct Direction:
         double x
         double y
 
+    DoubleDouble reach_of(const Mover *disc, const Feature *arc)
     Touch feature_time(const Mover *disc, const Feature *feature, bint just_left)
     Direction normal_at(const Feature *feature, const Mover *disc)
     double feature_gap(const Mover *disc, const Feature *feature)

@@ -10,10 +10,6 @@ from carom.model.disc_arrays import HalfPlane
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.run import Start
 
-def chain_rows(
-    walls: Sequence[HalfPlane | Outline],
-) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]: ...
-
 @disjoint_base
 class FrameLoop:
     def __new__(

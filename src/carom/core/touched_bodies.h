@@ -11,8 +11,6 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/carom_core.h"
 #include "carom/core/constants.h"
 

@@ -15,7 +15,7 @@ import numpy as np
 from carom.comparator.measure.errors import impact_bodies
 from carom.comparator.non_finite import finite_impacts
 from carom.comparator.scales import Scales
-from carom.core.rough_impact import branches
+from carom.core.impact_law import branches
 from carom.model.trace import Trace, rim_speeds, velocities
 
 

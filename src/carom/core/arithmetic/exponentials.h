@@ -10,12 +10,8 @@
 
 #pragma once
 
-#include <stdbool.h>
-#include <stdint.h>
-
 #include "carom/core/arithmetic/double_double.h"
 #include "carom/core/arithmetic/wide_integer.h"
-#include "carom/core/constants.h"
 
 /* Below the first limit, e^x has fewer bits. Above CAROM_EXP_MOST it is beyond the largest float. */
 #define CAROM_EXP_LEAST (-708.0)

@@ -7,11 +7,6 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-
-#include "carom/core/constants.h"
-#include "carom/core/feature.h"
 #include "carom/core/parabola/fall_time.h"
 
 /* Return a time before which a gap certainly does not close. The arguments are lower bounds of the gap, of its rate of

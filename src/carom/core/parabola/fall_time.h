@@ -12,16 +12,9 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-
-#include "carom/core/constants.h"
-#include "carom/core/feature.h"
 #include "carom/core/parabola/gap_polynomial.h"
 #include "carom/core/quartic/falls.h"
-#include "carom/core/straight/arc_time.h"
-#include "carom/core/straight/half_plane.h"
-#include "carom/core/straight/line_time.h"
+#include "carom/core/straight/feature_time.h"
 
 /* ---- lines ---- */
 

@@ -10,10 +10,6 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-
-#include "carom/core/arithmetic/double_double.h"
 #include "carom/core/quartic/polynomial.h"
 #include "carom/core/straight/pair_time.h"
 

@@ -5,10 +5,6 @@
 
 #pragma once
 
-#include <stdbool.h>
-#include <stdint.h>
-
-#include "carom/core/arithmetic/instant.h"
 #include "carom/core/carom_core.h"
 #include "carom/core/parabola/fall_time.h"
 

@@ -5,12 +5,10 @@
 
 #pragma once
 
-#include "carom/core/impact_record.h"
 #include "carom/core/pic/clock.h"
 #include "carom/core/pic/driven_impact.h"
 #include "carom/core/pic/parabola_exit.h"
 #include "carom/core/pic/separation.h"
-#include "carom/core/pic/state.h"
 #include "carom/core/pic/straight_impact.h"
 #include "carom/core/pic/straight_partner.h"
 

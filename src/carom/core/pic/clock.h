@@ -1,15 +1,39 @@
-/* Epochs: from time to time all discs are moved to the present, and time is counted from 0 again.
+/* Clock of a run: reported times, and epochs.
 
-   After 32 free flights, times have a relative error of 2^-53. In that time error a disc moves less than the rounding
-   error of its position. A new epoch costs one prediction per disc; the impacts of an epoch cost two each. */
+   From time to time all discs are moved to the present, and time is counted from 0 again. After 32 free flights, times
+   have a relative error of 2^-53. In that time error a disc moves less than the rounding error of its position. A new
+   epoch costs one prediction per disc; the impacts of an epoch cost two each. */
 
 #pragma once
 
-#include "carom/core/arithmetic/double_double.h"
-#include "carom/core/pic/driven_path.h"
 #include "carom/core/pic/grid.h"
-#include "carom/core/pic/state.h"
-#include "carom/core/pic/straight_motion.h"
+
+/* ---- reported times ---- */
+
+/* Return the time since the start for a time since the epoch. It is never less than a time reported before. */
+static inline double reported_time(const Clock *clock, double time) {
+    double since_start = clock->epoch + (clock->epoch_rest + time);
+    return since_start > clock->reported ? since_start : clock->reported;
+}
+
+/* Advance the clock to a time; it never goes back. */
+static inline void set_clock(State *s, double time) {
+    if (time > s->clock.now) {
+        s->clock.now = time;
+        s->counts.at_instant = 0;
+    }
+    s->clock.reported = reported_time(&s->clock, s->clock.now);
+}
+
+/* Set the clock to the time of an impact, and count the impact. */
+static inline void count_impact(State *s, double time) {
+    set_clock(s, time);
+    s->counts.impacts += 1;
+    s->counts.epoch_impacts += 1;
+    s->counts.at_instant += 1;
+}
+
+/* ---- epochs ---- */
 
 /* Forget the last body of disc `i` if that was the inside of an arc which the disc has left. The disc will not be at
    the arc. */

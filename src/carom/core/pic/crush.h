@@ -1,4 +1,5 @@
-/* Rule that decides whether a disc that bounces between closing bodies is crushed, and when.
+/* Crushes: discs that bounce to and fro between two bodies that close in on them. Such impacts in succession are
+   counted. After many, a rule decides whether the disc is crushed, and when.
 
    A wall and a parallel one approach each other at the speed U, and a disc bounces between them. After each impact on
    the moving wall, the relative speed of the disc times its remaining free path is the same. So the speed grows as one
@@ -8,12 +9,8 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/pic/crush_bodies.h"
 #include "carom/core/pic/crushed_row.h"
-#include "carom/core/pic/state.h"
-#include "carom/core/straight/line_time.h"
 
 /* ---- one disc between two walls ---- */
 
@@ -138,4 +135,56 @@ static inline bool find_crush(const State *s, Index i, Crush *crush) {
     if (t->last < 0 && t->across < 0 && find_crush_between(s, i, -1 - t->last, -1 - t->across, crush))
         return true;
     return find_crush_in_row(s, i, crush);
+}
+
+/* ---- impacts in succession ---- */
+
+/* Count an impact of a disc on a body. The normal points to the disc. Return whether the disc bounces to and fro. */
+static inline bool goes_to_and_fro(ToAndFro *t, int body, int obstacle, double nx, double ny) {
+    bool is_opposite = t->last != NO_BODY && t->last != body && t->nx == -nx && t->ny == -ny;
+    if (is_opposite) {
+        t->across = t->last;
+        t->across_obstacle = t->last_obstacle;
+    } else if (!(body >= 0 && t->last == body && t->nx == nx && t->ny == ny)) {
+        t->across = NO_BODY;
+        t->row = -1;
+    }
+    t->last = body;
+    t->last_obstacle = obstacle;
+    t->nx = nx;
+    t->ny = ny;
+    t->row += 1;
+    return t->row > 0;
+}
+
+/* Return whether a disc that bounces to and fro is crushed before the requested end. If so, set `State.crush`. */
+static CAROM_NOINLINE bool is_crushed(State *s, Index disc) {
+    Crush crush;
+    if (!find_crush(s, disc, &crush))
+        return false;
+    crush.time = s->clock.epoch + (s->clock.epoch_rest + crush.time);
+    if (crush.time > s->until)
+        return false;
+    s->crush = crush;
+    return true;
+}
+
+/* Count an impact of a free disc on a body; return whether the disc is crushed before the requested end. */
+static inline bool is_crushed_by(State *s, Index disc, Index body, int obstacle, double nx, double ny) {
+    ToAndFro *t = &s->to_and_fro[disc];
+    return goes_to_and_fro(t, (int)body, obstacle, nx, ny) && t->row > s->standstill && is_crushed(s, disc);
+}
+
+/* Count an impact of two discs; return whether one of them is crushed. */
+static inline bool is_one_crushed(State *s, Index i, Index j) {
+    const Disc *a = &s->discs[i];
+    const Disc *b = &s->discs[j];
+    double dx = b->x - a->x;
+    double dy = b->y - a->y;
+    double distance = sqrt(dx * dx + dy * dy);
+    double nx = dx / distance;
+    double ny = dy / distance;
+    bool is_first = a->inverse_mass > 0.0 && is_crushed_by(s, i, j, NO_OBSTACLE, -nx, -ny);
+    bool is_second = b->inverse_mass > 0.0 && is_crushed_by(s, j, i, NO_OBSTACLE, nx, ny);
+    return is_first || is_second;
 }

@@ -2,14 +2,9 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/pic/obstacle_lists.h"
-#include "carom/core/pic/parabola_motion.h"
-#include "carom/core/pic/state.h"
 
 /* ---- bodies at an instant ---- */
-
 
 /* Return the state of a disc at a time on its present path. */
 static inline Motion disc_motion(const State *s, Index i, double time) {

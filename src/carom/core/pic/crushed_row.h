@@ -6,7 +6,6 @@
 
 /* ---- the row ---- */
 
-
 typedef struct Struck { /* the body that a disc hit last on one side */
     int body;           /* NO_BODY for none */
     int obstacle;

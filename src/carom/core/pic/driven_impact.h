@@ -9,14 +9,11 @@
 
 #pragma once
 
-#include "carom/core/pic/crush_count.h"
-#include "carom/core/pic/driven_path.h"
+#include "carom/core/pic/crush.h"
 #include "carom/core/pic/next_event.h"
-#include "carom/core/pic/obstacle_lists.h"
+#include "carom/core/pic/straight_exit.h"
 #include "carom/core/pic/parabola_impact.h"
-#include "carom/core/pic/state.h"
 #include "carom/core/pic/straight_impact.h"
-#include "carom/core/pic/straight_motion.h"
 #include "carom/core/pic/straight_partner.h"
 
 /* ---- driven walls ---- */

@@ -5,7 +5,6 @@
 
 #pragma once
 
-#include "carom/core/pic/state.h"
 #include "carom/core/pic/straight_motion.h"
 
 /* Return the row of a body, or NULL if it is not driven. Wall k is -1 - k. */

@@ -3,18 +3,14 @@
    Read `pic/state.h` first. No result depends on the cells, on prefetching, or on the pieces in which a run is
    advanced. */
 
-#include "carom/core/impact_record.h"
 #include "carom/core/pic/all_pairs.h"
 #include "carom/core/pic/clock.h"
 #include "carom/core/pic/driven_impact.h"
-#include "carom/core/pic/driven_path.h"
 #include "carom/core/pic/event_queue.h"
-#include "carom/core/pic/grid.h"
 #include "carom/core/pic/next_event.h"
 #include "carom/core/pic/obstacle_lists.h"
 #include "carom/core/pic/prefetch.h"
 #include "carom/core/pic/set_up.h"
-#include "carom/core/pic/state.h"
 #include "carom/core/pic/straight_impact.h"
 #include "carom/core/pic/straight_partner.h"
 
@@ -227,36 +223,7 @@ Ending carom_advance(State *s, double until, Index impacts, Index events) {
     return ending;
 }
 
-/* ---- the set-up ---- */
-
-/* Return an upper bound of the obstacles' coordinates. */
-static double obstacle_extent(const RunInput *input) {
-    double extent = 0.0;
-    for (Index k = 0; k < input->wall_count && input->walls != NULL; k++) {
-        const double *row = input->walls + WALL_NUMBERS * k;
-        Wall wall = {row[0], row[1], row[2], row[3]};
-        extent = greater(extent, wall_extent(&wall));
-    }
-    for (Index k = 0; k < input->feature_count; k++) {
-        Feature feature = feature_from(input->features + FEATURE_NUMBERS * k);
-        extent = greater(extent, feature_extent(&feature));
-    }
-    return extent;
-}
-
-/* Set the forces that accelerate discs, if there are any. `lay_out` places the rows. */
-static void set_acceleration(State *s, const RunInput *input) {
-    Accelerated *run = &s->accelerated;
-    s->has_acceleration = input->has_acceleration;
-    if (input->has_acceleration) {
-        run->gx = input->gravity[0];
-        run->gy = input->gravity[1];
-        run->deceleration = input->deceleration;
-        run->rolling_resistance = input->rolling_resistance;
-        run->never_length = input->never_length;
-        run->exact = input->exact;
-    }
-}
+/* ---- functions for bindings ---- */
 
 size_t carom_set_up(State *s, const RunInput *input) {
     memset(s, 0, sizeof(State));
@@ -289,106 +256,6 @@ size_t carom_set_up(State *s, const RunInput *input) {
     double checks = (double)(n + s->feature_count) / (1.0 + (double)s->feature_count / CAROM_LOOKS_PER_PREDICTION);
     s->grid.beyond_limit = (Index)checks;
     return lay_out(s, NULL);
-}
-
-/* Fill the rows of discs. */
-static void fill_discs(State *s, const RunInput *input) {
-    for (Index i = 0; i < s->disc_count; i++) {
-        s->discs[i] = (Disc){
-            .x = input->position[2 * i],
-            .y = input->position[2 * i + 1],
-            .vx = input->velocity[2 * i],
-            .vy = input->velocity[2 * i + 1],
-            .radius = input->radius[i],
-            .inverse_mass = 1.0 / input->mass[i],
-            .last = NO_BODY,
-        };
-        s->predictions[i] = (Prediction){CAROM_INF, CAROM_INF, NOBODY, 0, 0, NO_OBSTACLE, LEFT, false};
-        if (s->turning != NULL)
-            s->turning[i] = (Turning){input->spin[i], 1.0 / input->inertia[i]};
-        if (s->law.contact_duration > 0.0)
-            s->last_impact[i] = -CAROM_INF;
-        if (s->to_and_fro != NULL)
-            s->to_and_fro[i] = (ToAndFro){NO_BODY, NO_OBSTACLE, NO_BODY, NO_OBSTACLE, 0.0, 0.0, 0};
-    }
-}
-
-/* Fill the rows for acceleration. Discs, features and driven bodies have been filled before. */
-static void fill_acceleration(State *s, const RunInput *input) {
-    Accelerated *run = &s->accelerated;
-    for (Index i = 0; i < s->disc_count; i++) {
-        bool moves = s->discs[i].inverse_mass > 0.0;
-        run->paths[i] = (Parabola){
-            .ax = moves ? run->gx : 0.0,
-            .ay = moves ? run->gy : 0.0,
-            .ends = NEVER,
-            .ground = NO_OBSTACLE,
-            .never_of = NO_OBSTACLE,
-            .never_but = NO_OBSTACLE,
-            .left_ground = NO_OBSTACLE,
-        };
-        if (run->deceleration > 0.0)
-            slow_down(s, i);
-        clear_recent(&s->record.recent[i]);
-    }
-    int never = 0;
-    for (Index k = 0; k < s->feature_count; k++) {
-        const double *row = input->grounds + GROUND_NUMBERS * k;
-        int never_count = (int)row[3];
-        const Feature *f = &s->features[k];
-        double h = f->kind == FACE ? f->half_width : 0.0;
-        run->grounds[k] = (Ground){
-            .x = f->x.high + h * f->nx,
-            .y = f->y.high + h * f->ny,
-            .over = {(int)row[1], (int)row[2]},
-            .never_first = never,
-            .never_count = never_count,
-            .is_ground = row[0] != 0.0,
-        };
-        never += never_count;
-    }
-    for (Index k = 0; k < run->never_length; k++)
-        run->never_lists[k] = (int)input->never_lists[k];
-}
-
-/* Fill the rows of walls and features. */
-static void fill_obstacles(State *s, const RunInput *input) {
-    for (Index k = 0; k < s->wall_count && input->walls != NULL; k++) {
-        const double *row = input->walls + WALL_NUMBERS * k;
-        s->walls[k] = (Wall){row[0], row[1], row[2], row[3]};
-    }
-    for (Index k = 0; k < s->feature_count; k++)
-        s->features[k] = feature_from(input->features + FEATURE_NUMBERS * k);
-    if (s->feature_count > 0)
-        write_wall_laws(s->wall_laws, input);
-}
-
-/* Fill the rows of driven bodies and of their legs. */
-static void fill_driving(State *s, const RunInput *input) {
-    Index first_leg = 0;
-    for (Index i = 0; i < s->driving.count; i++) {
-        const double *numbers = input->driven + DRIVEN_NUMBERS * i;
-        Driven *row = &s->driving.rows[i];
-        *row = (Driven){
-            .body = (Index)numbers[0], .first_leg = first_leg, .leg_count = (Index)numbers[1], .belt = numbers[2]
-        };
-        first_leg += row->leg_count;
-        if (row->body >= 0) {
-            row->x = s->discs[row->body].x;
-            row->y = s->discs[row->body].y;
-            continue;
-        }
-        for (Index k = 0; k < s->feature_count; k++) {
-            if (s->features[k].wall == -1 - row->body) {
-                row->first_feature = row->feature_count > 0 ? row->first_feature : k;
-                row->feature_count += 1;
-            }
-        }
-    }
-    for (Index i = 0; i < s->driving.leg_count; i++) {
-        const double *leg = input->legs + LEG_NUMBERS * i;
-        s->driving.legs[i] = (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};
-    }
 }
 
 bool carom_begin(State *s, const RunInput *input, void *memory) {

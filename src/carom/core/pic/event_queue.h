@@ -5,7 +5,6 @@
 
 #pragma once
 
-#include "carom/core/arithmetic/double_double.h"
 #include "carom/core/pic/state.h"
 
 typedef struct Sibling {

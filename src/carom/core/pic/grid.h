@@ -6,11 +6,7 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/pic/parabola_motion.h"
-#include "carom/core/pic/state.h"
-#include "carom/core/pic/straight_motion.h"
 
 /* ---- choice of the cells ---- */
 

@@ -7,7 +7,6 @@
 #pragma once
 
 #include "carom/core/contact_law.h"
-#include "carom/core/impact_record.h"
 #include "carom/core/pic/parabola_motion.h"
 
 /* ---- the ground: the half-plane or face that a disc is in contact with ---- */

@@ -8,8 +8,6 @@
 #pragma once
 
 #include "carom/core/pic/event_queue.h"
-#include "carom/core/pic/parabola_motion.h"
-#include "carom/core/pic/state.h"
 #include "carom/core/pic/straight_partner.h"
 
 typedef struct Bodies { /* the two bodies of an impact */

@@ -2,13 +2,8 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/parabola/fall_bounds.h"
-#include "carom/core/pic/grid.h"
-#include "carom/core/pic/obstacle_lists.h"
-#include "carom/core/pic/parabola_motion.h"
-#include "carom/core/touched_bodies.h"
+#include "carom/core/pic/straight_exit.h"
 
 /* ---- edges of the cell ---- */
 

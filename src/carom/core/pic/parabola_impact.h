@@ -6,9 +6,7 @@
 
 #pragma once
 
-#include <math.h>
-
-#include "carom/core/pic/crush_count.h"
+#include "carom/core/pic/crush.h"
 #include "carom/core/pic/lasting_contact.h"
 #include "carom/core/pic/parabola_exit.h"
 #include "carom/core/pic/parabola_partner.h"

@@ -6,15 +6,9 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/parabola/fall_bounds.h"
-#include "carom/core/parabola/fall_time.h"
 #include "carom/core/pic/driven_path.h"
-#include "carom/core/pic/state.h"
-#include "carom/core/pic/straight_motion.h"
-#include "carom/core/resolution.h"
-#include "carom/core/straight/pair_time.h"
+#include "carom/core/impact_record.h"
 
 typedef struct Motion { /* state of a disc */
     double x;

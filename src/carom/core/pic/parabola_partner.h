@@ -6,7 +6,6 @@
 
 #pragma once
 
-#include "carom/core/pic/parabola_motion.h"
 #include "carom/core/pic/separation.h"
 #include "carom/core/pic/straight_partner.h"
 

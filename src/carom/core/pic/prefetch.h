@@ -6,7 +6,6 @@
 #pragma once
 
 #include "carom/core/pic/grid.h"
-#include "carom/core/pic/state.h"
 
 #if defined(__GNUC__)
 /* GCC assumes that a function that only prefetches has no effect and removes calls of it. The empty statement prevents

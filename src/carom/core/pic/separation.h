@@ -1,10 +1,22 @@
-/* Bodies of a run that touch without normal speed; touched_bodies.h explains the rule. */
+/* Separation: the bodies that a disc does not approach on its present path, regardless of rounding. These are the disc
+   that it hit last, and the bodies that it touches without normal speed (touched_bodies.h). */
 
 #pragma once
 
 #include "carom/core/pic/driven_path.h"
-#include "carom/core/pic/state.h"
-#include "carom/core/touched_bodies.h"
+
+/* Return the disc that disc `i` hit last, if both are still on the paths that began at that impact. Otherwise return
+   NOBODY.
+
+   Such a pair never collides again on these paths. Rounding can leave a small speed of approach (with restitution 0,
+   the whole remaining normal speed is rounding). It must not cause another impact, and so on without end. The path of a
+   disc that never moves is always the same. */
+static inline Index last_partner(const State *s, Index i) {
+    Index last = s->discs[i].last;
+    if (last < 0)
+        return NOBODY;
+    return s->discs[last].inverse_mass == 0.0 || s->discs[last].last == i ? last : NOBODY;
+}
 
 /* Return whether disc `i` does not approach a body on its present path, because an impact has left it no normal
    speed. */

@@ -1,11 +1,11 @@
-/* Memory of an event-driven run: one arena contains all rows whose number is fixed. */
+/* Set-up of a run of PIC: the layout of its memory, and its rows, filled from the arrays of a `RunInput`. */
 
 #pragma once
 
-#include "carom/core/arena.h"
 #include "carom/core/pic/event_queue.h"
-#include "carom/core/pic/grid.h"
-#include "carom/core/pic/state.h"
+#include "carom/core/pic/obstacle_lists.h"
+
+/* ---- sizes ---- */
 
 /* Place all rows of a run, and return their size in bytes. With `memory` NULL only the size is computed. */
 static inline size_t lay_out(State *s, void *memory) {
@@ -38,4 +38,135 @@ static inline size_t lay_out(State *s, void *memory) {
     if (memory != NULL)
         s->queue.holder -= times_below; /* so that a time and its holder have the same index */
     return arena.used;
+}
+
+/* Return an upper bound of the obstacles' coordinates. */
+static inline double obstacle_extent(const RunInput *input) {
+    double extent = 0.0;
+    for (Index k = 0; k < input->wall_count && input->walls != NULL; k++) {
+        const double *row = input->walls + WALL_NUMBERS * k;
+        Wall wall = {row[0], row[1], row[2], row[3]};
+        extent = greater(extent, wall_extent(&wall));
+    }
+    for (Index k = 0; k < input->feature_count; k++) {
+        Feature feature = feature_from(input->features + FEATURE_NUMBERS * k);
+        extent = greater(extent, feature_extent(&feature));
+    }
+    return extent;
+}
+
+/* Set the forces that accelerate discs, if there are any. `lay_out` places the rows. */
+static inline void set_acceleration(State *s, const RunInput *input) {
+    Accelerated *run = &s->accelerated;
+    s->has_acceleration = input->has_acceleration;
+    if (input->has_acceleration) {
+        run->gx = input->gravity[0];
+        run->gy = input->gravity[1];
+        run->deceleration = input->deceleration;
+        run->rolling_resistance = input->rolling_resistance;
+        run->never_length = input->never_length;
+        run->exact = input->exact;
+    }
+}
+
+/* ---- rows ---- */
+
+/* Fill the rows of discs. */
+static inline void fill_discs(State *s, const RunInput *input) {
+    for (Index i = 0; i < s->disc_count; i++) {
+        s->discs[i] = (Disc){
+            .x = input->position[2 * i],
+            .y = input->position[2 * i + 1],
+            .vx = input->velocity[2 * i],
+            .vy = input->velocity[2 * i + 1],
+            .radius = input->radius[i],
+            .inverse_mass = 1.0 / input->mass[i],
+            .last = NO_BODY,
+        };
+        s->predictions[i] = (Prediction){CAROM_INF, CAROM_INF, NOBODY, 0, 0, NO_OBSTACLE, LEFT, false};
+        if (s->turning != NULL)
+            s->turning[i] = (Turning){input->spin[i], 1.0 / input->inertia[i]};
+        if (s->law.contact_duration > 0.0)
+            s->last_impact[i] = -CAROM_INF;
+        if (s->to_and_fro != NULL)
+            s->to_and_fro[i] = (ToAndFro){NO_BODY, NO_OBSTACLE, NO_BODY, NO_OBSTACLE, 0.0, 0.0, 0};
+    }
+}
+
+/* Fill the rows for acceleration. Discs, features and driven bodies have been filled before. */
+static inline void fill_acceleration(State *s, const RunInput *input) {
+    Accelerated *run = &s->accelerated;
+    for (Index i = 0; i < s->disc_count; i++) {
+        bool moves = s->discs[i].inverse_mass > 0.0;
+        run->paths[i] = (Parabola){
+            .ax = moves ? run->gx : 0.0,
+            .ay = moves ? run->gy : 0.0,
+            .ends = NEVER,
+            .ground = NO_OBSTACLE,
+            .never_of = NO_OBSTACLE,
+            .never_but = NO_OBSTACLE,
+            .left_ground = NO_OBSTACLE,
+        };
+        if (run->deceleration > 0.0)
+            slow_down(s, i);
+        clear_recent(&s->record.recent[i]);
+    }
+    int never = 0;
+    for (Index k = 0; k < s->feature_count; k++) {
+        const double *row = input->grounds + GROUND_NUMBERS * k;
+        int never_count = (int)row[3];
+        const Feature *f = &s->features[k];
+        double h = f->kind == FACE ? f->half_width : 0.0;
+        run->grounds[k] = (Ground){
+            .x = f->x.high + h * f->nx,
+            .y = f->y.high + h * f->ny,
+            .over = {(int)row[1], (int)row[2]},
+            .never_first = never,
+            .never_count = never_count,
+            .is_ground = row[0] != 0.0,
+        };
+        never += never_count;
+    }
+    for (Index k = 0; k < run->never_length; k++)
+        run->never_lists[k] = (int)input->never_lists[k];
+}
+
+/* Fill the rows of walls and features. */
+static inline void fill_obstacles(State *s, const RunInput *input) {
+    for (Index k = 0; k < s->wall_count && input->walls != NULL; k++) {
+        const double *row = input->walls + WALL_NUMBERS * k;
+        s->walls[k] = (Wall){row[0], row[1], row[2], row[3]};
+    }
+    for (Index k = 0; k < s->feature_count; k++)
+        s->features[k] = feature_from(input->features + FEATURE_NUMBERS * k);
+    if (s->feature_count > 0)
+        write_wall_laws(s->wall_laws, input);
+}
+
+/* Fill the rows of driven bodies and of their legs. */
+static inline void fill_driving(State *s, const RunInput *input) {
+    Index first_leg = 0;
+    for (Index i = 0; i < s->driving.count; i++) {
+        const double *numbers = input->driven + DRIVEN_NUMBERS * i;
+        Driven *row = &s->driving.rows[i];
+        *row = (Driven){
+            .body = (Index)numbers[0], .first_leg = first_leg, .leg_count = (Index)numbers[1], .belt = numbers[2]
+        };
+        first_leg += row->leg_count;
+        if (row->body >= 0) {
+            row->x = s->discs[row->body].x;
+            row->y = s->discs[row->body].y;
+            continue;
+        }
+        for (Index k = 0; k < s->feature_count; k++) {
+            if (s->features[k].wall == -1 - row->body) {
+                row->first_feature = row->feature_count > 0 ? row->first_feature : k;
+                row->feature_count += 1;
+            }
+        }
+    }
+    for (Index i = 0; i < s->driving.leg_count; i++) {
+        const double *leg = input->legs + LEG_NUMBERS * i;
+        s->driving.legs[i] = (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};
+    }
 }

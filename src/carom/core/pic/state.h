@@ -13,9 +13,6 @@
 
 #pragma once
 
-#include "carom/core/carom_core.h"
-#include "carom/core/constants.h"
-#include "carom/core/feature.h"
 #include "carom/core/pic/accelerated_state.h"
 #include "carom/core/run_input.h"
 #include "carom/core/touched_bodies.h"

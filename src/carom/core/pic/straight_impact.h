@@ -1,44 +1,10 @@
-/* Impacts in the event loop: set the clock, move the discs to that time, apply the law, and record the impact. */
+/* Impacts in straight motion: set the clock, move the discs to that time, apply the law, and record the impact. */
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/impact_law.h"
-#include "carom/core/impact_record.h"
-#include "carom/core/pic/driven_path.h"
-#include "carom/core/pic/grid.h"
+#include "carom/core/pic/clock.h"
 #include "carom/core/pic/separation.h"
-#include "carom/core/pic/state.h"
-#include "carom/core/pic/straight_motion.h"
-#include "carom/core/resolution.h"
-#include "carom/core/straight/arc_time.h"
-#include "carom/core/straight/feature_time.h"
-
-/* ---- the clock ---- */
-
-/* Return the time since the start for a time since the epoch. It is never less than a time reported before. */
-static inline double reported_time(const Clock *clock, double time) {
-    double since_start = clock->epoch + (clock->epoch_rest + time);
-    return since_start > clock->reported ? since_start : clock->reported;
-}
-
-/* Advance the clock to a time; it never goes back. */
-static inline void set_clock(State *s, double time) {
-    if (time > s->clock.now) {
-        s->clock.now = time;
-        s->counts.at_instant = 0;
-    }
-    s->clock.reported = reported_time(&s->clock, s->clock.now);
-}
-
-/* Set the clock to the time of an impact, and count the impact. */
-static inline void count_impact(State *s, double time) {
-    set_clock(s, time);
-    s->counts.impacts += 1;
-    s->counts.epoch_impacts += 1;
-    s->counts.at_instant += 1;
-}
 
 /* Return whether an impact of disc `i` now belongs to the same contact as its last one, by the TC model. It then loses
    no energy. */

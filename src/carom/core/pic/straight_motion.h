@@ -6,11 +6,7 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/pic/state.h"
-#include "carom/core/straight/feature_time.h"
-#include "carom/core/straight/pair_time.h"
 
 typedef struct Point {
     double x;
@@ -126,25 +122,4 @@ static inline double feature_impact_wait(const Disc *a, const Mover *mover, cons
     if (has_just_left ? f->kind != INNER_ARC : is_out_of_reach(a, mover, f, wait))
         return CAROM_INF;
     return feature_time(mover, f, has_just_left).time;
-}
-
-/* ---- a disc and its cell ---- */
-
-typedef struct CellExit {
-    double wait; /* INF for never */
-    Edge edge;
-} CellExit;
-
-/* Return the edge of its cell that a disc crosses first, and how long it takes. Row and column do not count the ring.
-
-   A cell at the rim of the grid has no outer edges. */
-static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index column) {
-    Index right = a->vx > 0.0;
-    Index up = a->vy > 0.0;
-    double across = a->vx != 0.0 ? ((g->x0 + (double)(column + right) * g->width) - a->x) / a->vx : CAROM_INF;
-    double along = a->vy != 0.0 ? ((g->y0 + (double)(row + up) * g->width) - a->y) / a->vy : CAROM_INF;
-    across = column == right * (g->columns - 1) ? CAROM_INF : across;
-    along = row == up * (g->rows - 1) ? CAROM_INF : along;
-    Index is_vertical = along < across;
-    return (CellExit){lesser(along, across), (Edge)(LEFT + right + is_vertical * (DOWN + up - LEFT - right))};
 }

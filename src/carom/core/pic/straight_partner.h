@@ -10,12 +10,8 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/pic/grid.h"
 #include "carom/core/pic/separation.h"
-#include "carom/core/pic/state.h"
-#include "carom/core/pic/straight_motion.h"
 
 typedef struct Chains { /* the unprocessed chains of a block of cells */
     Index left;         /* number of chains, including the present one */
@@ -25,19 +21,6 @@ typedef struct Chains { /* the unprocessed chains of a block of cells */
 /* Return when discs `i` and `j` collide on their present paths; infinity for never. */
 static inline double pair_event_time(const State *s, Index i, Index j) {
     return pair_impact_time(&s->discs[i < j ? i : j], &s->discs[i < j ? j : i]);
-}
-
-/* Return the disc that disc `i` hit last, if both are still on the paths that began at that impact. Otherwise return
-   NOBODY.
-
-   Such a pair never collides again on these paths. Rounding can leave a small speed of approach (with restitution 0,
-   the whole remaining normal speed is rounding). It must not cause another impact, and so on without end. The path of a
-   disc that never moves is always the same. */
-static inline Index last_partner(const State *s, Index i) {
-    Index last = s->discs[i].last;
-    if (last < 0)
-        return NOBODY;
-    return s->discs[last].inverse_mass == 0.0 || s->discs[last].last == i ? last : NOBODY;
 }
 
 /* Round 1: find the discs in a block of cells, except those in chains. Return their number. */

@@ -4,10 +4,8 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/impact_law.h"
-#include "carom/core/resolution.h"
+#include "carom/core/impact_record.h"
 #include "carom/core/straight/pair_time.h"
 
 typedef struct FreeDisc {

@@ -11,9 +11,6 @@
 
 #pragma once
 
-#include <math.h>
-
-#include "carom/core/constants.h"
 #include "carom/core/pit/impacts.h"
 #include "carom/core/pit/motion.h"
 

@@ -4,11 +4,8 @@
 
 #pragma once
 
-#include <math.h>
-
 #include "carom/core/arithmetic/double_double.h"
 #include "carom/core/carom_core.h"
-#include "carom/core/constants.h"
 
 typedef struct ChainEdge { /* an edge of a chain, or a circle */
     double ax;             /* start point */

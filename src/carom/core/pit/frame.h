@@ -6,13 +6,11 @@
 
 #pragma once
 
-#include "carom/core/arithmetic/double_double.h"
-#include "carom/core/constants.h"
 #include "carom/core/pit/impacts.h"
 #include "carom/core/pit/motion.h"
 #include "carom/core/pit/pending_tests.h"
 #include "carom/core/pit/search.h"
-#include "carom/core/pit/work.h"
+#include "carom/core/pit/search.h"
 
 /* ---- frames at which nothing is tested ---- */
 

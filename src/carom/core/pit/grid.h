@@ -9,9 +9,6 @@
 
 #pragma once
 
-#include <math.h>
-
-#include "carom/core/constants.h"
 #include "carom/core/pit/state.h"
 
 enum {

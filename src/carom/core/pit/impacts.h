@@ -5,15 +5,11 @@
 
 #pragma once
 
-#include <math.h>
-
-#include "carom/core/constants.h"
 #include "carom/core/contact_law.h"
-#include "carom/core/impact_law.h"
 #include "carom/core/impact_record.h"
 #include "carom/core/pit/motion.h"
 #include "carom/core/pit/separation.h"
-#include "carom/core/resolution.h"
+#include "carom/core/impact_record.h"
 
 /* ---- two discs ---- */
 

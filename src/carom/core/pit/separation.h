@@ -8,7 +8,7 @@
 
 #pragma once
 
-#include "carom/core/pit/driven.h"
+#include "carom/core/pit/motion.h"
 
 static inline bool is_chain(const State *s, Index k) {
     return s->chains != NULL && s->chains[k].edge_count > 0;

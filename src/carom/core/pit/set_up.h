@@ -2,10 +2,6 @@
 
 #pragma once
 
-#include <math.h>
-
-#include "carom/core/arithmetic/double_double.h"
-#include "carom/core/constants.h"
 #include "carom/core/impact_record.h"
 #include "carom/core/pit/state.h"
 

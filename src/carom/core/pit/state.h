@@ -5,9 +5,6 @@
 
 #pragma once
 
-#include "carom/core/arena.h"
-#include "carom/core/arithmetic/instant.h"
-#include "carom/core/carom_core.h"
 #include "carom/core/pit/chain_distance.h"
 #include "carom/core/run_input.h"
 #include "carom/core/touched_bodies.h"

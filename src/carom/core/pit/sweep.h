@@ -7,7 +7,6 @@
 
 #include <string.h>
 
-#include "carom/core/constants.h"
 #include "carom/core/pit/search.h"
 
 /* Add disc j if disc i may touch or overlap it. */

@@ -13,11 +13,6 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-
-#include "carom/core/constants.h"
-#include "carom/core/quartic/polynomial.h"
 #include "carom/core/quartic/root_isolation.h"
 #include "carom/core/quartic/root_refinement.h"
 

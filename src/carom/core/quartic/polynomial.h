@@ -11,9 +11,6 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-
 #include "carom/core/arithmetic/double_double.h"
 
 enum {

@@ -14,11 +14,6 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-
-#include "carom/core/arithmetic/double_double.h"
-#include "carom/core/constants.h"
 #include "carom/core/quartic/polynomial.h"
 
 enum {

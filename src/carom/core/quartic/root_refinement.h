@@ -6,12 +6,6 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-#include <stdint.h>
-
-#include "carom/core/constants.h"
-#include "carom/core/quartic/polynomial.h"
 #include "carom/core/quartic/root_isolation.h"
 
 enum {

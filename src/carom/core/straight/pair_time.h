@@ -23,9 +23,6 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-
 #include "carom/core/arithmetic/double_double.h"
 
 /* Every float is less than 2 to this power. */

@@ -6,7 +6,6 @@
 
 #pragma once
 
-#include "carom/core/carom_core.h"
 #include "carom/core/feature.h"
 #include "carom/core/run_input.h"
 

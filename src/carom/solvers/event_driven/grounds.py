@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from carom.core.features import Arc, Face
+from carom.core.wall_features import Arc, Face
 from carom.model.chain_geometry import Outline
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.core.features import Point
-    from carom.core.wall_features import WallFeature
+    from carom.core.wall_features import Point, WallFeature
     from carom.model.disc_arrays import DiscArrays
 
 #: Marks an end of a face at which the wall continues smoothly, without a vertex: `NO_OBSTACLE` of pic/state.h.

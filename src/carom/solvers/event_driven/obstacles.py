@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.core.driven import driven_rows
-from carom.core.numbered import FEATURE_NUMBERS, numbers_of
+from carom.core.input_rows import FEATURE_NUMBERS, driven_rows, feature_row
 from carom.core.wall_features import WallFeature, are_decidable, features_of
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EDGE_DTYPE, NO_EDGE
@@ -27,7 +26,7 @@ class Obstacles:
     """Obstacles of a scene in which a wall is finite, driven or a belt, or has its own coefficients.
 
     Attributes:
-        rows: Data of each obstacle, as returned by `carom.core.numbered.numbers_of`.
+        rows: Data of each obstacle, as returned by `carom.core.input_rows.feature_row`.
         driven: A row for each driven body and each conveyor wall: see `driven_rows`.
         legs: A row for each leg of a driven path.
     """
@@ -39,11 +38,11 @@ class Obstacles:
         widest = start.radius_m.max(initial=0.0)
         for number, wall in enumerate(start.walls):
             if isinstance(wall, tuple):
-                rows.append(numbers_of(wall, number))
+                rows.append(feature_row(wall, number))
                 continue
             for part in features_of(wall, widest):
                 self._finite[len(rows)] = wall, part
-                rows.append(numbers_of(part.feature, number))
+                rows.append(feature_row(part.feature, number))
         self.rows = np.array(rows, np.float64).reshape(-1, FEATURE_NUMBERS)
         self.driven, self.legs = driven_rows(start)
 

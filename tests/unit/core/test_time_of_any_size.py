@@ -14,7 +14,7 @@ from tests.lengths import each, release_after
 from tests.unit.core.exact import exact_time, ulps
 
 from carom import time_of_impact
-from carom.core import pair_time_any_size
+from carom.core import time_of_impact as any_size
 
 Array = NDArray[np.float64]
 
@@ -118,12 +118,12 @@ def test_what_is_solved_in_solve_rational_numbers_is_rounded_once(monkeypatch: p
         solved.append(rational(*numbers))
         return solved[-1]
 
-    rational = pair_time_any_size._solve_rational  # noqa: SLF001 - only here is it known which pairs come to it
-    monkeypatch.setattr(pair_time_any_size, "_solve_rational", counted)
+    rational = any_size._solve_rational  # noqa: SLF001 - only here is it known which pairs come to it
+    monkeypatch.setattr(any_size, "_solve_rational", counted)
     worst, tried = 0.0, 0
     for row in pairs_of_any_size(600, 5, -150.0, 150.0).T:
         solved.clear()
-        found, exact = pair_time_any_size.scaled_pair_time(*row.tolist()), exact_time(row, EXACT)
+        found, exact = any_size.scaled_pair_time(*row.tolist()), exact_time(row, EXACT)
         if solved and 0.0 < found < math.inf and exact is not None:
             tried += 1
             worst = max(worst, ulps(found, exact))
@@ -164,4 +164,4 @@ def test_two_discs_as_far_or_as_fast_on_both_sides_meet_in_the_middle(
 ) -> None:
     """Head-on, each of a metre: what counts is how far apart they are and how fast they close, and not the sum, 0."""
     (x, y), (vx, vy) = place, velocity
-    assert pair_time_any_size.scaled_pair_time(-x, -y, -vx, -vy, 1.0, x, y, vx, vy, 1.0) == time_s
+    assert any_size.scaled_pair_time(-x, -y, -vx, -vy, 1.0, x, y, vx, vy, 1.0) == time_s
